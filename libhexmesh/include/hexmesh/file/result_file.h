@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "hexmesh/lattice/lattice.h"
+
+namespace hexmesh {
+
+inline constexpr int result_version = 1;
+
+/// The points that one condition of the scene holds.
+struct ConditionPoints {
+  std::string name;
+  std::vector<Vec3> points;        ///< rest positions [mm]
+  std::vector<Vec3> displacement;  ///< [mm]
+};
+
+/// A solved lattice: all that is needed to export pictures without the lattice file.
+struct Result {
+  Grid voxels;                           ///< the lattice's box at scan resolution
+  std::vector<std::uint16_t> labels;     ///< shape (voxels.num_voxels())
+  std::vector<LatticeSegment> segments;
+  int level = 0;                         ///< the mechanical level
+  Index3 voxels_per_cell = {1, 1, 1};
+  std::vector<Index3> cells;             ///< shape (num_cells)
+  std::vector<std::array<std::int32_t, 8>> cell_nodes;  ///< shape (num_cells, 8), node order of shape.h
+  std::vector<Vec3> nodes;               ///< rest positions [mm]
+  std::vector<Vec3> displacement;        ///< per node [mm]
+  std::vector<std::uint16_t> segment;    ///< label of each cell
+  std::map<std::string, std::vector<double>> cell_fields;  ///< e.g. fill [1], strain_energy_density [N/mm^2]
+  TriangleSurface surface;               ///< rest positions
+  std::vector<Vec3> surface_displacement;  ///< per surface point [mm]
+  std::vector<ConditionPoints> conditions;
+  std::string report;                    ///< JSON
+  std::vector<std::string> history;      ///< command lines, oldest first
+};
+
+/// @throws Error{output}
+void write_result(const Result& result, const std::filesystem::path& path);
+
+/// @throws Error{input} naming the file and what is wrong with it
+Result read_result(const std::filesystem::path& path);
+
+/// True for a result file, false for anything else.
+bool is_result_file(const std::filesystem::path& path);
+
+}  // namespace hexmesh

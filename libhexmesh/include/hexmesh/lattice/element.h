@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+
+#include "hexmesh/lattice/material.h"
+#include "hexmesh/lattice/shape.h"
+
+namespace hexmesh {
+
+/// Size of the tensor-product rule {-1, 0, 1}^3; point (i, j, k) has number i + 3 (j + 3 k).
+inline constexpr int num_rule_points = 27;
+
+/// What a cell is made of: the exact integrals of its material against the 27 triquadratic Lagrange polynomials l_q of
+/// the points {-1, 0, 1}^3,
+///
+///     w_q = int_filled c(x) l_q(x) dV,      c = mu, kappa, rho or 1.
+///
+/// Products of trilinear functions and of their gradients are triquadratic, so each element integral is the sum
+/// int c f dV = sum_q w_q f(x_q), exact whatever part of the cell is filled and however the material varies in it.
+/// (Derivation: libsolver/THEORY.md, "Elements as 27 integrals"; it equals K_parent = sum L^T K_child L of the paper.)
+struct Element {
+  using Weights = std::array<double, num_rule_points>;
+  Weights shear{};    ///< mu    [N mm]
+  Weights bulk{};     ///< kappa [N mm]
+  Weights density{};  ///< rho   [tonne]
+  Weights fill{};     ///< 1     [mm^3]
+
+  double volume() const;      ///< filled volume [mm^3]
+  double mass() const;        ///< [tonne]
+  double total_bulk() const;  ///< int kappa dV [N mm]
+};
+
+/// A full voxel of one material.
+/// @param volume  of the voxel [mm^3]
+Element full_voxel(const Material& material, double volume);
+
+/// Add a child to its parent: w_parent += T w_child with T the triquadratic interpolation from the child's points.
+/// @param slot    which child: bit d = upper half along axis d; 0 along axes that are not merged
+/// @param factor  children per parent along each axis, 1 or 2
+void add_child(Element& parent, const Element& child, int slot, const Index3& factor);
+
+/// Forms the matrices of the elements of one level, whose cells all have the same edges.
+class ElementMatrices {
+public:
+  /// @param edges  columns = the cell's edge vectors in patient space [mm]
+  explicit ElementMatrices(const Mat3& edges);
+
+  /// A = int 2 mu dev(eps) : dev(eps) dV  [N/mm]
+  CellMatrix deviatoric(const Element& element) const;
+  /// int kappa (div u)^2 dV  [N/mm]
+  CellMatrix volumetric(const Element& element) const;
+  /// The paper's stiffness, K = A + volumetric  [N/mm]
+  CellMatrix stiffness(const Element& element) const { return deviatoric(element) + volumetric(element); }
+  /// b with b . u = int_filled div u dV  [mm^2]
+  CellVector divergence(const Element& element) const;
+  /// Mean dilatation, K = A + (kappa_mean / V) b b^T  [N/mm]
+  CellMatrix mean_dilatation_stiffness(const Element& element) const;
+  /// Consistent mass, scalar part: M_ab = int rho N_a N_b dV  [tonne], shape (8, 8)
+  Eigen::Matrix<double, 8, 8> mass(const Element& element) const;
+  /// Row sums of mass()  [tonne], shape (8)
+  NodeWeights lumped_mass(const Element& element) const;
+
+private:
+  std::array<NodeGradients, num_rule_points> gradients_;  ///< of N_a in patient space [1/mm]
+};
+
+}  // namespace hexmesh

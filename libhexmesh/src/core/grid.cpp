@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/core/grid.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+
+#include "hexmesh/core/error.h"
+
+namespace hexmesh {
+
+Grid::Grid(Index3 extent, Vec3 spacing, Vec3 origin, const Mat3& direction)
+    : extent_(extent), spacing_(std::move(spacing)), origin_(std::move(origin)), direction_(direction) {
+  for (int d = 0; d < 3; ++d) {
+    if (extent_[d] < 1)
+      throw Error(ErrorKind::input, fmt::format("grid extent along axis {} is {}, expected at least 1", d, extent_[d]));
+    if (!(std::isfinite(spacing_[d]) && spacing_[d] > 0))
+      throw Error(ErrorKind::input,
+                  fmt::format("grid spacing along axis {} is {}, expected a positive length in mm", d, spacing_[d]));
+  }
+  if (!origin_.allFinite()) throw Error(ErrorKind::input, "grid origin is not finite, expected a position in mm");
+  const Mat3 gram = direction_.transpose() * direction_;
+  if (!direction_.allFinite() || !gram.isIdentity(1e-3))
+    throw Error(ErrorKind::input,
+                "grid directions are not orthonormal (sheared, singular or not finite), expected three unit axes "
+                "at right angles");
+}
+
+std::size_t Grid::num_voxels() const noexcept {
+  return static_cast<std::size_t>(extent_[0]) * static_cast<std::size_t>(extent_[1]) *
+         static_cast<std::size_t>(extent_[2]);
+}
+
+bool Grid::contains(const Index3& ijk) const noexcept {
+  for (int d = 0; d < 3; ++d)
+    if (ijk[d] < 0 || ijk[d] >= extent_[d]) return false;
+  return true;
+}
+
+std::size_t Grid::offset(const Index3& ijk) const noexcept {
+  const auto nx = static_cast<std::size_t>(extent_[0]);
+  const auto ny = static_cast<std::size_t>(extent_[1]);
+  return static_cast<std::size_t>(ijk[0]) +
+         nx * (static_cast<std::size_t>(ijk[1]) + ny * static_cast<std::size_t>(ijk[2]));
+}
+
+Index3 Grid::index(std::size_t offset) const noexcept {
+  const auto nx = static_cast<std::size_t>(extent_[0]);
+  const auto ny = static_cast<std::size_t>(extent_[1]);
+  return {static_cast<std::int32_t>(offset % nx), static_cast<std::int32_t>(offset / nx % ny),
+          static_cast<std::int32_t>(offset / nx / ny)};
+}
+
+bool same_grid(const Grid& a, const Grid& b, double tolerance) {
+  if (a.extent() != b.extent()) return false;
+  const double allowed = tolerance * a.spacing().minCoeff();
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 index;
+    for (int d = 0; d < 3; ++d) index[d] = (corner >> d & 1) ? a.extent()[d] - 1 : 0;
+    if ((a.position(index) - b.position(index)).norm() > allowed) return false;
+  }
+  return true;
+}
+
+}  // namespace hexmesh

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hdf5.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "hexmesh/core/error.h"
+
+namespace hexmesh::hdf5 {
+namespace {
+
+constexpr hsize_t chunk_bytes = 1 << 20;
+constexpr std::size_t most_values = std::size_t{1} << 36;
+
+Handle string_type() {
+  Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type, H5T_VARIABLE);
+  H5Tset_cset(type, H5T_CSET_UTF8);
+  return type;
+}
+
+Handle open_for_reading(const std::filesystem::path& path) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose};
+}
+
+Handle create(const std::filesystem::path& path) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose};
+}
+
+Handle make_groups() {
+  Handle list(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+  H5Pset_create_intermediate_group(list, 1);
+  return list;
+}
+
+}  // namespace
+
+Writer::Writer(const std::filesystem::path& path) : path_(path), file_(create(path)) { check(file_ >= 0, "file"); }
+
+void Writer::check(bool good, const std::string& name) const {
+  if (!good) throw Error(ErrorKind::output, fmt::format("cannot write '{}' into '{}'", name, path_.string()));
+}
+
+void Writer::write_raw(const std::string& name, hid_t type, const void* data, const Shape& shape,
+                       std::size_t value_size, bool compress) {
+  const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
+  const Handle layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  const hsize_t row = std::accumulate(shape.begin() + 1, shape.end(), hsize_t{1}, std::multiplies<>());
+  if (shape[0] > 0 && row > 0) {
+    Shape chunk = shape;
+    chunk[0] = std::clamp<hsize_t>(chunk_bytes / (row * value_size), 1, shape[0]);
+    H5Pset_chunk(layout, static_cast<int>(chunk.size()), chunk.data());
+    if (compress) {
+      H5Pset_shuffle(layout);
+      H5Pset_deflate(layout, 1);
+    }
+    H5Pset_fletcher32(layout);
+  }
+  const Handle set(H5Dcreate2(file_, name.c_str(), type, space, make_groups(), layout, H5P_DEFAULT), H5Dclose);
+  check(set >= 0 && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0, name);
+}
+
+void Writer::write(const std::string& name, const std::vector<std::string>& values) {
+  std::vector<const char*> texts;
+  for (const std::string& v : values) texts.push_back(v.c_str());
+  const hsize_t count = texts.size();
+  const Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
+  const Handle type = string_type();
+  const Handle set(H5Dcreate2(file_, name.c_str(), type, space, make_groups(), H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
+  check(set >= 0 && (texts.empty() || H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts.data()) >= 0), name);
+}
+
+void Writer::attribute_raw(const std::string& group, const std::string& name, hid_t type, const void* data,
+                           std::size_t count) {
+  if (group != "/" && H5Lexists(file_, group.c_str(), H5P_DEFAULT) <= 0)
+    Handle(H5Gcreate2(file_, group.c_str(), make_groups(), H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+  const hsize_t length = count;
+  const Handle space(H5Screate_simple(1, &length, nullptr), H5Sclose);
+  const Handle attribute(
+      H5Acreate_by_name(file_, group.c_str(), name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+      H5Aclose);
+  check(attribute >= 0 && H5Awrite(attribute, type, data) >= 0, group + ":" + name);
+}
+
+void Writer::attribute(const std::string& group, const std::string& name, const std::string& text) {
+  const char* pointer = text.c_str();
+  attribute_raw(group, name, string_type(), &pointer, 1);
+}
+
+void Writer::close() { check(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0, "file"); }
+
+Reader::Reader(const std::filesystem::path& path, std::string what)
+    : what_(std::move(what)), path_(path), file_(open_for_reading(path)) {
+  if (file_ < 0) fail("is not a readable HDF5 file (truncated or another format)");
+}
+
+void Reader::fail(const std::string& message) const {
+  throw Error(ErrorKind::input, fmt::format("{} file '{}' {}", what_, path_.string(), message));
+}
+
+bool Reader::has(const std::string& name) const {
+  for (std::size_t slash = name.find('/', 1); slash != std::string::npos; slash = name.find('/', slash + 1))
+    if (H5Lexists(file_, name.substr(0, slash).c_str(), H5P_DEFAULT) <= 0) return false;
+  return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0;
+}
+
+Shape Reader::shape(const std::string& name, std::size_t rank) const {
+  if (!has(name)) fail(fmt::format("has no '{}'", name));
+  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (set < 0) fail(fmt::format("has no readable '{}'", name));
+  const Handle space(H5Dget_space(set), H5Sclose);
+  if (H5Sget_simple_extent_ndims(space) != static_cast<int>(rank))
+    fail(fmt::format("has '{}' with {} axes, expected {}", name, H5Sget_simple_extent_ndims(space), rank));
+  Shape found(rank);
+  H5Sget_simple_extent_dims(space, found.data(), nullptr);
+  return found;
+}
+
+Shape Reader::checked_shape(const std::string& name, const Shape& expected, std::size_t value_size) const {
+  const Shape found = shape(name, expected.size());
+  std::size_t count = 1;
+  for (std::size_t d = 0; d < found.size(); ++d) {
+    if (expected[d] != 0 && found[d] != expected[d])
+      fail(fmt::format("has '{}' of shape ({}), expected ({}) where 0 is any", name, fmt::join(found, ", "),
+                       fmt::join(expected, ", ")));
+    if (found[d] > most_values || count > most_values / std::max<hsize_t>(found[d], 1))
+      fail(fmt::format("claims '{}' of shape ({}), more than can be", name, fmt::join(found, ", ")));
+    count *= found[d];
+  }
+  // What is not compressed cannot claim more values than the file has bytes for; deflate gains at most 1032 : 1.
+  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  const hsize_t stored = H5Dget_storage_size(set);
+  if (count * value_size / 1100 > stored || stored > std::filesystem::file_size(path_))
+    fail(fmt::format("claims '{}' of shape ({}) but stores {} bytes for it", name, fmt::join(found, ", "), stored));
+  return found;
+}
+
+void Reader::read_raw(const std::string& name, hid_t type, void* data) const {
+  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  if (H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0)
+    fail(fmt::format("has a damaged '{}' (checksum or type)", name));
+}
+
+std::vector<std::string> Reader::read_strings(const std::string& name) const {
+  const Shape found = shape(name, 1);
+  if (found[0] > 1000000) fail(fmt::format("claims {} texts in '{}', more than can be", found[0], name));
+  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  const Handle type = string_type();
+  std::vector<char*> texts(found[0]);
+  if (!texts.empty() && H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts.data()) < 0)
+    fail(fmt::format("has a damaged '{}'", name));
+  std::vector<std::string> values;
+  for (char* text : texts) {
+    values.emplace_back(text ? text : "");
+    H5free_memory(text);
+  }
+  return values;
+}
+
+void Reader::attribute_raw(const std::string& group, const std::string& name, hid_t type, void* data,
+                           std::size_t count) const {
+  const Handle attribute(H5Aopen_by_name(file_, group.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  if (attribute < 0) fail(fmt::format("has no attribute '{}' of '{}'", name, group));
+  const Handle space(H5Aget_space(attribute), H5Sclose);
+  if (H5Sget_simple_extent_npoints(space) != static_cast<hssize_t>(count) || H5Aread(attribute, type, data) < 0)
+    fail(fmt::format("has an unreadable attribute '{}' of '{}', expected {} values", name, group, count));
+}
+
+std::string Reader::text_attribute(const std::string& group, const std::string& name) const {
+  char* text = nullptr;
+  attribute_raw(group, name, string_type(), static_cast<void*>(&text), 1);
+  const std::string value = text ? text : "";
+  H5free_memory(text);
+  return value;
+}
+
+}  // namespace hexmesh::hdf5

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <hdf5.h>
+
+#include <filesystem>
+#include <numeric>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace hexmesh::hdf5 {
+
+using Shape = std::vector<hsize_t>;
+
+/// Owns one HDF5 identifier.
+class Handle {
+public:
+  using Close = herr_t (*)(hid_t);
+  Handle(hid_t id, Close close) : id_(id), close_(close) {}
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
+  Handle& operator=(Handle&&) = delete;
+  operator hid_t() const { return id_; }
+
+private:
+  hid_t id_;
+  Close close_;
+};
+
+template <class T>
+hid_t native_type();
+template <>
+inline hid_t native_type<double>() { return H5T_NATIVE_DOUBLE; }
+template <>
+inline hid_t native_type<std::int32_t>() { return H5T_NATIVE_INT32; }
+template <>
+inline hid_t native_type<std::uint16_t>() { return H5T_NATIVE_UINT16; }
+template <>
+inline hid_t native_type<std::uint8_t>() { return H5T_NATIVE_UINT8; }
+template <>
+inline hid_t native_type<std::uint64_t>() { return H5T_NATIVE_UINT64; }
+
+/// Writes a new file. Datasets carry a Fletcher32 checksum per chunk. Names are paths; their groups are made as needed.
+class Writer {
+public:
+  /// @throws Error{output}
+  explicit Writer(const std::filesystem::path& path);
+
+  template <class T>
+  void write(const std::string& name, std::span<const T> values, const Shape& shape, bool compress = false) {
+    write_raw(name, native_type<T>(), values.data(), shape, sizeof(T), compress);
+  }
+  void write(const std::string& name, const std::vector<std::string>& values);
+
+  template <class T>
+  void attribute(const std::string& group, const std::string& name, std::span<const T> values) {
+    attribute_raw(group, name, native_type<T>(), values.data(), values.size());
+  }
+  void attribute(const std::string& group, const std::string& name, const std::string& text);
+
+  /// Flush and close. @throws Error{output}
+  void close();
+
+private:
+  void write_raw(const std::string& name, hid_t type, const void* data, const Shape& shape, std::size_t value_size,
+                 bool compress);
+  void attribute_raw(const std::string& group, const std::string& name, hid_t type, const void* data,
+                     std::size_t count);
+  void check(bool good, const std::string& name) const;
+
+  std::filesystem::path path_;
+  Handle file_;
+};
+
+/// Reads a file; every miss, wrong shape or failed checksum is an Error{input} that names file and dataset.
+class Reader {
+public:
+  /// @param what  named in messages, e.g. "lattice"
+  Reader(const std::filesystem::path& path, std::string what);
+
+  bool has(const std::string& name) const;
+
+  /// Shape of a dataset. @throws unless it has that many axes
+  Shape shape(const std::string& name, std::size_t rank) const;
+
+  /// @param expected  0 in an axis: any size
+  template <class T>
+  std::vector<T> read(const std::string& name, const Shape& expected) const {
+    const Shape found = checked_shape(name, expected, sizeof(T));
+    std::vector<T> values(std::accumulate(found.begin(), found.end(), std::size_t{1}, std::multiplies<>()));
+    read_raw(name, native_type<T>(), values.data());
+    return values;
+  }
+  std::vector<std::string> read_strings(const std::string& name) const;
+
+  template <class T>
+  std::vector<T> attribute(const std::string& group, const std::string& name, std::size_t count) const {
+    std::vector<T> values(count);
+    attribute_raw(group, name, native_type<T>(), values.data(), count);
+    return values;
+  }
+  std::string text_attribute(const std::string& group, const std::string& name) const;
+
+  /// @throws Error{input} with the file's name before the message
+  [[noreturn]] void fail(const std::string& message) const;
+
+private:
+  Shape checked_shape(const std::string& name, const Shape& expected, std::size_t value_size) const;
+  void read_raw(const std::string& name, hid_t type, void* data) const;
+  void attribute_raw(const std::string& group, const std::string& name, hid_t type, void* data,
+                     std::size_t count) const;
+
+  std::string what_;
+  std::filesystem::path path_;
+  Handle file_;
+};
+
+}  // namespace hexmesh::hdf5

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/file/result_file.h"
+
+#include <fmt/format.h>
+
+#include "shared_groups.h"
+
+namespace hexmesh {
+namespace {
+
+constexpr const char* format_name = "hexmesh result";
+
+}  // namespace
+
+void write_result(const Result& result, const std::filesystem::path& path) {
+  hdf5::Writer file(path);
+  hdf5::write_header(file, format_name, result_version, result.history);
+  hdf5::write_voxels(file, result.voxels, result.labels);
+  hdf5::write_segments(file, result.segments);
+  hdf5::write_surface(file, result.surface);
+  hdf5::write_points(file, "/surface/displacement", result.surface_displacement);
+
+  const std::int32_t level = result.level;
+  file.attribute("/mesh", "level", std::span(&level, 1));
+  file.attribute("/mesh", "voxels_per_cell", std::span<const std::int32_t>(result.voxels_per_cell));
+  hdf5::write_cells(file, "/mesh/cells", result.cells);
+  file.write<std::int32_t>("/mesh/cell_nodes", {result.cell_nodes.front().data(), 8 * result.cell_nodes.size()},
+                           {result.cell_nodes.size(), 8});
+  file.write<std::uint16_t>("/mesh/segment", result.segment, {result.segment.size()});
+  hdf5::write_points(file, "/mesh/nodes", result.nodes);
+  hdf5::write_points(file, "/displacement", result.displacement);
+
+  std::vector<std::string> names;
+  for (const auto& [name, values] : result.cell_fields) {
+    names.push_back(name);
+    file.write<double>("/cell_fields/" + name, values, {values.size()});
+  }
+  file.write("/cell_field_names", names);
+
+  names.clear();
+  for (const ConditionPoints& c : result.conditions) {
+    const std::string group = fmt::format("/conditions/{}", names.size());
+    names.push_back(c.name);
+    hdf5::write_points(file, group + "/points", c.points);
+    hdf5::write_points(file, group + "/displacement", c.displacement);
+  }
+  file.write("/condition_names", names);
+  file.write("/report", std::vector<std::string>{result.report});
+  file.close();
+}
+
+Result read_result(const std::filesystem::path& path) {
+  const hdf5::Reader file(path, "result");
+  std::vector<std::string> history = hdf5::read_header(file, format_name, result_version);
+  auto [grid, labels] = hdf5::read_voxels(file);
+  Result r{std::move(grid), std::move(labels), hdf5::read_segments(file)};
+  r.history = std::move(history);
+  r.surface = hdf5::read_surface(file);
+  r.surface_displacement = hdf5::read_points(file, "/surface/displacement", r.surface.points.size());
+  r.level = file.attribute<std::int32_t>("/mesh", "level", 1)[0];
+  r.voxels_per_cell = hdf5::read_index(file, "/mesh", "voxels_per_cell");
+  r.cells = hdf5::read_cells(file, "/mesh/cells", {65536, 65536, 65536});
+  const auto nodes = file.read<std::int32_t>("/mesh/cell_nodes", {r.cells.size(), 8});
+  r.cell_nodes.resize(r.cells.size());
+  for (std::size_t n = 0; n < nodes.size(); ++n) r.cell_nodes[n / 8][n % 8] = nodes[n];
+  r.nodes = hdf5::read_points(file, "/mesh/nodes");
+  hdf5::check_range(file, "/mesh/cell_nodes", nodes, r.nodes.size());
+  r.displacement = hdf5::read_points(file, "/displacement", r.nodes.size());
+  r.segment = file.read<std::uint16_t>("/mesh/segment", {r.cells.size()});
+  for (const std::string& name : file.read_strings("/cell_field_names"))
+    r.cell_fields[name] = file.read<double>("/cell_fields/" + name, {r.cells.size()});
+  for (const std::string& name : file.read_strings("/condition_names")) {
+    const std::string group = fmt::format("/conditions/{}", r.conditions.size());
+    std::vector<Vec3> points = hdf5::read_points(file, group + "/points");
+    std::vector<Vec3> moved = hdf5::read_points(file, group + "/displacement", points.size());
+    r.conditions.push_back({name, std::move(points), std::move(moved)});
+  }
+  const std::vector<std::string> report = file.read_strings("/report");
+  if (report.size() != 1) file.fail(fmt::format("has {} reports, expected 1", report.size()));
+  r.report = report.front();
+  return r;
+}
+
+bool is_result_file(const std::filesystem::path& path) {
+  return hdf5::Reader(path, "input").text_attribute("/", "format") == format_name;
+}
+
+}  // namespace hexmesh

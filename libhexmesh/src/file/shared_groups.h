@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "hdf5.h"
+#include "hexmesh/lattice/lattice.h"
+
+/// The groups that lattice and result files have in common; see FORMATS.md.
+namespace hexmesh::hdf5 {
+
+void write_header(Writer& file, const std::string& format, int version, const std::vector<std::string>& history);
+/// @returns history
+std::vector<std::string> read_header(const Reader& file, const std::string& format, int version);
+
+void write_voxels(Writer& file, const Grid& grid, const std::vector<std::uint16_t>& labels);
+std::pair<Grid, std::vector<std::uint16_t>> read_voxels(const Reader& file);
+
+void write_segments(Writer& file, const std::vector<LatticeSegment>& segments);
+std::vector<LatticeSegment> read_segments(const Reader& file);
+
+void write_surface(Writer& file, const TriangleSurface& surface);
+TriangleSurface read_surface(const Reader& file);
+
+void write_points(Writer& file, const std::string& name, const std::vector<Vec3>& points);
+/// @param count  0: any
+std::vector<Vec3> read_points(const Reader& file, const std::string& name, std::size_t count = 0);
+
+void write_cells(Writer& file, const std::string& name, const std::vector<Index3>& cells);
+/// @param limit  each index is below it
+std::vector<Index3> read_cells(const Reader& file, const std::string& name, const Index3& limit);
+
+Index3 read_index(const Reader& file, const std::string& group, const std::string& name);
+
+/// @throws Error{input} unless every value is within [0, limit)
+void check_range(const Reader& file, const std::string& name, std::span<const std::int32_t> values, std::size_t limit);
+
+}  // namespace hexmesh::hdf5

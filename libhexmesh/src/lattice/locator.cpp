@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/lattice/locator.h"
+
+#include <cmath>
+#include <limits>
+
+namespace hexmesh {
+
+CellLocator::CellLocator(const Grid& voxels, const Index3& voxels_per_cell, std::span<const Index3> cells)
+    : voxels_(voxels), voxels_per_cell_(voxels_per_cell), cells_(cells) {
+  std::size_t count = 1;
+  for (int d = 0; d < 3; ++d) {
+    extent_[d] = (voxels.extent()[d] + voxels_per_cell[d] - 1) / voxels_per_cell[d];
+    count *= static_cast<std::size_t>(extent_[d]);
+  }
+  number_.assign(count, -1);
+  for (std::size_t n = 0; n < cells.size(); ++n) {
+    const Index3& c = cells[n];
+    number_[static_cast<std::size_t>(c[0]) +
+            static_cast<std::size_t>(extent_[0]) *
+                (static_cast<std::size_t>(c[1]) +
+                 static_cast<std::size_t>(extent_[1]) * static_cast<std::size_t>(c[2]))] =
+        static_cast<std::int32_t>(n);
+  }
+}
+
+std::int32_t CellLocator::cell_at(const Index3& c) const {
+  for (int d = 0; d < 3; ++d)
+    if (c[d] < 0 || c[d] >= extent_[d]) return -1;
+  return number_[static_cast<std::size_t>(c[0]) +
+                 static_cast<std::size_t>(extent_[0]) *
+                     (static_cast<std::size_t>(c[1]) +
+                      static_cast<std::size_t>(extent_[1]) * static_cast<std::size_t>(c[2]))];
+}
+
+Embedding CellLocator::embed(std::int32_t cell, const Vec3& voxel_index) const {
+  Embedding e{cell, {}};
+  for (int d = 0; d < 3; ++d)
+    e.local[d] = (voxel_index[d] + 0.5) / voxels_per_cell_[d] - cells_[static_cast<std::size_t>(cell)][d];
+  return e;
+}
+
+std::int32_t CellLocator::cell_of_voxel(const Index3& voxel) const {
+  if (!voxels_.contains(voxel)) return -1;
+  return cell_at(
+      {voxel[0] / voxels_per_cell_[0], voxel[1] / voxels_per_cell_[1], voxel[2] / voxels_per_cell_[2]});
+}
+
+Embedding CellLocator::in_cell_of_voxel(const Index3& voxel, const Vec3& voxel_index) const {
+  const std::int32_t cell = cell_of_voxel(voxel);
+  return cell < 0 ? Embedding{} : embed(cell, voxel_index);
+}
+
+Embedding CellLocator::locate(const Vec3& voxel_index) const {
+  Index3 home;
+  for (int d = 0; d < 3; ++d) {
+    const double c = std::floor((voxel_index[d] + 0.5) / voxels_per_cell_[d]);
+    if (!(std::abs(c) < 1e6)) return {};
+    home[d] = static_cast<std::int32_t>(c);
+  }
+  if (const std::int32_t cell = cell_at(home); cell >= 0) return embed(cell, voxel_index);
+
+  Embedding nearest;
+  double least = std::numeric_limits<double>::infinity();
+  for (int k = -2; k <= 2; ++k)
+    for (int j = -2; j <= 2; ++j)
+      for (int i = -2; i <= 2; ++i) {
+        const std::int32_t cell = cell_at({home[0] + i, home[1] + j, home[2] + k});
+        if (cell < 0) continue;
+        const Embedding e = embed(cell, voxel_index);
+        double distance = 0;
+        for (int d = 0; d < 3; ++d) {
+          const double outside = std::max({0.0, -e.local[d], e.local[d] - 1}) * voxels_per_cell_[d];
+          distance += std::pow(outside * voxels_.spacing()[d], 2);
+        }
+        if (distance < least) {
+          least = distance;
+          nearest = e;
+        }
+      }
+  return nearest;
+}
+
+}  // namespace hexmesh

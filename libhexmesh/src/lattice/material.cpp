@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/lattice/material.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "hexmesh/core/error.h"
+
+namespace hexmesh {
+
+Material material_from_units(double young_kpa, double poisson, double density_kg_m3) {
+  return {young_kpa * 1e-3, poisson, density_kg_m3 * 1e-12};
+}
+
+void check_material(const Material& material, const std::string& segment) {
+  if (!(std::isfinite(material.young) && material.young > 0))
+    throw Error(ErrorKind::input, fmt::format("material of segment '{}': young_kpa is {}, expected > 0", segment,
+                                              material.young * 1e3));
+  if (!(material.poisson > -1 && material.poisson < 0.5))
+    throw Error(ErrorKind::input, fmt::format("material of segment '{}': poisson is {}, expected within (-1, 0.5)",
+                                              segment, material.poisson));
+  if (!(std::isfinite(material.density) && material.density >= 0))
+    throw Error(ErrorKind::input, fmt::format("material of segment '{}': density_kg_m3 is {}, expected >= 0", segment,
+                                              material.density * 1e12));
+}
+
+const std::vector<Tissue>& known_tissues() {
+  static const std::vector<Tissue> tissues = {
+      {"tumour",
+       {"tumor", "tumour", "nodule", "lesion", "metastas", "carcinoma"},
+       material_from_units(30, 0.45, 1060),
+       "Venkatesh et al., AJR 190 (2008) 1534: malignant liver tumours, shear stiffness 10.1 kPa, E = 3 mu"},
+      {"vessel",
+       {"vessel", "vein", "vena", "artery", "aorta"},
+       material_from_units(300, 0.45, 1060),
+       "Fung, Biomechanics: Mechanical Properties of Living Tissues (1993), ch. 8: order of wall moduli"},
+      {"bone",
+       {"bone", "vertebra", "rib", "sacrum", "femur", "skull"},
+       material_from_units(17e6, 0.3, 1900),
+       "Rho, Ashman, Turner, J. Biomech. 26 (1993) 111: cortical bone"},
+      {"muscle",
+       {"muscle", "gluteus", "iliopsoas", "autochthon"},
+       material_from_units(12, 0.45, 1060),
+       "Bensamoun et al., JMRI 23 (2006) 708: relaxed thigh muscle, shear stiffness 3.7 kPa along the fibres"},
+      {"fat",
+       {"fat", "adipose"},
+       material_from_units(3.25, 0.45, 920),
+       "Samani, Zubovits, Plewes, Phys. Med. Biol. 52 (2007) 1565: breast adipose tissue"},
+      {"liver",
+       {"liver", "hepar"},
+       material_from_units(6.6, 0.45, 1060),
+       "Yin et al., Clin. Gastroenterol. Hepatol. 5 (2007) 1207: healthy liver, shear stiffness 2.2 kPa, E = 3 mu"},
+  };
+  return tissues;
+}
+
+const Tissue* tissue_of(const std::string& segment_name) {
+  std::string name = segment_name;
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  for (const Tissue& tissue : known_tissues())
+    for (const std::string& word : tissue.words)
+      if (name.find(word) != std::string::npos) return &tissue;
+  return nullptr;
+}
+
+}  // namespace hexmesh

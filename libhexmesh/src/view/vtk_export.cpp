@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/view/vtk_export.h"
+
+#include <fmt/format.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkCellType.h>
+#include <vtkDoubleArray.h>
+#include <vtkFieldData.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkStringArray.h>
+#include <vtkUnsignedShortArray.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkXMLPolyDataWriter.h>
+#include <vtkXMLUnstructuredGridWriter.h>
+
+#include "hexmesh/core/error.h"
+
+namespace hexmesh {
+namespace {
+
+/// VTK_HEXAHEDRON walks each face in a circle.
+constexpr std::array<std::size_t, 8> vtk_order = {0, 1, 3, 2, 4, 5, 7, 6};
+
+void set_points(vtkPointSet& set, const std::vector<Vec3>& rest, const std::vector<Vec3>& displacement, Shape shape) {
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  points->SetNumberOfPoints(static_cast<vtkIdType>(rest.size()));
+  vtkNew<vtkDoubleArray> moved;
+  moved->SetName("displacement");
+  moved->SetNumberOfComponents(3);
+  moved->SetNumberOfTuples(static_cast<vtkIdType>(rest.size()));
+  for (std::size_t n = 0; n < rest.size(); ++n) {
+    const Vec3 p = shape == Shape::deformed ? Vec3(rest[n] + displacement[n]) : rest[n];
+    points->SetPoint(static_cast<vtkIdType>(n), p.data());
+    moved->SetTuple(static_cast<vtkIdType>(n), displacement[n].data());
+  }
+  set.SetPoints(points);
+  set.GetPointData()->SetVectors(moved);
+}
+
+void add_segment(vtkDataSet& set, const std::vector<std::uint16_t>& labels) {
+  vtkNew<vtkUnsignedShortArray> array;
+  array->SetName("segment");
+  array->SetNumberOfTuples(static_cast<vtkIdType>(labels.size()));
+  for (std::size_t n = 0; n < labels.size(); ++n) array->SetValue(static_cast<vtkIdType>(n), labels[n]);
+  set.GetCellData()->AddArray(array);
+}
+
+/// Names of the labels and the units, where ParaView's Information tab shows them.
+void add_notes(vtkDataSet& set, const Result& result) {
+  vtkNew<vtkStringArray> segments;
+  segments->SetName("segments");
+  for (const LatticeSegment& s : result.segments)
+    segments->InsertNextValue(fmt::format("{} = {}", s.segment.label, s.segment.name));
+  set.GetFieldData()->AddArray(segments);
+  vtkNew<vtkStringArray> units;
+  units->SetName("units");
+  units->InsertNextValue("mm, N, MPa; patient LPS; strain_energy_density in N/mm^2; fill 0 to 1");
+  set.GetFieldData()->AddArray(units);
+}
+
+template <class Writer, class Data>
+void write(Data& data, const std::filesystem::path& path) {
+  vtkNew<Writer> writer;
+  writer->SetFileName(path.c_str());
+  writer->SetInputData(&data);
+  writer->SetDataModeToAppended();
+  writer->EncodeAppendedDataOff();
+  if (writer->Write() != 1)
+    throw Error(ErrorKind::output, fmt::format("cannot write '{}'", path.string()));
+}
+
+}  // namespace
+
+void write_vtu(const Result& result, Shape shape, const std::filesystem::path& path) {
+  vtkNew<vtkUnstructuredGrid> grid;
+  set_points(*grid, result.nodes, result.displacement, shape);
+  vtkNew<vtkCellArray> cells;
+  cells->AllocateEstimate(static_cast<vtkIdType>(result.cells.size()), 8);
+  for (const auto& nodes : result.cell_nodes) {
+    std::array<vtkIdType, 8> ids;
+    for (std::size_t a = 0; a < 8; ++a) ids[a] = nodes[vtk_order[a]];
+    cells->InsertNextCell(8, ids.data());
+  }
+  grid->SetCells(VTK_HEXAHEDRON, cells);
+  add_segment(*grid, result.segment);
+  for (const auto& [name, values] : result.cell_fields) {
+    vtkNew<vtkDoubleArray> array;
+    array->SetName(name.c_str());
+    array->SetNumberOfTuples(static_cast<vtkIdType>(values.size()));
+    for (std::size_t n = 0; n < values.size(); ++n) array->SetValue(static_cast<vtkIdType>(n), values[n]);
+    grid->GetCellData()->AddArray(array);
+  }
+  add_notes(*grid, result);
+  write<vtkXMLUnstructuredGridWriter>(*grid, path);
+}
+
+void write_vtp(const Result& result, Shape shape, const std::filesystem::path& path) {
+  vtkNew<vtkPolyData> surface;
+  set_points(*surface, result.surface.points, result.surface_displacement, shape);
+  vtkNew<vtkCellArray> triangles;
+  for (const auto& t : result.surface.triangles) {
+    const std::array<vtkIdType, 3> ids = {t[0], t[1], t[2]};
+    triangles->InsertNextCell(3, ids.data());
+  }
+  surface->SetPolys(triangles);
+  add_segment(*surface, result.surface.segment);
+  add_notes(*surface, result);
+  write<vtkXMLPolyDataWriter>(*surface, path);
+}
+
+}  // namespace hexmesh

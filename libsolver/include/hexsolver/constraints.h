@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "hexsolver/mesh.h"
+
+namespace hexsolver {
+
+/// One point whose displacement is prescribed: H u = value along the chosen axes, H trilinear in its cell.
+struct ConstraintPoint {
+  std::int32_t condition = 0;   ///< which condition of the scene
+  std::int32_t cell = -1;       ///< of the mechanical level
+  NodeWeights weights;          ///< of the cell's nodes
+  Vec3 value = Vec3::Zero();    ///< [mm]
+  std::array<bool, 3> axes = {true, true, true};
+};
+
+/// Prescribed displacements of embedded points, H u = c.
+///
+/// A patch of many points pins more directions than a coarse cell has. Points that share nodes form a cluster; in each
+/// the right singular vectors of H with sigma >= 0.1 sigma_max are kept and hold exactly, the misfit of the others is
+/// least squares: c' = H H^+ c as in the paper (whose two cases of H^+ are printed the wrong way round).
+/// In clusters of more than `dense_limit` nodes, where that is too dear, each cell keeps its own directions by the same
+/// rule and all of them hold together.
+class Constraints {
+public:
+  static constexpr double cutoff = 0.1;
+  static constexpr std::size_t dense_limit = 1000;
+
+  Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points);
+  ~Constraints();
+
+  const std::vector<ConstraintPoint>& points() const noexcept { return points_; }
+
+  /// v <- P v, P the orthogonal projection onto the displacements that leave all kept directions alone.
+  void project(NodeVector& v) const;
+
+  /// The smallest d such that u + d satisfies H (u + d) = fraction * c in the kept directions.
+  NodeVector lift(const NodeVector& u, double fraction) const;
+
+  /// The forces on the points that hold the residual r = H^T lambda; shape (num_points) [N].
+  std::vector<Vec3> multipliers(const NodeVector& residual) const;
+
+  /// H u of a point [mm].
+  Vec3 displacement(const ConstraintPoint& point, const NodeVector& u) const;
+
+  std::size_t num_kept() const;  ///< directions, over all axes
+
+  /// How far each point stays from its prescribed place however the nodes move: |c - H u| of the least-squares u
+  /// without any cut-off, shape (num_points) [mm]. Not zero where conditions contradict each other.
+  std::vector<double> contradiction() const;
+
+  /// The largest |H u - fraction c| over the kept directions, scaled to a displacement of the points [mm].
+  double violation(const NodeVector& u, double fraction) const;
+
+  struct Cluster;
+
+private:
+  const Mesh& mesh_;
+  std::vector<ConstraintPoint> points_;
+  std::array<std::vector<std::shared_ptr<const Cluster>>, 3> clusters_;  ///< per axis
+};
+
+}  // namespace hexsolver

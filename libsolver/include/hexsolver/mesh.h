@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <omp.h>
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "hexmesh/lattice/lattice.h"
+
+namespace hexsolver {
+
+using hexmesh::CellMatrix;
+using hexmesh::CellVector;
+using hexmesh::Index3;
+using hexmesh::Mat3;
+using hexmesh::NodeGradients;
+using hexmesh::NodeWeights;
+using hexmesh::Vec3;
+
+/// Values at nodes: (x, y, z) of node 0, of node 1, ...; length 3 num_nodes.
+using NodeVector = Eigen::VectorXd;
+
+using CellNodes = std::array<std::int32_t, 8>;
+
+/// The cells of one level and the nodes they hang on.
+class Mesh {
+public:
+  /// @param cells   sorted, i fastest
+  /// @param edges   columns = edge vectors of a cell [mm]
+  /// @param corner  position of node (0, 0, 0) [mm]
+  Mesh(std::vector<Index3> cells, const Mat3& edges, const Vec3& corner);
+
+  std::size_t num_cells() const noexcept { return cells_.size(); }
+  std::size_t num_nodes() const noexcept { return nodes_.size(); }
+  std::size_t num_dofs() const noexcept { return 3 * nodes_.size(); }
+
+  const std::vector<Index3>& cells() const noexcept { return cells_; }
+  const std::vector<CellNodes>& cell_nodes() const noexcept { return cell_nodes_; }
+  const std::vector<Index3>& nodes() const noexcept { return nodes_; }  ///< lattice index of each node
+  const Mat3& edges() const noexcept { return edges_; }
+
+  /// Rest position of a node [mm].
+  Vec3 position(std::size_t node) const {
+    return corner_ + edges_ * Vec3(nodes_[node][0], nodes_[node][1], nodes_[node][2]);
+  }
+
+  /// f(cell) for every cell, in parallel: no two cells at once share a node, and the order in which the cells of a
+  /// node come is the same for any number of threads.
+  template <class F>
+  void for_each_cell(F&& f) const {
+    for (std::size_t color = 0; color < 2; ++color) {
+      const auto count = static_cast<std::ptrdiff_t>(slabs_.size());
+#pragma omp parallel for schedule(dynamic)
+      for (std::ptrdiff_t s = static_cast<std::ptrdiff_t>(color); s < count; s += 2)
+        for (std::size_t c = slabs_[static_cast<std::size_t>(s)].first; c < slabs_[static_cast<std::size_t>(s)].second;
+             ++c)
+          f(c);
+    }
+  }
+
+  CellVector gather(std::size_t cell, const NodeVector& x) const {
+    CellVector v;
+    for (int a = 0; a < 8; ++a)
+      v.segment<3>(3 * a) = x.segment<3>(3 * static_cast<Eigen::Index>(cell_nodes_[cell][static_cast<std::size_t>(a)]));
+    return v;
+  }
+
+  void scatter_add(std::size_t cell, const CellVector& v, NodeVector& y) const {
+    for (int a = 0; a < 8; ++a)
+      y.segment<3>(3 * static_cast<Eigen::Index>(cell_nodes_[cell][static_cast<std::size_t>(a)])) +=
+          v.segment<3>(3 * a);
+  }
+
+private:
+  std::vector<Index3> cells_;
+  std::vector<CellNodes> cell_nodes_;
+  std::vector<Index3> nodes_;
+  Mat3 edges_;
+  Vec3 corner_;
+  std::vector<std::pair<std::size_t, std::size_t>> slabs_;  ///< ranges of cells, one layer k each, gaps kept empty
+};
+
+/// Trilinear interpolation from the nodes of a coarser mesh: u_fine = P u_coarse, for each component alike.
+class Prolongation {
+public:
+  /// @param factor  fine cells per coarse cell along each axis, 1 or 2
+  Prolongation(const Mesh& fine, const Mesh& coarse, const Index3& factor);
+
+  void prolongate(const NodeVector& coarse, NodeVector& fine) const;   ///< fine = P coarse
+  void restrict_to(const NodeVector& fine, NodeVector& coarse) const;  ///< coarse = P^T fine
+
+private:
+  /// Compressed rows: row r holds columns_[begin_[r]] ... columns_[begin_[r + 1] - 1].
+  struct Rows {
+    std::vector<std::int32_t> begin, columns;
+    std::vector<float> weights;
+    void multiply(const NodeVector& x, NodeVector& y) const;
+  };
+  Rows forward_, transposed_;
+};
+
+}  // namespace hexsolver

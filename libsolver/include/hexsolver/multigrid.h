@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/SparseCholesky>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "hexsolver/constraints.h"
+#include "hexsolver/elastic.h"
+#include "hexsolver/mesh.h"
+
+namespace hexsolver {
+
+/// The geometry of all multigrid levels below a mechanical level: made once, used by every Newton step.
+struct Hierarchy {
+  std::vector<Mesh> meshes;                    ///< [0] = the mechanical level
+  std::vector<hexmesh::Merge> merges;          ///< [l]: cells of meshes[l] -> cells of meshes[l + 1]
+  std::vector<Prolongation> prolongations;     ///< [l]: meshes[l + 1] -> meshes[l]
+
+  /// @param coarsest_dofs  merge until a level has at most this many
+  Hierarchy(Mesh finest, const Vec3& corner, std::size_t coarsest_dofs = 2000);
+};
+
+/// One symmetric V-cycle as a preconditioner for the Hessian with supports.
+///
+/// Coarse operators are Galerkin products, cell by cell: K_parent = sum_c L_c^T K_c L_c of the current cell Hessians,
+/// so no global matrix exists but the coarsest. The supports enter as w H^T H, cell-local and exact on every level
+/// (H_coarse = H P). Smoother: Chebyshev polynomial of degree 3 on 3x3 block Jacobi.
+class Multigrid {
+public:
+  /// All three must outlive this.
+  /// @param elastic  linearized
+  Multigrid(const Hierarchy& hierarchy, const Elastic& elastic, const Constraints& constraints);
+
+  /// False where the coarsest matrix or a smoother's block is not positive definite: the Hessian is indefinite.
+  bool is_positive() const noexcept { return positive_; }
+
+  /// z = M^-1 r
+  void apply(const NodeVector& r, NodeVector& z) const;
+
+private:
+  using FloatMatrix = Eigen::Matrix<float, 24, 24>;
+  struct Level {
+    std::vector<std::int32_t> index;   ///< cell -> pool; empty on the finest level
+    std::vector<FloatMatrix> pool;
+    std::vector<Eigen::Matrix3f> inverse_diagonal;  ///< per node
+    double largest_eigenvalue = 0;     ///< of D^-1 A
+    mutable NodeVector b, x, r, d, t;  ///< work space of a cycle
+  };
+
+  void choose_support_weights();
+  void coarsen(std::size_t level);
+  bool invert_diagonal(Level& level, const std::vector<Mat3>& diagonal);
+  void estimate_eigenvalue(std::size_t level);
+  void factor_coarsest();
+  CellMatrix cell_matrix(std::size_t level, std::size_t cell) const;
+  void multiply(std::size_t level, const NodeVector& x, NodeVector& y) const;
+  void scale_by_diagonal(std::size_t level, const NodeVector& r, NodeVector& d) const;
+  void smooth(std::size_t level, const NodeVector& b, NodeVector& x, bool from_zero) const;
+  void cycle(std::size_t level, const NodeVector& b, NodeVector& x) const;
+
+  const Hierarchy& hierarchy_;
+  const Elastic& elastic_;
+  const Constraints& constraints_;
+  std::unordered_map<std::size_t, std::vector<std::size_t>> points_of_cell_;  ///< constraint points, finest level
+  std::vector<double> support_weight_;  ///< w of each condition [N/mm]
+  std::vector<Level> levels_;
+  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> coarsest_;
+  bool positive_ = true;
+};
+
+}  // namespace hexsolver

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "hexsolver/constraints.h"
+#include "hexsolver/elastic.h"
+#include "hexsolver/multigrid.h"
+
+namespace hexsolver {
+
+struct NewtonOptions {
+  double tolerance = 1e-8;   ///< on the relative residual |P g| / |sum of absolute cell forces|
+  int max_iterations = 40;
+  int max_linear_iterations = 500;  ///< per Newton step
+};
+
+struct NewtonReport {
+  bool converged = false;
+  std::string reason;        ///< why it ended
+  int iterations = 0;
+  int linear_iterations = 0;
+  double relative_residual = 0;
+};
+
+/// What is called after every Newton step: iteration, relative residual, linear iterations of the step.
+using NewtonProgress = std::function<void(int, double, int)>;
+
+/// Minimise the elastic energy under H u = fraction * c by Newton's method from u.
+///
+/// Each step solves the linearised problem by conjugate gradients in the subspace that leaves the supports alone,
+/// preconditioned by one V-cycle; a step along which the Hessian is not positive falls back to its Gauss-Newton part;
+/// a backtracking line search keeps the energy falling once the supports hold.
+NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constraints& constraints, double fraction,
+                      const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress = {});
+
+}  // namespace hexsolver

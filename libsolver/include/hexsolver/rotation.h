@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "hexsolver/mesh.h"
+
+namespace hexsolver {
+
+/// F = R S with R a proper rotation, also where F is flat or inverted, and what its derivative needs.
+struct Polar {
+  Mat3 rotation;  ///< R, det = +1
+  Mat3 stretch;   ///< S = R^T F, symmetric
+  /// M^-1 with M = tr(S) I - S, whose eigenvalues sigma_i + sigma_j are floored at `polar_floor`:
+  /// for a change dF, dR = R [w]x with M w = axial(R^T dF - dF^T R).
+  Mat3 inverse_m;
+};
+
+inline constexpr double polar_floor = 0.05;
+
+/// Inverted cells keep the sign with the smallest singular value, so that they recover along the shortest way.
+/// Sources: Higham, SIAM J. Sci. Stat. Comput. 7 (1986) 1160 (the iteration); Irving et al., SCA 2004 (inversion).
+Polar polar_decomposition(const Mat3& f);
+
+}  // namespace hexsolver

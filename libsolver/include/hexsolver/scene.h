@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hexmesh/lattice/lattice.h"
+#include "hexsolver/elastic.h"
+
+namespace hexsolver {
+
+enum class SurfacePoints {
+  faces,   ///< centres of exposed voxel faces
+  voxels,  ///< barycentres of boundary voxels, the paper's
+  nodes    ///< lattice nodes that touch an empty or missing cell: ordinary finite elements
+};
+
+/// All points within `radius` of `center`; radius 0 = the one nearest point.
+struct Ball {
+  Vec3 center;      ///< [mm]
+  double radius;    ///< [mm]
+};
+
+/// Points in a box; `to_box` maps patient space to [-1, 1]^3.
+struct Box {
+  Mat3 to_box;
+  Vec3 center;
+};
+
+struct HalfSpace {
+  Vec3 point, normal;  ///< points p with (p - point) . normal >= 0
+};
+
+/// Where a condition acts: the points in any of the balls, the box, the half-space or beside the segment.
+struct Selection {
+  std::vector<Ball> balls;
+  std::optional<Box> box;
+  std::optional<HalfSpace> halfspace;
+  std::string segment;              ///< boundary shared with this segment; empty = not asked
+  SurfacePoints on = SurfacePoints::faces;
+  double max_distance = 5;          ///< of a ball's centre from the surface [mm]
+};
+
+/// A [[fix]] or [[displace]] of the scene.
+struct Condition {
+  std::string name;
+  std::string where;  ///< file:line of its table, for messages
+  Selection selection;
+  Vec3 by = Vec3::Zero();  ///< [mm]; zero for a fix
+  std::array<bool, 3> axes = {true, true, true};
+};
+
+/// What [material.NAME] replaces.
+struct MaterialOverride {
+  std::optional<double> young_kpa, poisson, density_kg_m3;
+};
+
+/// A scene file. Units inside: mm, N, MPa.
+struct Scene {
+  Strain strain = Strain::corotational;
+  Volumetric volumetric = Volumetric::mean;
+  std::optional<int> level;   ///< mechanical level; nothing = the finest of at most 20000 cells
+  double tolerance = 1e-8;
+  std::map<std::string, MaterialOverride> materials;
+  std::vector<Condition> conditions;
+};
+
+/// Read a scene (TOML). Relative paths of markups are relative to the scene file.
+/// @param settings  "solve.strain=corotational" overrides a key of the file before it is checked
+/// @throws Error{input} "file:line:column: key, what was expected"; Error{usage} for a bad setting
+Scene read_scene(const std::filesystem::path& path, const std::string& display_name,
+                 const std::vector<std::string>& settings = {});
+
+}  // namespace hexsolver

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace hexsolver {
+
+/// y = K x, K (24, 24) symmetric, x and y of length 24; for the widest vectors of the machine it runs on.
+void multiply24(const double* k, const double* x, double* y);
+void multiply24(const float* k, const float* x, float* y);
+
+}  // namespace hexsolver

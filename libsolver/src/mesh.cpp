@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/mesh.h"
+
+#include <algorithm>
+#include <cassert>
+
+namespace hexsolver {
+namespace {
+
+/// Numbers for a set of lattice indices, by position in their bounding box.
+class IndexMap {
+public:
+  explicit IndexMap(const Index3& extent)
+      : extent_(extent), number_(static_cast<std::size_t>(extent[0]) * static_cast<std::size_t>(extent[1]) *
+                                     static_cast<std::size_t>(extent[2]),
+                                 -1) {}
+  std::int32_t& operator[](const Index3& i) {
+    return number_[static_cast<std::size_t>(i[0]) +
+                   static_cast<std::size_t>(extent_[0]) *
+                       (static_cast<std::size_t>(i[1]) +
+                        static_cast<std::size_t>(extent_[1]) * static_cast<std::size_t>(i[2]))];
+  }
+  /// Number the marked entries (>= 0) in order and return their indices.
+  std::vector<Index3> enumerate() {
+    std::vector<Index3> out;
+    std::size_t n = 0;
+    Index3 i;
+    for (i[2] = 0; i[2] < extent_[2]; ++i[2])
+      for (i[1] = 0; i[1] < extent_[1]; ++i[1])
+        for (i[0] = 0; i[0] < extent_[0]; ++i[0], ++n)
+          if (number_[n] >= 0) {
+            number_[n] = static_cast<std::int32_t>(out.size());
+            out.push_back(i);
+          }
+    return out;
+  }
+
+private:
+  Index3 extent_;
+  std::vector<std::int32_t> number_;
+};
+
+Index3 corner_of(const Index3& cell, int a) {
+  return {cell[0] + hexmesh::corner_bit(a, 0), cell[1] + hexmesh::corner_bit(a, 1), cell[2] + hexmesh::corner_bit(a, 2)};
+}
+
+Index3 extent_of(const std::vector<Index3>& indices) {
+  Index3 extent = {0, 0, 0};
+  for (const Index3& i : indices)
+    for (std::size_t d = 0; d < 3; ++d) extent[d] = std::max(extent[d], i[d] + 1);
+  return extent;
+}
+
+}  // namespace
+
+Mesh::Mesh(std::vector<Index3> cells, const Mat3& edges, const Vec3& corner)
+    : cells_(std::move(cells)), edges_(edges), corner_(corner) {
+  Index3 extent = extent_of(cells_);
+  const auto num_layers = static_cast<std::size_t>(extent[2]);
+  for (std::int32_t& n : extent) ++n;
+  IndexMap number(extent);
+  for (const Index3& c : cells_)
+    for (int a = 0; a < 8; ++a) number[corner_of(c, a)] = 0;
+  nodes_ = number.enumerate();
+  cell_nodes_.resize(cells_.size());
+  for (std::size_t c = 0; c < cells_.size(); ++c)
+    for (int a = 0; a < 8; ++a) cell_nodes_[c][static_cast<std::size_t>(a)] = number[corner_of(cells_[c], a)];
+
+  slabs_.assign(num_layers, {0, 0});
+  for (std::size_t c = 0; c < cells_.size(); ++c) {
+    auto& slab = slabs_[static_cast<std::size_t>(cells_[c][2])];
+    if (slab.second == 0) slab.first = c;
+    slab.second = c + 1;
+  }
+}
+
+Prolongation::Prolongation(const Mesh& fine, const Mesh& coarse, const Index3& factor) {
+  Index3 extent = extent_of(coarse.nodes());
+  IndexMap number(extent);
+  for (std::size_t n = 0; n < coarse.num_nodes(); ++n) number[coarse.nodes()[n]] = static_cast<std::int32_t>(n);
+
+  forward_.begin.push_back(0);
+  for (const Index3& node : fine.nodes()) {
+    for (int a = 0; a < 8; ++a) {
+      // The fine node lies on a coarse node along an axis, or half way between two.
+      float weight = 1;
+      Index3 at;
+      for (std::size_t d = 0; d < 3; ++d) {
+        const bool between = node[d] % factor[d] != 0;
+        const int upper = hexmesh::corner_bit(a, static_cast<int>(d));
+        if (between) weight *= 0.5F;
+        if (!between && upper) weight = 0;
+        at[d] = node[d] / factor[d] + (between ? upper : 0);
+      }
+      if (weight == 0) continue;
+      assert(number[at] >= 0);
+      forward_.columns.push_back(number[at]);
+      forward_.weights.push_back(weight);
+    }
+    forward_.begin.push_back(static_cast<std::int32_t>(forward_.columns.size()));
+  }
+
+  transposed_.begin.assign(coarse.num_nodes() + 1, 0);
+  for (const std::int32_t column : forward_.columns) ++transposed_.begin[static_cast<std::size_t>(column) + 1];
+  for (std::size_t n = 0; n < coarse.num_nodes(); ++n) transposed_.begin[n + 1] += transposed_.begin[n];
+  transposed_.columns.resize(forward_.columns.size());
+  transposed_.weights.resize(forward_.columns.size());
+  std::vector<std::int32_t> next = transposed_.begin;
+  for (std::size_t row = 0; row < fine.num_nodes(); ++row)
+    for (std::int32_t e = forward_.begin[row]; e < forward_.begin[row + 1]; ++e) {
+      const auto entry = static_cast<std::size_t>(e);
+      const auto to = static_cast<std::size_t>(next[static_cast<std::size_t>(forward_.columns[entry])]++);
+      transposed_.columns[to] = static_cast<std::int32_t>(row);
+      transposed_.weights[to] = forward_.weights[entry];
+    }
+}
+
+void Prolongation::Rows::multiply(const NodeVector& x, NodeVector& y) const {
+  const auto num_rows = static_cast<std::ptrdiff_t>(begin.size()) - 1;
+  y.resize(3 * num_rows);
+#pragma omp parallel for schedule(static)
+  for (std::ptrdiff_t row = 0; row < num_rows; ++row) {
+    Vec3 sum = Vec3::Zero();
+    for (std::int32_t e = begin[static_cast<std::size_t>(row)]; e < begin[static_cast<std::size_t>(row) + 1]; ++e)
+      sum += static_cast<double>(weights[static_cast<std::size_t>(e)]) *
+             x.segment<3>(3 * static_cast<Eigen::Index>(columns[static_cast<std::size_t>(e)]));
+    y.segment<3>(3 * row) = sum;
+  }
+}
+
+void Prolongation::prolongate(const NodeVector& coarse, NodeVector& fine) const { forward_.multiply(coarse, fine); }
+void Prolongation::restrict_to(const NodeVector& fine, NodeVector& coarse) const { transposed_.multiply(fine, coarse); }
+
+}  // namespace hexsolver

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/newton.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace hexsolver {
+namespace {
+
+struct LinearOutcome {
+  int iterations = 0;
+  bool positive = true;  ///< no direction of negative curvature was met
+};
+
+/// Preconditioned conjugate gradients for P A P d = P b in the range of P, from d = 0.
+/// Ends early on a direction of negative curvature; d is then the best so far.
+LinearOutcome solve_linear(const Elastic& elastic, const Constraints& constraints, const Multigrid& preconditioner,
+                           const NodeVector& b, double relative_tolerance, int max_iterations, NodeVector& d) {
+  d.setZero(b.size());
+  NodeVector r = b, z, p, q;
+  constraints.project(r);
+  const double target = relative_tolerance * r.norm();
+  double rz = 0;
+  LinearOutcome outcome;
+  while (r.norm() > target && outcome.iterations < max_iterations) {
+    preconditioner.apply(r, z);
+    constraints.project(z);
+    const double rz_next = r.dot(z);
+    if (!(rz_next > 0)) {
+      outcome.positive = false;
+      return outcome;
+    }
+    if (outcome.iterations == 0)
+      p = z;
+    else
+      p = z + rz_next / rz * p;
+    rz = rz_next;
+    elastic.apply(p, q);
+    constraints.project(q);
+    const double curvature = p.dot(q);
+    ++outcome.iterations;
+    if (!(curvature > 0)) {
+      outcome.positive = false;
+      return outcome;
+    }
+    const double alpha = rz / curvature;
+    d += alpha * p;
+    r -= alpha * q;
+  }
+  return outcome;
+}
+
+struct Residual {
+  NodeVector gradient;   ///< projected
+  double relative = 0;
+};
+
+Residual residual_at(const Elastic& elastic, const Constraints& constraints, const NodeVector& u) {
+  Residual residual;
+  NodeVector magnitude;
+  elastic.gradient(u, residual.gradient, magnitude);
+  constraints.project(residual.gradient);
+  const double scale = magnitude.norm();
+  residual.relative = scale > 0 ? residual.gradient.norm() / scale : 0;
+  return residual;
+}
+
+}  // namespace
+
+NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constraints& constraints, double fraction,
+                      const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress) {
+  // Below this the forces are rounding noise.
+  constexpr double rounding_floor = 1e-14;
+  NewtonReport report;
+  double stress_weight = 1;
+  Residual now = residual_at(elastic, constraints, u);
+  NodeVector support_step = constraints.lift(u, fraction);
+  bool supports_hold = support_step.lpNorm<Eigen::Infinity>() < 1e-9;
+  while (report.iterations < options.max_iterations) {
+    report.relative_residual = now.relative;
+    if (supports_hold && now.relative <= std::max(options.tolerance, rounding_floor)) {
+      report.converged = true;
+      report.reason = "residual below tolerance";
+      return report;
+    }
+    ++report.iterations;
+
+    // Solve as sharply as the next residual can use.
+    const double forcing = supports_hold ? std::clamp(now.relative * 10, 0.1 * options.tolerance / now.relative, 0.05)
+                                         : std::max(1e-4, 0.1 * options.tolerance);
+    NodeVector step;
+    int linear_iterations = 0;
+    for (bool solved = false; !solved;) {
+      elastic.linearize(u, stress_weight);
+      const Multigrid preconditioner(hierarchy, elastic, constraints);
+      LinearOutcome outcome{0, preconditioner.is_positive()};
+      if (outcome.positive) {
+        NodeVector b = -now.gradient;
+        if (!supports_hold) {
+          elastic.apply(support_step, b);
+          b = -now.gradient - b;
+        }
+        outcome = solve_linear(elastic, constraints, preconditioner, b, forcing, options.max_linear_iterations, step);
+        linear_iterations += outcome.iterations;
+      }
+      solved = outcome.positive || stress_weight == 0;
+      if (!solved) stress_weight = 0;
+      if (!outcome.positive && solved && step.size() == 0) {
+        report.reason = "the stiffness matrix is not positive definite (missing supports?)";
+        return report;
+      }
+    }
+    report.linear_iterations += linear_iterations;
+
+    if (!supports_hold) {
+      u += support_step + step;
+      now = residual_at(elastic, constraints, u);
+    } else {
+      const double energy = elastic.energy(u);
+      const double slope = now.gradient.dot(step);
+      double length = 1;
+      Residual next;
+      NodeVector trial;
+      while (true) {
+        trial = u + length * step;
+        next = residual_at(elastic, constraints, trial);
+        // Near the solution energies differ by rounding only: a smaller residual decides as well.
+        const double slack = 1e-13 * std::abs(energy);
+        if (elastic.energy(trial) <= energy + 1e-4 * length * slope + slack) break;
+        length /= 2;
+        if (length < 1e-4) {
+          report.reason = "no step lowers the energy";
+          return report;
+        }
+      }
+      // Full steps with the safe matrix mean that the exact one is worth another try.
+      if (stress_weight == 0 && length == 1) stress_weight = 1;
+      u = std::move(trial);
+      now = std::move(next);
+    }
+    if (!u.allFinite()) {
+      report.reason = "the displacement is not finite";
+      return report;
+    }
+    support_step = constraints.lift(u, fraction);
+    supports_hold = support_step.lpNorm<Eigen::Infinity>() < 1e-9 * std::max(1.0, u.lpNorm<Eigen::Infinity>());
+    if (progress) progress(report.iterations, now.relative, linear_iterations);
+  }
+  report.relative_residual = now.relative;
+  report.converged = supports_hold && now.relative <= options.tolerance;
+  report.reason = report.converged ? "residual below tolerance" : "too many Newton iterations";
+  return report;
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/rotation.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+
+namespace hexsolver {
+namespace {
+
+/// For any F, by singular values; a tie is broken by the order in which they are found.
+Polar by_singular_values(const Mat3& f) {
+  Eigen::JacobiSVD<Mat3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Mat3 u = svd.matrixU();
+  const Mat3& v = svd.matrixV();
+  Vec3 sigma = svd.singularValues();  // descending
+  if (u.determinant() * v.determinant() < 0) {
+    u.col(2) = -u.col(2);
+    sigma[2] = -sigma[2];
+  }
+  Polar polar;
+  polar.rotation = u * v.transpose();
+  polar.stretch = v * sigma.asDiagonal() * v.transpose();
+  Vec3 m;
+  for (int i = 0; i < 3; ++i) m[i] = std::max(sigma[(i + 1) % 3] + sigma[(i + 2) % 3], polar_floor);
+  polar.inverse_m = v * m.cwiseInverse().asDiagonal() * v.transpose();
+  return polar;
+}
+
+}  // namespace
+
+Polar polar_decomposition(const Mat3& f) {
+  // Higham's iteration R <- (R + R^-T) / 2 while F is far from flat.
+  const double scale = f.squaredNorm() / 3;
+  if (!(f.determinant() > 0.05 * scale * std::sqrt(scale) && scale > 0.04)) return by_singular_values(f);
+  Mat3 r = f;
+  for (int iteration = 0; iteration < 20; ++iteration) {
+    const Mat3 next = 0.5 * (r + r.inverse().transpose());
+    const double change = (next - r).squaredNorm();
+    r = next;
+    if (change < 1e-28) break;
+  }
+  Polar polar;
+  polar.rotation = r;
+  const Mat3 s = r.transpose() * f;
+  polar.stretch = 0.5 * (s + s.transpose());
+  Mat3 m = -polar.stretch;
+  m.diagonal().array() += polar.stretch.trace();
+  polar.inverse_m = m.inverse();
+  // The bound on det F keeps sigma_i + sigma_j of well-shaped cells above the floor; others take the exact way.
+  if (polar.inverse_m.norm() * polar_floor > 1) return by_singular_values(f);
+  return polar;
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/scene.h"
+
+#include <limits>
+
+#include "hexsolver/markup.h"
+#include "toml_reader.h"
+
+namespace hexsolver {
+namespace {
+
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double default_radius = 10;
+
+/// "solve.strain=corotational" or "displace.0.by_mm=[1,2,3]".
+void apply_setting(toml::table& root, const std::string& setting) {
+  const auto bad = [&](const char* expected) {
+    return Error(ErrorKind::usage, fmt::format("--set '{}', expected {}", setting, expected));
+  };
+  const std::size_t equals = setting.find('=');
+  if (equals == std::string::npos || equals == 0) throw bad("key=value, e.g. solve.level=2");
+  const std::string text = setting.substr(equals + 1);
+  toml::table parsed;
+  try {
+    parsed = toml::parse("value = " + text);
+  } catch (const toml::parse_error&) {
+    parsed.insert("value", text);  // a word without quotes
+  }
+
+  toml::table* table = &root;
+  std::string rest = setting.substr(0, equals);
+  for (std::size_t dot = rest.find('.'); dot != std::string::npos; dot = rest.find('.')) {
+    const std::string part = rest.substr(0, dot);
+    rest = rest.substr(dot + 1);
+    if (!table->contains(part)) table->insert(part, toml::table{});
+    if (toml::array* array = table->get(part)->as_array()) {
+      const std::size_t next = rest.find('.');
+      const std::string number = rest.substr(0, next);
+      if (next == std::string::npos || number.empty() || number.find_first_not_of("0123456789") != std::string::npos)
+        throw bad("the number of the table, e.g. displace.0.by_mm=[0,0,1]");
+      rest = rest.substr(next + 1);
+      const std::size_t index = std::stoul(number.substr(0, 9));
+      table = index < array->size() ? array->get(index)->as_table() : nullptr;
+    } else {
+      table = table->get(part)->as_table();
+    }
+    if (!table) throw bad("a key of a table that the scene has");
+  }
+  table->insert_or_assign(rest, *parsed.get("value"));
+}
+
+void read_solve(TomlReader table, Scene& scene) {
+  table.choice<int>("kind", {{"equilibrium", 0}});
+  if (auto v = table.choice<Strain>("strain", {{"cauchy", Strain::cauchy}, {"corotational", Strain::corotational}}))
+    scene.strain = *v;
+  table.choice<int>("law", {{"hooke", 0}});
+  table.choice<int>("rotation", {{"polar", 0}});
+  if (auto v = table.choice<Volumetric>("volumetric", {{"mean", Volumetric::mean}, {"full", Volumetric::full}}))
+    scene.volumetric = *v;
+  scene.level = table.integer("level", 0, 30, "a level of the lattice, 0 or more");
+  if (auto v = table.number("tolerance", 1e-13, 0.1, "1e-13 to 0.1")) scene.tolerance = *v;
+  table.choice<int>("islands", {{"error", 0}});
+  table.choice<int>("conflicts", {{"error", 0}});
+  table.finish();
+}
+
+Selection read_selection(TomlReader& table, const std::filesystem::path& folder, const Markup*& line,
+                         std::vector<Markup>& markups, const std::string& condition) {
+  Selection s;
+  const double radius =
+      table.number("radius_mm", 0, infinity, "a radius of 0 mm (the nearest point) or more").value_or(default_radius);
+  if (auto v = table.number("max_distance_mm", 0, infinity, "a distance in mm, 0 or more")) s.max_distance = *v;
+  if (auto point = table.vector("point_mm", "three numbers [x, y, z], LPS, mm")) s.balls.push_back({*point, radius});
+  if (auto path = table.text("markup", "the path of a .mrk.json")) {
+    markups.push_back(read_markup(folder / *path));
+    const Markup& m = markups.back();
+    if (m.box) {
+      s.box = m.box;
+    } else if (m.type == "Line" && condition == "displace") {
+      if (m.points.size() != 2) table.fail_here(fmt::format("markup '{}' is a line of {} points, expected 2", *path,
+                                                            m.points.size()));
+      s.balls.push_back({m.points[0], radius});
+      line = &m;
+    } else {
+      for (const Vec3& p : m.points) s.balls.push_back({p, radius});
+    }
+    if (!s.box && s.balls.empty()) table.fail_here(fmt::format("markup '{}' has no points, expected some", *path));
+  }
+  if (auto b = table.numbers("box_mm", 6, "[x0, x1, y0, y1, z0, z1], LPS, mm")) {
+    const Vec3 low(b->at(0), b->at(2), b->at(4)), high(b->at(1), b->at(3), b->at(5));
+    if (!((high - low).minCoeff() > 0)) table.fail_here("box_mm is empty, expected x0 < x1, y0 < y1, z0 < z1");
+    s.box = Box{(2 * (high - low).cwiseInverse()).asDiagonal(), (low + high) / 2};
+  }
+  if (auto half = table.table("halfspace", "{ point_mm = [x, y, z], normal = [x, y, z] }")) {
+    const auto point = half->vector("point_mm", "three numbers [x, y, z], LPS, mm");
+    const auto normal = half->vector("normal", "three numbers [x, y, z]");
+    half->finish();
+    if (!point || !normal || normal->norm() == 0)
+      half->fail_here("halfspace, expected { point_mm = [x, y, z], normal = [x, y, z] } with a normal that is not 0");
+    s.halfspace = HalfSpace{*point, normal->normalized()};
+  }
+  if (auto v = table.text("segment", "the name of a segment")) s.segment = *v;
+  if (auto v = table.choice<SurfacePoints>("on", {{"faces", SurfacePoints::faces},
+                                                  {"voxels", SurfacePoints::voxels},
+                                                  {"nodes", SurfacePoints::nodes}}))
+    s.on = *v;
+  const int ways = !s.balls.empty() + s.box.has_value() + s.halfspace.has_value() + !s.segment.empty();
+  if (ways != 1)
+    table.fail_here(fmt::format("[[{}]] selects in {} ways, expected exactly one of point_mm, markup, box_mm, "
+                                "halfspace, segment",
+                                condition, ways));
+  if (!s.segment.empty() && s.on == SurfacePoints::nodes)
+    table.fail_here("segment goes with on = \"faces\" or \"voxels\", expected one of these");
+  return s;
+}
+
+Condition read_condition(TomlReader table, const std::string& kind, const std::filesystem::path& folder,
+                         std::size_t number) {
+  Condition c;
+  c.where = table.where();
+  c.name = table.text("name", "a name").value_or(fmt::format("{} {}", kind, number));
+  const Markup* line = nullptr;
+  std::vector<Markup> markups;
+  c.selection = read_selection(table, folder, line, markups, kind);
+  if (auto axes = table.text("axes", "some of the letters x, y, z")) {
+    for (std::size_t d = 0; d < 3; ++d) c.axes[d] = axes->find("xyz"[d]) != std::string::npos;
+    if (axes->find_first_not_of("xyz") != std::string::npos)
+      table.fail_here(fmt::format("axes is '{}', expected some of the letters x, y, z", *axes));
+  }
+  if (kind == "displace") {
+    const auto by = table.vector("by_mm", "three numbers [x, y, z], LPS, mm");
+    if (by.has_value() == (line != nullptr))
+      table.fail_here("[[displace]] expects either by_mm = [x, y, z] or a markup that is a line");
+    c.by = by ? *by : line->points[1] - line->points[0];
+  }
+  table.finish();
+  return c;
+}
+
+}  // namespace
+
+Scene read_scene(const std::filesystem::path& path, const std::string& display_name,
+                 const std::vector<std::string>& settings) {
+  toml::table root;
+  try {
+    root = toml::parse_file(path.string());
+  } catch (const toml::parse_error& e) {
+    throw Error(ErrorKind::input, fmt::format("{}:{}:{}: {}", display_name, e.source().begin.line,
+                                              e.source().begin.column, e.description()));
+  }
+  for (const std::string& setting : settings) apply_setting(root, setting);
+
+  const std::filesystem::path folder = path.parent_path();
+  TomlReader reader(root, display_name, "");
+  Scene scene;
+  if (auto solve = reader.table("solve", "a table written [solve]")) read_solve(*solve, scene);
+  if (auto materials = reader.table("material", "tables written [material.SEGMENT]"))
+    for (auto& [name, table] : materials->named_tables()) {
+      MaterialOverride m;
+      m.young_kpa = table.number("young_kpa", 1e-9, 1e12, "a modulus > 0 in kPa");
+      m.poisson = table.number("poisson", -0.999999, 0.499999, "within (-1, 0.5)");
+      m.density_kg_m3 = table.number("density_kg_m3", 0, 1e6, "0 or more");
+      table.finish();
+      scene.materials[name] = m;
+    }
+  for (const std::string kind : {"fix", "displace"}) {
+    std::size_t number = 0;
+    for (const TomlReader& table : reader.tables(kind))
+      scene.conditions.push_back(read_condition(table, kind, folder, ++number));
+  }
+  reader.finish();
+  return scene;
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/supports.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <numeric>
+
+namespace hexsolver {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+
+/// More parts than this are not searched for common motions; each must be held by itself or by a joint.
+constexpr std::size_t most_parts = 300;
+
+/// Cells joined through faces.
+std::vector<std::int32_t> parts_of(const Mesh& mesh, std::size_t& num_parts) {
+  // Two cells share a face where they share its four nodes: sort the faces by their lowest and highest node.
+  struct Face {
+    std::int32_t low, high, cell;
+  };
+  static constexpr std::array<std::array<std::size_t, 4>, 6> corners = {
+      {{0, 2, 4, 6}, {1, 3, 5, 7}, {0, 1, 4, 5}, {2, 3, 6, 7}, {0, 1, 2, 3}, {4, 5, 6, 7}}};
+  std::vector<Face> faces;
+  faces.reserve(6 * mesh.num_cells());
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    for (const auto& f : corners) {
+      const CellNodes& n = mesh.cell_nodes()[c];
+      faces.push_back({n[f[0]], n[f[3]], static_cast<std::int32_t>(c)});
+    }
+  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
+    return std::tie(a.low, a.high, a.cell) < std::tie(b.low, b.high, b.cell);
+  });
+  std::vector<std::int32_t> parent(mesh.num_cells());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](std::int32_t c) {
+    while (parent[static_cast<std::size_t>(c)] != c) {
+      auto& p = parent[static_cast<std::size_t>(c)];
+      p = parent[static_cast<std::size_t>(p)];
+      c = p;
+    }
+    return c;
+  };
+  for (std::size_t f = 1; f < faces.size(); ++f)
+    if (faces[f].low == faces[f - 1].low && faces[f].high == faces[f - 1].high) {
+      const std::int32_t a = root(faces[f].cell), b = root(faces[f - 1].cell);
+      parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    }
+  std::vector<std::int32_t> part(mesh.num_cells(), -1);
+  num_parts = 0;
+  for (std::size_t c = 0; c < part.size(); ++c) {
+    auto& of_root = part[static_cast<std::size_t>(root(static_cast<std::int32_t>(c)))];
+    if (of_root < 0) of_root = static_cast<std::int32_t>(num_parts++);
+    part[c] = of_root;
+  }
+  return part;
+}
+
+/// One part and the rigid motions v(p) = t + w x (p - center) / size.
+struct Part {
+  Vec3 center = Vec3::Zero();
+  double size = 0;
+  std::size_t num_cells = 0;
+  bool touched = false;  ///< by a support or a joint
+
+  /// Velocity at p for each of the six motions; shape (3, 6).
+  Eigen::Matrix<double, 3, 6> motion(const Vec3& p) const {
+    Eigen::Matrix<double, 3, 6> m = Eigen::Matrix<double, 3, 6>::Zero();
+    m.leftCols<3>().setIdentity();
+    const Vec3 arm = (p - center) / size;
+    for (int d = 0; d < 3; ++d) m.col(3 + d) = Vec3::Unit(d).cross(arm);
+    return m;
+  }
+};
+
+std::string axis_words(const Vec3& v) { return fmt::format("[{:.2f}, {:.2f}, {:.2f}]", v[0], v[1], v[2]); }
+
+/// Words for the motions of one part: as many rotations as there are independent ones, the rest translations.
+void describe(const Part& part, const MatrixXd& motions, std::vector<std::string>& words) {
+  const std::string which = fmt::format("the part of {} cells around {} mm", part.num_cells, axis_words(part.center));
+  const Eigen::JacobiSVD<MatrixXd> svd(motions.bottomRows(3), Eigen::ComputeFullV | Eigen::ComputeThinU);
+  const Index num_motions = motions.cols();
+  if (num_motions == 6) {
+    words.push_back(fmt::format("{} is held by nothing (3 translations, 3 rotations)", which));
+    return;
+  }
+  const MatrixXd turned = motions * svd.matrixV();
+  for (Index m = 0; m < num_motions; ++m) {
+    const Vec3 t = turned.block<3, 1>(0, m), w = turned.block<3, 1>(3, m) / part.size;
+    if (w.norm() * part.size < 1e-6 * std::max(t.norm(), 1e-30) || m >= 3) {
+      words.push_back(fmt::format("{} is free to move along {}", which, axis_words(t.normalized())));
+    } else {
+      const Vec3 through = part.center + w.cross(t) / w.squaredNorm();
+      words.push_back(fmt::format("{} is free to turn about the axis {} through {} mm", which,
+                                  axis_words(w.normalized()), axis_words(through)));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<std::string> free_motions(const Mesh& mesh, const std::vector<ConstraintPoint>& points) {
+  std::size_t num_parts = 0;
+  const std::vector<std::int32_t> part_of_cell = parts_of(mesh, num_parts);
+  std::vector<Part> parts(num_parts);
+  const Vec3 half = mesh.edges() * Vec3::Constant(0.5);
+  const auto center_of = [&](std::size_t c) -> Vec3 {
+    return mesh.position(static_cast<std::size_t>(mesh.cell_nodes()[c][0])) + half;
+  };
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
+    Part& p = parts[static_cast<std::size_t>(part_of_cell[c])];
+    ++p.num_cells;
+    p.center += center_of(c);
+  }
+  for (Part& p : parts) p.center /= static_cast<double>(p.num_cells);
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
+    Part& p = parts[static_cast<std::size_t>(part_of_cell[c])];
+    p.size = std::max(p.size, (center_of(c) - p.center).norm() + half.norm());
+  }
+
+  // Nodes where parts meet.
+  std::vector<std::vector<std::int32_t>> meeting(num_parts > 1 ? mesh.num_nodes() : 0);
+  if (num_parts > 1)
+    for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+      for (const std::int32_t n : mesh.cell_nodes()[c]) {
+        auto& list = meeting[static_cast<std::size_t>(n)];
+        if (std::find(list.begin(), list.end(), part_of_cell[c]) == list.end()) list.push_back(part_of_cell[c]);
+      }
+  for (const auto& list : meeting)
+    if (list.size() > 1)
+      for (const std::int32_t p : list) parts[static_cast<std::size_t>(p)].touched = true;
+  for (const ConstraintPoint& p : points)
+    parts[static_cast<std::size_t>(part_of_cell[static_cast<std::size_t>(p.cell)])].touched = true;
+
+  std::vector<std::string> words;
+  std::vector<Index> first_row(num_parts, -1);
+  Index size = 0;
+  for (std::size_t p = 0; p < num_parts; ++p) {
+    if (!parts[p].touched) {
+      describe(parts[p], MatrixXd::Identity(6, 6), words);
+    } else {
+      first_row[p] = size;
+      size += 6;
+    }
+  }
+  if (size == 0 || size > static_cast<Index>(6 * most_parts)) return words;
+
+  MatrixXd gram = MatrixXd::Zero(size, size);
+  for (const ConstraintPoint& p : points) {
+    const CellNodes& nodes = mesh.cell_nodes()[static_cast<std::size_t>(p.cell)];
+    Vec3 position = Vec3::Zero();
+    for (int a = 0; a < 8; ++a)
+      position += p.weights[a] * mesh.position(static_cast<std::size_t>(nodes[static_cast<std::size_t>(a)]));
+    const auto part = static_cast<std::size_t>(part_of_cell[static_cast<std::size_t>(p.cell)]);
+    const auto motion = parts[part].motion(position);
+    for (int d = 0; d < 3; ++d)
+      if (p.axes[static_cast<std::size_t>(d)])
+        gram.block<6, 6>(first_row[part], first_row[part]) += motion.row(d).transpose() * motion.row(d);
+  }
+  for (std::size_t n = 0; n < meeting.size(); ++n)
+    for (std::size_t k = 1; k < meeting[n].size(); ++k) {
+      const auto a = static_cast<std::size_t>(meeting[n][0]), b = static_cast<std::size_t>(meeting[n][k]);
+      const auto ma = parts[a].motion(mesh.position(n)), mb = parts[b].motion(mesh.position(n));
+      gram.block<6, 6>(first_row[a], first_row[a]) += ma.transpose() * ma;
+      gram.block<6, 6>(first_row[b], first_row[b]) += mb.transpose() * mb;
+      gram.block<6, 6>(first_row[a], first_row[b]) -= ma.transpose() * mb;
+      gram.block<6, 6>(first_row[b], first_row[a]) -= mb.transpose() * ma;
+    }
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(gram);
+  Index num_free = 0;
+  while (num_free < size && eigen.eigenvalues()[num_free] < 1e-10 * std::max(1.0, eigen.eigenvalues()[size - 1]))
+    ++num_free;
+  if (num_free == 0) return words;
+  // Each free motion is told for the parts that take part in it.
+  for (std::size_t p = 0; p < num_parts; ++p) {
+    if (first_row[p] < 0) continue;
+    const MatrixXd own = eigen.eigenvectors().block(first_row[p], 0, 6, num_free);
+    const Eigen::JacobiSVD<MatrixXd> svd(own, Eigen::ComputeThinU);
+    Index rank = 0;
+    while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-3) ++rank;
+    if (rank > 0) describe(parts[p], svd.matrixU().leftCols(rank), words);
+  }
+  return words;
+}
+
+}  // namespace hexsolver

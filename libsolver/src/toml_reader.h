@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#define TOML_EXCEPTIONS 1
+#include <optional>
+#include <set>
+#include <string>
+#include <toml++/toml.h>
+#include <utility>
+#include <vector>
+
+#include "hexmesh/core/error.h"
+#include "hexsolver/mesh.h"
+
+namespace hexsolver {
+
+/// Reads one TOML table and answers for every key: its type, its range, and that none is left over.
+/// Each error is "file:line:column: key, value, what was expected".
+class TomlReader {
+public:
+  /// @param name  of the table in messages, e.g. "solve"
+  TomlReader(const toml::table& table, std::string file, std::string name)
+      : table_(table), file_(std::move(file)), name_(std::move(name)) {}
+
+  bool has(const std::string& key) const { return table_.contains(key); }
+
+  std::optional<double> number(const std::string& key, double low, double high, const std::string& expected) {
+    const toml::node* node = take(key);
+    if (!node) return std::nullopt;
+    const std::optional<double> value = node->value<double>();
+    if (!node->is_number() || !value || !(*value >= low && *value <= high)) fail(*node, key, expected);
+    return value;
+  }
+
+  std::optional<int> integer(const std::string& key, int low, int high, const std::string& expected) {
+    const toml::node* node = take(key);
+    if (!node) return std::nullopt;
+    const auto* value = node->as_integer();
+    if (!value || value->get() < low || value->get() > high) fail(*node, key, expected);
+    return static_cast<int>(value->get());
+  }
+
+  std::optional<std::string> text(const std::string& key, const std::string& expected) {
+    const toml::node* node = take(key);
+    if (!node) return std::nullopt;
+    if (!node->is_string() || node->as_string()->get().empty()) fail(*node, key, expected);
+    return node->as_string()->get();
+  }
+
+  /// One of a few words; each stands for a value.
+  template <class Value>
+  std::optional<Value> choice(const std::string& key, const std::vector<std::pair<std::string, Value>>& choices) {
+    const toml::node* node = take(key);
+    if (!node) return std::nullopt;
+    std::vector<std::string> words;
+    for (const auto& [word, value] : choices) {
+      if (node->is_string() && node->as_string()->get() == word) return value;
+      words.push_back('"' + word + '"');
+    }
+    fail(*node, key, fmt::format("{}", fmt::join(words, " or ")));
+  }
+
+  std::optional<std::vector<double>> numbers(const std::string& key, std::size_t count, const std::string& expected) {
+    const toml::node* node = take(key);
+    if (!node) return std::nullopt;
+    const toml::array* array = node->as_array();
+    if (!array || array->size() != count) fail(*node, key, expected);
+    std::vector<double> values;
+    for (const toml::node& item : *array) {
+      if (!item.is_number() || !std::isfinite(*item.value<double>())) fail(item, key, expected);
+      values.push_back(*item.value<double>());
+    }
+    return values;
+  }
+
+  std::optional<Vec3> vector(const std::string& key, const std::string& expected) {
+    const auto values = numbers(key, 3, expected);
+    if (!values) return std::nullopt;
+    return Vec3(values->at(0), values->at(1), values->at(2));
+  }
+
+  std::optional<TomlReader> table(const std::string& key, const std::string& expected) {
+    const toml::node* node = take(key);
+    if (!node) return std::nullopt;
+    if (!node->is_table()) fail(*node, key, expected);
+    return TomlReader(*node->as_table(), file_, path(key));
+  }
+
+  /// The tables of [[key]].
+  std::vector<TomlReader> tables(const std::string& key) {
+    std::vector<TomlReader> out;
+    const toml::node* node = take(key);
+    if (!node) return out;
+    const toml::array* array = node->as_array();
+    if (!array || !array->is_homogeneous(toml::node_type::table))
+      fail(*node, key, fmt::format("tables written [[{}]]", key));
+    for (const toml::node& item : *array) out.emplace_back(*item.as_table(), file_, key);
+    return out;
+  }
+
+  /// The keys of this table, each a table itself, with their names.
+  std::vector<std::pair<std::string, TomlReader>> named_tables() {
+    std::vector<std::pair<std::string, TomlReader>> out;
+    for (const auto& [key, node] : table_) {
+      const std::string name(key.str());
+      if (auto inner = table(name, fmt::format("a table written [{}]", path(name)))) out.emplace_back(name, *inner);
+    }
+    return out;
+  }
+
+  /// @throws unless every key of the table was asked for
+  void finish() const {
+    for (const auto& [key, node] : table_) {
+      if (taken_.contains(std::string(key.str()))) continue;
+      throw hexmesh::Error(hexmesh::ErrorKind::input,
+                           fmt::format("{}: unknown key '{}', expected one of: {}", at(key.source().begin),
+                                       path(std::string(key.str())), fmt::join(asked_, ", ")));
+    }
+  }
+
+  /// "file:line:column" of the table.
+  std::string where() const { return at(table_.source().begin); }
+
+  [[noreturn]] void fail_here(const std::string& message) const {
+    throw hexmesh::Error(hexmesh::ErrorKind::input, fmt::format("{}: {}", where(), message));
+  }
+
+private:
+  const toml::node* take(const std::string& key) {
+    taken_.insert(key);
+    if (std::find(asked_.begin(), asked_.end(), key) == asked_.end()) asked_.push_back(key);
+    return table_.get(key);
+  }
+
+  std::string path(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
+
+  std::string at(const toml::source_position& position) const {
+    if (position.line == 0) return file_ + " (--set)";
+    return fmt::format("{}:{}:{}", file_, position.line, position.column);
+  }
+
+  [[noreturn]] void fail(const toml::node& node, const std::string& key, const std::string& expected) const {
+    std::ostringstream value;
+    node.visit([&](const auto& n) { value << n; });
+    throw hexmesh::Error(hexmesh::ErrorKind::input, fmt::format("{}: {} is {}, expected {}", at(node.source().begin),
+                                                                path(key), value.str(), expected));
+  }
+
+  const toml::table& table_;
+  std::string file_;
+  std::string name_;
+  std::set<std::string> taken_;
+  std::vector<std::string> asked_;
+};
+
+}  // namespace hexsolver

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tool.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <omp.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <new>
+
+#include "hexmesh/core/error.h"
+
+namespace hextools {
+namespace {
+
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+
+constexpr int exit_bug = 70;
+std::string quoted_command_line;
+
+std::string quoted(const std::string& word) {
+  if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+                                              "_-+=./:,@%") == std::string::npos)
+    return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return out + "'";
+}
+
+int exit_code(ErrorKind kind) {
+  switch (kind) {
+    case ErrorKind::usage: return 2;
+    case ErrorKind::input: return 3;
+    case ErrorKind::geometry: return 4;
+    case ErrorKind::output: return 6;
+  }
+  return exit_bug;
+}
+
+std::string one_line(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  return text;
+}
+
+int fail(const std::string& tool, int code, const std::string& message) {
+  fmt::print(stderr, "{}: error: {}\n", tool, one_line(message));
+  return code;
+}
+
+}  // namespace
+
+void Console::note(const std::string& message) const {
+  if (!options_.quiet) fmt::print(stderr, "{}: {}\n", tool_, message);
+}
+
+void Console::warning(const std::string& message) const { fmt::print(stderr, "{}: warning: {}\n", tool_, message); }
+
+bool Console::shows_progress() const {
+  if (options_.quiet || options_.progress == "never") return false;
+  return options_.progress == "always" || isatty(STDERR_FILENO);
+}
+
+void Console::progress(const std::string& line) const { fmt::print(stderr, "{}:   {}\n", tool_, line); }
+
+int run_tool(int argc, char** argv, const Tool& tool) {
+  hexmesh::remove_temporary_files_on_signals();
+  std::vector<std::string> words = {tool.name};
+  for (int n = 1; n < argc; ++n) words.push_back(quoted(argv[n]));
+  quoted_command_line = fmt::format("{}", fmt::join(words, " "));
+
+  CommonOptions common;
+  const Console console(tool.name, common);
+  CLI::App app(tool.description, tool.name);
+  app.footer("Example:\n  " + tool.example +
+             "\n\nExit codes: 0 ok, 2 usage, 3 bad input, 4 geometry or supports, 5 not converged, 6 output, 70 a bug "
+             "of ours.\nUnits: mm, N, patient LPS; keys of scenes and materials name theirs.");
+  app.fallthrough();
+  app.set_version_flag("--version", HEXTOOLS_VERSION);
+  app.add_flag("-q,--quiet", common.quiet, "Say nothing but warnings and errors")->group("Common");
+  app.add_flag("--force", common.force, "Replace outputs that exist")->group("Common");
+  app.add_option("--progress", common.progress, "Show progress on standard error")
+      ->check(CLI::IsMember({"auto", "always", "never"}))
+      ->capture_default_str()
+      ->group("Common");
+  app.add_option("--threads", common.threads, "Threads to use; 0 = all processors. Results do not depend on it")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str()
+      ->group("Common");
+  try {
+    const std::function<int()> run = tool.declare(app, common, console);
+    app.parse(argc, argv);
+    if (common.threads > 0) omp_set_num_threads(common.threads);
+    return run();
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return app.exit(e);
+    return fail(tool.name, exit_code(ErrorKind::usage), fmt::format("{} (see {} --help)", e.what(), tool.name));
+  } catch (const Error& e) {
+    return fail(tool.name, exit_code(e.kind()), e.what());
+  } catch (const std::bad_alloc&) {
+    return fail(tool.name, exit_code(ErrorKind::input), "out of memory, expected a machine with more or a smaller input");
+  } catch (const std::exception& e) {
+    return fail(tool.name, exit_bug, fmt::format("this is a bug of ours, please report it: {}", e.what()));
+  }
+}
+
+CLI::Option* add_output(CLI::App& app, std::string& output, const std::string& what) {
+  return app.add_option("-o,--output", output, what + "; - is standard output")->required();
+}
+
+std::string command_line() { return quoted_command_line; }
+
+std::unique_ptr<hexmesh::OutputFile> open_output(const std::string& name, const std::string& extension,
+                                                 const CommonOptions& options, const std::vector<std::string>& inputs) {
+  std::error_code ignored;
+  for (const std::string& input : inputs)
+    if (name != "-" && std::filesystem::equivalent(name, input, ignored))
+      throw Error(ErrorKind::usage, fmt::format("output '{}' is also an input, expected another name", name));
+  return std::make_unique<hexmesh::OutputFile>(name, extension, options.force);
+}
+
+void write_text(const std::string& name, const std::string& text, const CommonOptions& options) {
+  const auto file = open_output(name, "", options, {});
+  std::ofstream(file->path()) << text;
+  file->commit();
+}
+
+double peak_memory_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+}  // namespace hextools

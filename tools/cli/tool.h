@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hexmesh/file/atomic_file.h"
+
+namespace hextools {
+
+/// A run that ended without a usable result although nothing was wrong with the input: exit 5.
+inline constexpr int exit_not_converged = 5;
+
+/// Options that every tool has.
+struct CommonOptions {
+  bool quiet = false;
+  bool force = false;
+  std::string progress = "auto";
+  int threads = 0;
+};
+
+/// Talks to the user on standard error; standard output is for results only.
+class Console {
+public:
+  Console(std::string tool, const CommonOptions& options) : tool_(std::move(tool)), options_(options) {}
+
+  void note(const std::string& message) const;     ///< unless --quiet
+  void warning(const std::string& message) const;  ///< always
+  bool shows_progress() const;                     ///< on a terminal, or as --progress says
+  void progress(const std::string& line) const;
+
+private:
+  std::string tool_;
+  const CommonOptions& options_;
+};
+
+/// One executable. `declare` adds options to the app and returns what to run once they are parsed: the exit code.
+struct Tool {
+  std::string name;
+  std::string description;
+  std::string example;  ///< one command that runs as it stands in the README's demo folder
+  std::function<std::function<int()>(CLI::App&, const CommonOptions&, const Console&)> declare;
+};
+
+/// The only main and the only catch: parses, runs, maps errors to one line and the published exit codes.
+int run_tool(int argc, char** argv, const Tool& tool);
+
+/// -o/--output; "-" is standard output.
+CLI::Option* add_output(CLI::App& app, std::string& output, const std::string& what);
+
+/// The command line of this run, quoted for a shell.
+std::string command_line();
+
+/// Opens an output that must not be one of the inputs.
+/// @throws Error{usage} if it is, Error{output} if it exists without --force
+std::unique_ptr<hexmesh::OutputFile> open_output(const std::string& name, const std::string& extension,
+                                                 const CommonOptions& options, const std::vector<std::string>& inputs);
+
+/// Write text to a file or to standard output, whole or not at all.
+void write_text(const std::string& name, const std::string& text, const CommonOptions& options);
+
+/// Peak memory of this process [MB].
+double peak_memory_mb();
+
+}  // namespace hextools

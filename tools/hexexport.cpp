@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <fstream>
+
+#include "cli/tool.h"
+#include "hexmesh/core/error.h"
+#include "hexmesh/view/vtk_export.h"
+
+namespace {
+
+using namespace hextools;
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+using hexmesh::Result;
+
+struct Options {
+  std::string input, lattice, surface, csv;
+  bool deformed = false;
+};
+
+void write_csv(const Result& result, const std::filesystem::path& path) {
+  std::ofstream file(path);
+  file << "node,x,y,z,ux,uy,uz\n";
+  for (std::size_t n = 0; n < result.nodes.size(); ++n) {
+    const hexmesh::Vec3 &x = result.nodes[n], &u = result.displacement[n];
+    file << fmt::format("{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", n, x[0], x[1], x[2], u[0], u[1], u[2]);
+  }
+}
+
+int run(const Options& o, const CommonOptions& common, const Console& console) {
+  if (o.lattice.empty() && o.surface.empty() && o.csv.empty())
+    throw Error(ErrorKind::usage, "nothing to write, expected --lattice, --surface or --csv");
+  const hexmesh::InputFile input(o.input);
+  const Result result = hexmesh::read_result(input.path());
+  const hexmesh::Shape shape = o.deformed ? hexmesh::Shape::deformed : hexmesh::Shape::rest;
+  const auto write = [&](const std::string& name, const char* extension, auto&& writer) {
+    if (name.empty()) return;
+    if (name != "-" && !name.ends_with(extension))
+      throw Error(ErrorKind::usage, fmt::format("output '{}', expected a name that ends in {}", name, extension));
+    const auto file = open_output(name, extension, common, {o.input});
+    writer(file->path());
+    file->commit();
+    console.note(fmt::format("wrote {}", name == "-" ? "standard output" : name));
+  };
+  write(o.lattice, ".vtu", [&](const auto& path) { hexmesh::write_vtu(result, shape, path); });
+  write(o.surface, ".vtp", [&](const auto& path) { hexmesh::write_vtp(result, shape, path); });
+  write(o.csv, ".csv", [&](const auto& path) { write_csv(result, path); });
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  auto o = std::make_shared<Options>();
+  return run_tool(
+      argc, argv,
+      {"hexexport", "Export a result to the files that ParaView and 3D Slicer open.",
+       "hexexport liver.hexresult --lattice liver.vtu --surface liver.vtp",
+       [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
+         app.add_option("result", o->input, "Result file of hexsolve; - is standard input")->required();
+         app.add_option("--lattice", o->lattice,
+                        "Hexahedra (.vtu): displacement, fill, segment, strain_energy_density [N/mm^2]");
+         app.add_option("--surface", o->surface, "Embedded surface (.vtp): displacement, segment");
+         app.add_option("--csv", o->csv, "node,x,y,z,ux,uy,uz [mm, LPS] of the lattice nodes (.csv)");
+         app.add_flag("--deformed", o->deformed,
+                      "Move the points; by default files hold the rest shape with the displacement as data");
+         return [=, &common, &console] { return run(*o, common, console); };
+       }});
+}

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "cli/tool.h"
+#include "hexmesh/core/error.h"
+#include "hexmesh/scan/clean.h"
+#include "hexmesh/scan/image_io.h"
+#include "hexmesh/scan/phantom.h"
+
+namespace {
+
+using namespace hextools;
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+using hexmesh::LabelVolume;
+
+struct Options {
+  std::vector<std::string> inputs, named_inputs, segments;
+  bool largest_component = false;
+  std::string output;
+  std::string phantom;
+  double spacing = 2;
+  std::string intensity_output;
+};
+
+/// "5=liver", "liver" or "5".
+hexmesh::SegmentChoice parse_segment(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos) return {text, ""};
+  if (equals == 0 || equals + 1 == text.size())
+    throw Error(ErrorKind::usage, fmt::format("--segment '{}', expected NAME, LABEL or LABEL=NAME", text));
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+/// "liver=FILE": every label of the file becomes one segment of that name.
+LabelVolume read_named(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+    throw Error(ErrorKind::usage, fmt::format("--input '{}', expected NAME=FILE", text));
+  const hexmesh::InputFile file(text.substr(equals + 1));
+  LabelVolume volume = hexmesh::read_labels(file.path());
+  const std::array<double, 3> color =
+      volume.segments.empty() ? hexmesh::Segment{}.color : volume.segments.front().color;
+  for (std::uint16_t& label : volume.labels) label = label != 0;
+  volume.segments = {{1, text.substr(0, equals), color}};
+  return volume;
+}
+
+void summarize(const LabelVolume& volume, const Console& console) {
+  const std::vector<std::size_t> counts = hexmesh::count_voxels(volume);
+  for (std::size_t s = 0; s < counts.size(); ++s)
+    console.note(fmt::format("segment {} '{}': {} voxels, {:.1f} mL", volume.segments[s].label,
+                             volume.segments[s].name, counts[s],
+                             static_cast<double>(counts[s]) * volume.grid.voxel_volume() / 1000));
+}
+
+void write(const LabelVolume& volume, const Options& o, const CommonOptions& common) {
+  std::vector<std::string> inputs = o.inputs;
+  for (const std::string& named : o.named_inputs) inputs.push_back(named.substr(named.find('=') + 1));
+  const auto file = open_output(o.output, ".nrrd", common, inputs);
+  hexmesh::write_labels(volume, file->path());
+  file->commit();
+}
+
+int run_scan(const Options& o, const CommonOptions& common, const Console& console) {
+  std::vector<LabelVolume> volumes;
+  for (const std::string& name : o.inputs) {
+    const hexmesh::InputFile file(name);
+    volumes.push_back(hexmesh::read_labels(file.path()));
+  }
+  for (const std::string& named : o.named_inputs) volumes.push_back(read_named(named));
+  if (volumes.empty()) throw Error(ErrorKind::usage, "no input, expected a label volume or --input NAME=FILE");
+  LabelVolume volume = std::move(volumes.front());
+  for (std::size_t n = 1; n < volumes.size(); ++n) {
+    std::size_t overlap = 0;
+    volume = hexmesh::overlay(std::move(volume), volumes[n], overlap);
+    if (overlap > 0)
+      console.warning(fmt::format("{} voxels lie in input {} and in one before it; input {} wins", overlap, n + 1,
+                                  n + 1));
+  }
+  std::vector<hexmesh::SegmentChoice> choices;
+  for (const std::string& text : o.segments) choices.push_back(parse_segment(text));
+  volume = hexmesh::select_segments(std::move(volume), choices);
+  if (o.largest_component) {
+    std::vector<std::size_t> removed;
+    volume = hexmesh::keep_largest_component(std::move(volume), removed);
+    for (std::size_t s = 0; s < removed.size(); ++s)
+      console.note(fmt::format("segment '{}': {} voxels ({:.2f} mL) outside its largest part removed",
+                               volume.segments[s].name, removed[s],
+                               static_cast<double>(removed[s]) * volume.grid.voxel_volume() / 1000));
+  }
+  summarize(volume, console);
+  write(volume, o, common);
+  return 0;
+}
+
+int run_phantom(const Options& o, const CommonOptions& common, const Console& console) {
+  const hexmesh::Phantom phantom = hexmesh::liver_phantom(o.spacing);
+  summarize(phantom.labels, console);
+  if (!o.intensity_output.empty()) {
+    const auto file = open_output(o.intensity_output, ".nrrd", common, {});
+    hexmesh::write_intensity(phantom.intensity, file->path());
+    file->commit();
+  }
+  write(phantom.labels, o, common);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  auto o = std::make_shared<Options>();
+  return run_tool(
+      argc, argv,
+      {"hexscan", "Read segmentations and write one labelled volume (NRRD, as 3D Slicer's .seg.nrrd).",
+       "hexscan phantom liver --spacing 4 -o liver.nrrd",
+       [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
+         app.add_option("inputs", o->inputs,
+                        "Label volumes: NIfTI, NRRD, .seg.nrrd, MetaImage; - is standard input. Later ones win where "
+                        "they overlap");
+         app.add_option("--input", o->named_inputs, "NAME=FILE: all labels of the file as one segment of that name");
+         app.add_option("--segment", o->segments,
+                        "Keep only this segment: NAME, LABEL, or LABEL=NAME to name it; may be given often");
+         app.add_flag("--largest-component", o->largest_component,
+                      "Keep of each segment only the largest part that hangs together through voxel faces");
+         CLI::Option* output = app.add_option("-o,--output", o->output, "Labelled NRRD; - is standard output");
+         CLI::App* phantom = app.add_subcommand("phantom", "Make the bundled phantom instead of reading a scan");
+         phantom->add_option("name", o->phantom, "Which phantom")->required()->check(CLI::IsMember({"liver"}));
+         phantom->add_option("--spacing", o->spacing, "Edge of the cubic voxels [mm], 0.25 to 10")
+             ->check(CLI::Range(0.25, 10.0))
+             ->capture_default_str();
+         phantom->add_option("--intensity-out", o->intensity_output, "Write the CT-like grey values (NRRD)");
+         output->required();
+         return [=, &common, &console] {
+           return phantom->parsed() ? run_phantom(*o, common, console) : run_scan(*o, common, console);
+         };
+       }});
+}
