@@ -2,7 +2,9 @@
 #include "hexsolver/elastic.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <Eigen/QR>
 
 #include "cell_product.h"
 
@@ -30,11 +32,18 @@ Mat3 cross_matrix(const Vec3& v) {
 
 }  // namespace
 
-Elastic::Elastic(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<CellMatrix> stiffness,
-                 Strain strain)
-    : mesh_(mesh), elements_(std::move(elements)), stiffness_(std::move(stiffness)), strain_(strain) {
-  const Mat3 inverse = mesh.edges().inverse();
-  gradients_ = hexmesh::shape_gradients(Vec3::Constant(0.5)) * inverse;
+ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
+                                Volumetric volumetric) {
+  ElementModel model;
+  model.stiffness = volumetric == Volumetric::mean ? matrices.mean_dilatation_stiffness(element)
+                                                   : matrices.stiffness(element);
+  const CellVector b = matrices.divergence(element) / element.volume();
+  for (int a = 0; a < 8; ++a) model.mean_gradient.row(a) = b.segment<3>(3 * a);
+  return model;
+}
+
+Elastic::Elastic(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models, Strain strain)
+    : mesh_(mesh), elements_(std::move(elements)), models_(std::move(models)), strain_(strain) {
   for (int a = 0; a < 8; ++a) {
     Vec3 corner;
     for (int d = 0; d < 3; ++d) corner[d] = hexmesh::corner_bit(a, d) - 0.5;
@@ -49,11 +58,11 @@ Elastic::Frame Elastic::frame(std::size_t cell, const NodeVector& u) const {
   for (int a = 0; a < 8; ++a) mean += x.segment<3>(3 * a) / 8;
   for (int a = 0; a < 8; ++a) {
     x.segment<3>(3 * a) -= mean;
-    f += x.segment<3>(3 * a) * gradients_.row(a);
+    f += x.segment<3>(3 * a) * model(cell).mean_gradient.row(a);
   }
   const Polar polar = polar_decomposition(f);
   Frame frame{polar.rotation, polar.stretch, polar.inverse_m, rotate(polar.rotation.transpose(), x), {}, {}};
-  frame.f = times(stiffness_[static_cast<std::size_t>(elements_[cell])], frame.y - rest_);
+  frame.f = times(model(cell).stiffness, frame.y - rest_);
   Vec3 torque = Vec3::Zero();
   for (int a = 0; a < 8; ++a)
     torque += Vec3(frame.y.segment<3>(3 * a)).cross(Vec3(frame.f.segment<3>(3 * a)));
@@ -66,7 +75,7 @@ std::vector<double> Elastic::cell_energies(const NodeVector& u) const {
   mesh_.for_each_cell([&](std::size_t c) {
     if (strain_ == Strain::cauchy) {
       const CellVector v = mesh_.gather(c, u);
-      energies[c] = 0.5 * v.dot(times(stiffness_[static_cast<std::size_t>(elements_[c])], v));
+      energies[c] = 0.5 * v.dot(times(model(c).stiffness, v));
     } else {
       const Frame f = frame(c, u);
       energies[c] = 0.5 * (f.y - rest_).dot(f.f);
@@ -86,10 +95,10 @@ void Elastic::gradient(const NodeVector& u, NodeVector& gradient, NodeVector& ma
   mesh_.for_each_cell([&](std::size_t c) {
     CellVector force;
     if (strain_ == Strain::cauchy) {
-      force = times(stiffness_[static_cast<std::size_t>(elements_[c])], mesh_.gather(c, u));
+      force = times(model(c).stiffness, mesh_.gather(c, u));
     } else {
       Frame f = frame(c, u);
-      for (int a = 0; a < 8; ++a) f.f.segment<3>(3 * a) -= f.h.cross(Vec3(gradients_.row(a)));
+      for (int a = 0; a < 8; ++a) f.f.segment<3>(3 * a) -= f.h.cross(Vec3(model(c).mean_gradient.row(a)));
       force = rotate(f.r, f.f);
     }
     mesh_.scatter_add(c, force, gradient);
@@ -97,84 +106,113 @@ void Elastic::gradient(const NodeVector& u, NodeVector& gradient, NodeVector& ma
   });
 }
 
-void Elastic::linearize(const NodeVector& u, double stress_weight) {
+Elastic::StressTerm Elastic::stress_term(const Frame& f, const NodeGradients& gradient) const {
+  StressTerm e;
+  Mat3 yf = Mat3::Zero();
+  for (int a = 0; a < 8; ++a) {
+    const Vec3 ga = gradient.row(a), ya = f.y.segment<3>(3 * a), fa = f.f.segment<3>(3 * a);
+    e.t.block<3, 3>(0, 3 * a) = f.inverse_m * cross_matrix(ga);
+    e.l.block<3, 3>(0, 3 * a) = f.h * ga.transpose() - ga * f.h.transpose() + cross_matrix(fa);
+    yf += ya * fa.transpose();
+  }
+  const Mat3 a = yf - cross_matrix(f.h) * f.s;
+  e.a = 0.5 * (a + a.transpose());
+  e.a.diagonal().array() -= yf.trace();
+  return e;
+}
+
+Elastic::Columns Elastic::positive_part(const StressTerm& e) {
+  // E = W^T C W with W = [T; L] and C = [[A, 1], [1, 0]]; in an orthonormal basis of W's rows it is 6 x 6.
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  Eigen::Matrix<double, 24, 6> w;
+  w << e.t.transpose(), e.l.transpose();
+  Matrix6 c = Matrix6::Zero();
+  c.topLeftCorner<3, 3>() = e.a;
+  c.topRightCorner<3, 3>().setIdentity();
+  c.bottomLeftCorner<3, 3>().setIdentity();
+  const Eigen::HouseholderQR<Eigen::Matrix<double, 24, 6>> qr(w);
+  const Matrix6 r = qr.matrixQR().topRows<6>().triangularView<Eigen::Upper>();
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(r * c * r.transpose());
+  Eigen::Matrix<double, 24, 3> z = Eigen::Matrix<double, 24, 3>::Zero();
+  z.topRows<6>() = eigen.eigenvectors().rightCols<3>() *
+                   eigen.eigenvalues().tail<3>().cwiseMax(0).cwiseSqrt().asDiagonal();
+  return qr.householderQ() * z;
+}
+
+void Elastic::linearize(const NodeVector& u, Hessian which) {
   if (strain_ == Strain::cauchy) return;
-  stress_weight_ = stress_weight;
   frames_.resize(mesh_.num_cells());
-  mesh_.for_each_cell([&](std::size_t c) { frames_[c] = frame(c, u); });
+  positive_.resize(which == Hessian::clamped ? mesh_.num_cells() : 0);
+  mesh_.for_each_cell([&](std::size_t c) {
+    frames_[c] = frame(c, u);
+    if (which == Hessian::clamped) positive_[c] = positive_part(stress_term(frames_[c], model(c).mean_gradient));
+  });
 }
 
 void Elastic::apply(const NodeVector& x, NodeVector& y) const {
   y.setZero(static_cast<Eigen::Index>(mesh_.num_dofs()));
   if (strain_ == Strain::cauchy) {
     mesh_.for_each_cell([&](std::size_t c) {
-      mesh_.scatter_add(c, times(stiffness_[static_cast<std::size_t>(elements_[c])], mesh_.gather(c, x)), y);
+      mesh_.scatter_add(c, times(model(c).stiffness, mesh_.gather(c, x)), y);
     });
     return;
   }
   mesh_.for_each_cell([&](std::size_t c) {
     const Frame& f = frames_[c];
+    const NodeGradients& gradient = model(c).mean_gradient;
     const CellVector v = rotate(f.r.transpose(), mesh_.gather(c, x));
     Vec3 axial = Vec3::Zero();
-    Mat3 b = Mat3::Zero();
-    for (int a = 0; a < 8; ++a) {
-      const Vec3 va = v.segment<3>(3 * a), ga = gradients_.row(a);
-      axial += ga.cross(va);
-      b += va * ga.transpose();
-    }
+    for (int a = 0; a < 8; ++a) axial += Vec3(gradient.row(a)).cross(Vec3(v.segment<3>(3 * a)));
     const Vec3 w = f.inverse_m * axial;
     CellVector dy;
     for (int a = 0; a < 8; ++a) dy.segment<3>(3 * a) = v.segment<3>(3 * a) - w.cross(Vec3(f.y.segment<3>(3 * a)));
-    CellVector df = times(stiffness_[static_cast<std::size_t>(elements_[c])], dy);
-    Vec3 torque = Vec3::Zero(), stress_torque = Vec3::Zero();
-    for (int a = 0; a < 8; ++a) {
-      torque += Vec3(f.y.segment<3>(3 * a)).cross(Vec3(df.segment<3>(3 * a)));
-      stress_torque += Vec3(dy.segment<3>(3 * a)).cross(Vec3(f.f.segment<3>(3 * a)));
+    CellVector out = times(model(c).stiffness, dy);
+
+    // Q^T K Q v = K dy - T^T sum y_a x (K dy)_a, and the stress term T^T (A w + L v) + L^T w.
+    Vec3 torque = Vec3::Zero();
+    for (int a = 0; a < 8; ++a) torque -= Vec3(f.y.segment<3>(3 * a)).cross(Vec3(out.segment<3>(3 * a)));
+    if (positive_.empty()) {
+      Vec3 l = Vec3::Zero(), yfw = Vec3::Zero(), fyw = Vec3::Zero();
+      double yf = 0;
+      for (int a = 0; a < 8; ++a) {
+        const Vec3 ga = gradient.row(a), ya = f.y.segment<3>(3 * a), fa = f.f.segment<3>(3 * a),
+                   va = v.segment<3>(3 * a);
+        l += f.h * ga.dot(va) - ga * f.h.dot(va) + fa.cross(va);
+        yfw += ya * fa.dot(w);
+        fyw += fa * ya.dot(w);
+        yf += ya.dot(fa);
+        out.segment<3>(3 * a) += ga * f.h.dot(w) - f.h * ga.dot(w) - fa.cross(w);
+      }
+      const Vec3 sw = f.s * w;
+      torque += l + 0.5 * (yfw + fyw) - yf * w - 0.5 * (f.h.cross(sw) - f.s * f.h.cross(w));
+    } else {
+      out += positive_[c] * (positive_[c].transpose() * v);
     }
-    const Mat3 ds = b - cross_matrix(w) * f.s;
-    stress_torque -= ds.trace() * f.h - ds * f.h;
-    const Vec3 dh = f.inverse_m * (torque + stress_weight_ * stress_torque);
-    for (int a = 0; a < 8; ++a) {
-      const Vec3 ga = gradients_.row(a);
-      const Vec3 p = Vec3(f.f.segment<3>(3 * a)) - f.h.cross(ga);
-      df.segment<3>(3 * a) += stress_weight_ * w.cross(p) - dh.cross(ga);
-    }
-    mesh_.scatter_add(c, rotate(f.r, df), y);
+    const Vec3 dh = f.inverse_m * torque;
+    for (int a = 0; a < 8; ++a) out.segment<3>(3 * a) += dh.cross(Vec3(gradient.row(a)));
+    mesh_.scatter_add(c, rotate(f.r, out), y);
   });
 }
 
 CellMatrix Elastic::cell_hessian(std::size_t cell) const {
-  const CellMatrix& k = stiffness_[static_cast<std::size_t>(elements_[cell])];
+  const CellMatrix& k = model(cell).stiffness;
   if (strain_ == Strain::cauchy) return k;
-  // The linear maps of apply() written as matrices: w = T v, dh = M^-1 D v, H = K + (P - K Y) T + G M^-1 D.
-  using Columns = Eigen::Matrix<double, 24, 3>;
-  using Rows = Eigen::Matrix<double, 3, 24>;
   const Frame& f = frames_[cell];
-  Columns y, g, p;
-  Rows stress;
-  Vec3 sh = f.s * f.h;
-  Rows trace_part;
-  for (int a = 0; a < 8; ++a) {
-    const Vec3 ga = gradients_.row(a);
-    const Vec3 pa = Vec3(f.f.segment<3>(3 * a)) - f.h.cross(ga);
-    y.block<3, 3>(3 * a, 0) = -cross_matrix(f.y.segment<3>(3 * a));
-    g.block<3, 3>(3 * a, 0) = cross_matrix(ga);
-    p.block<3, 3>(3 * a, 0) = -stress_weight_ * cross_matrix(pa);
-    stress.block<3, 3>(0, 3 * a) = -cross_matrix(f.f.segment<3>(3 * a));
-    trace_part.block<3, 3>(0, 3 * a) = f.h * ga.transpose();
-    trace_part.block<3, 3>(0, 3 * a).diagonal().array() -= ga.dot(f.h);
-  }
-  const Rows t = -f.inverse_m * g.transpose();
+  const StressTerm e = stress_term(f, model(cell).mean_gradient);
+  Columns y;  // w x y_a = (Y w)_a
+  for (int a = 0; a < 8; ++a) y.block<3, 3>(3 * a, 0) = -cross_matrix(f.y.segment<3>(3 * a));
+  // (1 - Y T)^T K (1 - Y T) = K - B^T - B with B = T^T (Y^T K - Y^T K Y T / 2)
   const Columns ky = k * y;
-  const Rows torque = ky.transpose() - (y.transpose() * ky) * t;
-  const Rows stress_torque = stress - (stress * y) * t - trace_part + cross_matrix(sh) * t;
-  const Rows d = torque + stress_weight_ * stress_torque;
-  CellMatrix h = k + (p - ky) * t + g * (f.inverse_m * d);
+  Eigen::Matrix<double, 3, 24> inner = 0.5 * (y.transpose() * ky) * e.t - ky.transpose();
+  if (positive_.empty()) inner += e.l + 0.5 * e.a * e.t;
+  CellMatrix h = k;
+  const CellMatrix half = e.t.transpose() * inner;
+  h += half + half.transpose();
+  if (!positive_.empty()) h += positive_[cell] * positive_[cell].transpose();
   CellMatrix out;
   for (int a = 0; a < 8; ++a)
     for (int b = 0; b <= a; ++b) {
-      const Mat3 block = 0.5 * (h.block<3, 3>(3 * a, 3 * b) + h.block<3, 3>(3 * b, 3 * a).transpose());
-      out.block<3, 3>(3 * a, 3 * b) = f.r * block * f.r.transpose();
+      out.block<3, 3>(3 * a, 3 * b) = f.r * h.block<3, 3>(3 * a, 3 * b) * f.r.transpose();
       out.block<3, 3>(3 * b, 3 * a) = out.block<3, 3>(3 * a, 3 * b).transpose();
     }
   return out;

@@ -60,12 +60,11 @@ struct Problem {
 Elastic make_elastic(const Lattice& lattice, const Scene& scene, const Problem& problem) {
   const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(problem.level)];
   const hexmesh::ElementMatrices matrices(lattice.cell_edges(problem.level));
-  std::vector<CellMatrix> stiffness(level.elements.size());
+  std::vector<ElementModel> models(level.elements.size());
 #pragma omp parallel for schedule(static)
-  for (std::size_t e = 0; e < stiffness.size(); ++e)
-    stiffness[e] = scene.volumetric == Volumetric::mean ? matrices.mean_dilatation_stiffness(level.elements[e])
-                                                        : matrices.stiffness(level.elements[e]);
-  return Elastic(problem.mesh(), level.element, std::move(stiffness), scene.strain);
+  for (std::size_t e = 0; e < models.size(); ++e)
+    models[e] = make_element_model(matrices, level.elements[e], scene.volumetric);
+  return Elastic(problem.mesh(), level.element, std::move(models), scene.strain);
 }
 
 double largest_prescribed(const Scene& scene) {

@@ -73,7 +73,7 @@ NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constr
   // Below this the forces are rounding noise.
   constexpr double rounding_floor = 1e-14;
   NewtonReport report;
-  double stress_weight = 1;
+  Hessian which = Hessian::clamped;
   Residual now = residual_at(elastic, constraints, u);
   NodeVector support_step = constraints.lift(u, fraction);
   bool supports_hold = support_step.lpNorm<Eigen::Infinity>() < 1e-9;
@@ -92,7 +92,7 @@ NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constr
     NodeVector step;
     int linear_iterations = 0;
     for (bool solved = false; !solved;) {
-      elastic.linearize(u, stress_weight);
+      elastic.linearize(u, which);
       const Multigrid preconditioner(hierarchy, elastic, constraints);
       LinearOutcome outcome{0, preconditioner.is_positive()};
       if (outcome.positive) {
@@ -104,8 +104,8 @@ NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constr
         outcome = solve_linear(elastic, constraints, preconditioner, b, forcing, options.max_linear_iterations, step);
         linear_iterations += outcome.iterations;
       }
-      solved = outcome.positive || stress_weight == 0;
-      if (!solved) stress_weight = 0;
+      solved = outcome.positive || which == Hessian::clamped;
+      if (!solved) which = Hessian::clamped;
       if (!outcome.positive && solved && step.size() == 0) {
         report.reason = "the stiffness matrix is not positive definite (missing supports?)";
         return report;
@@ -134,8 +134,8 @@ NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constr
           return report;
         }
       }
-      // Full steps with the safe matrix mean that the exact one is worth another try.
-      if (stress_weight == 0 && length == 1) stress_weight = 1;
+      // A full step with the clamped matrix to a small residual: the exact one is worth a try.
+      which = length == 1 && next.relative < 1e-2 ? Hessian::exact : Hessian::clamped;
       u = std::move(trial);
       now = std::move(next);
     }
