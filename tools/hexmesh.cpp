@@ -170,7 +170,7 @@ int main(int argc, char** argv) {
              ->required();
          build->add_option("--material", o->materials,
                            "SEGMENT:young_kpa=E,poisson=NU,density_kg_m3=RHO, or SEGMENT:none for one that only serves "
-                           "boundary conditions. Without it the segment's name chooses a tissue");
+                           "boundary conditions; SEGMENT * means all others. Without it the segment's name chooses a tissue");
          build->add_option("--levels", o->lattice.num_levels, "Number of levels; 0 = until at most 16 cells are left")
              ->check(CLI::Range(0, 20))
              ->capture_default_str();

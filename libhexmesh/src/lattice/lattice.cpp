@@ -160,7 +160,7 @@ std::vector<LatticeSegment> assign_materials(const LabelVolume& volume,
   std::vector<std::string> names;
   for (const Segment& s : volume.segments) names.push_back(s.name);
   for (const auto& [name, choice] : choices)
-    if (!find_segment(volume.segments, name))
+    if (name != "*" && !find_segment(volume.segments, name))
       throw Error(ErrorKind::input, fmt::format("material for unknown segment '{}', expected one of: {}", name,
                                                 fmt::join(names, ", ")));
   const std::vector<std::size_t> counts = count_voxels(volume);
@@ -168,7 +168,8 @@ std::vector<LatticeSegment> assign_materials(const LabelVolume& volume,
   for (std::size_t n = 0; n < volume.segments.size(); ++n) {
     if (counts[n] == 0) continue;
     const Segment& segment = volume.segments[n];
-    MaterialChoice choice;
+    const auto all = choices.find("*");
+    MaterialChoice choice = all == choices.end() ? MaterialChoice{} : all->second;
     for (const auto& [name, asked] : choices)
       if (find_segment({segment}, name)) choice = asked;
     LatticeSegment entry{segment, std::nullopt, counts[n]};

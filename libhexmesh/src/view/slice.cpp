@@ -79,7 +79,7 @@ SliceRenderer::SliceRenderer(const Result& result, const IntensityVolume* scan, 
     }
 
   if (!scan) return;
-  // Values of the body fill the middle third of the grey range.
+  // All of the body is told apart; what is darker or brighter has the outer thirds of the grey range.
   std::vector<float> inside;
   for (std::size_t n = 0; n < result.labels.size(); n += 7) {
     if (result.labels[n] == 0) continue;
@@ -89,8 +89,8 @@ SliceRenderer::SliceRenderer(const Result& result, const IntensityVolume* scan, 
   double low = 0, high = 1;
   if (!inside.empty()) {
     std::sort(inside.begin(), inside.end());
-    low = inside[inside.size() / 50];
-    high = std::max<double>(inside[inside.size() - 1 - inside.size() / 50], low + 1);
+    low = inside[inside.size() / 500];
+    high = std::max<double>(inside[inside.size() - 1 - inside.size() / 500], low + 1);
   }
   const double level = options.level.value_or((low + high) / 2);
   const double window = options.window.value_or(3 * (high - low));

@@ -64,7 +64,7 @@ struct MaterialChoice {
 };
 
 /// Materials of all segments that occur in the volume.
-/// @param choices  by segment name; a name that is not a segment is an error
+/// @param choices  by segment name, "*" for all that are not named; a name that is not a segment is an error
 /// @param notes    receives one line for each default that was taken
 /// @throws Error{input} naming a segment without material or with one out of bounds
 std::vector<LatticeSegment> assign_materials(const LabelVolume& volume,

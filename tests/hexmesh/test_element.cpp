@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/lattice/element.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "support/bodies.h"
+
+using namespace hexmesh;
+using testing_support::random_rotation;
+
+namespace {
+
+const Material soft = material_from_units(100, 0.3, 1000);
+const Material stiff = material_from_units(2500, 0.45, 1900);
+constexpr double single_cell = 1e-12;  // relative, DESIGN: invariants of a single cell
+
+/// The textbook stiffness int B^T D B dV of a full brick by 2 x 2 x 2 Gauss points, independent of the 27 integrals.
+CellMatrix textbook_stiffness(const Material& m, const Mat3& edges) {
+  const double lambda = m.bulk_modulus() - 2 * m.shear_modulus() / 3, mu = m.shear_modulus();
+  Eigen::Matrix<double, 6, 6> d = Eigen::Matrix<double, 6, 6>::Zero();
+  d.topLeftCorner<3, 3>().setConstant(lambda);
+  d.diagonal().array() += Eigen::Array<double, 6, 1>(2 * mu, 2 * mu, 2 * mu, mu, mu, mu);
+  CellMatrix k = CellMatrix::Zero();
+  for (int q = 0; q < 8; ++q) {
+    const double gauss = 0.5 / std::sqrt(3.0);
+    Vec3 s;
+    for (int a = 0; a < 3; ++a) s[a] = 0.5 + (corner_bit(q, a) ? gauss : -gauss);
+    const NodeGradients g = shape_gradients(s) * edges.inverse();
+    Eigen::Matrix<double, 6, 24> b = Eigen::Matrix<double, 6, 24>::Zero();
+    for (int a = 0; a < 8; ++a) {
+      for (int i = 0; i < 3; ++i) b(i, 3 * a + i) = g(a, i);
+      b(3, 3 * a + 1) = b(4, 3 * a + 0) = g(a, 2);
+      b(3, 3 * a + 2) = b(5, 3 * a + 0) = g(a, 1);
+      b(4, 3 * a + 2) = b(5, 3 * a + 1) = g(a, 0);
+    }
+    k += b.transpose() * d * b * std::abs(edges.determinant()) / 8;
+  }
+  return k;
+}
+
+/// L of the paper for one child, from the shape functions: u_child = L u_parent.
+Eigen::MatrixXd interpolation(int slot, const Index3& factor) {
+  Eigen::MatrixXd l = Eigen::MatrixXd::Zero(24, 24);
+  for (int a = 0; a < 8; ++a) {
+    Vec3 s;
+    for (int d = 0; d < 3; ++d)
+      s[d] = double(corner_bit(slot, d) + corner_bit(a, d)) / factor[static_cast<std::size_t>(d)];
+    const NodeWeights n = shape_functions(s);
+    for (int b = 0; b < 8; ++b) l.block<3, 3>(3 * a, 3 * b) = n[b] * Mat3::Identity();
+  }
+  return l;
+}
+
+Vec3 as_vec(const Index3& i) { return {double(i[0]), double(i[1]), double(i[2])}; }
+
+/// Cells of every kind: how children are merged, which are there, and of what.
+struct Case {
+  Index3 factor;
+  int filled;  ///< bit mask of slots
+  int stiff;   ///< bit mask of slots
+};
+
+class ElementRecursion : public testing::TestWithParam<Case> {
+protected:
+  const Mat3 child_edges = random_rotation(7) * Vec3(0.8, 1.1, 2.5).asDiagonal();
+  const Mat3 parent_edges = child_edges * as_vec(GetParam().factor).asDiagonal();
+
+  bool has(int slot) const {
+    for (int d = 0; d < 3; ++d)
+      if (corner_bit(slot, d) && GetParam().factor[static_cast<std::size_t>(d)] == 1) return false;
+    return (GetParam().filled >> slot & 1) != 0;
+  }
+  const Material& material(int slot) const { return GetParam().stiff >> slot & 1 ? stiff : soft; }
+
+  Element parent() const {
+    Element e;
+    for (int slot = 0; slot < 8; ++slot)
+      if (has(slot))
+        add_child(e, full_voxel(material(slot), std::abs(child_edges.determinant())), slot, GetParam().factor);
+    return e;
+  }
+};
+
+}  // namespace
+
+TEST_P(ElementRecursion, EqualsTheSumOfLtKL) {
+  CellMatrix expected = CellMatrix::Zero();
+  for (int slot = 0; slot < 8; ++slot) {
+    if (!has(slot)) continue;
+    const Eigen::MatrixXd l = interpolation(slot, GetParam().factor);
+    expected += l.transpose() * textbook_stiffness(material(slot), child_edges) * l;
+  }
+  const CellMatrix k = ElementMatrices(parent_edges).stiffness(parent());
+  EXPECT_LT((k - expected).norm(), single_cell * expected.norm());
+}
+
+TEST_P(ElementRecursion, MassAndDivergenceFollowTheSameRule) {
+  const ElementMatrices child(child_edges), whole(parent_edges);
+  Eigen::MatrixXd mass = Eigen::MatrixXd::Zero(8, 8);
+  CellVector divergence = CellVector::Zero();
+  for (int slot = 0; slot < 8; ++slot) {
+    if (!has(slot)) continue;
+    const Element e = full_voxel(material(slot), std::abs(child_edges.determinant()));
+    const Eigen::MatrixXd l = interpolation(slot, GetParam().factor);
+    Eigen::MatrixXd scalar(8, 8);
+    for (int a = 0; a < 8; ++a)
+      for (int b = 0; b < 8; ++b) scalar(a, b) = l(3 * a, 3 * b);
+    mass += scalar.transpose() * child.mass(e) * scalar;
+    divergence += l.transpose() * child.divergence(e);
+  }
+  EXPECT_LT((whole.mass(parent()) - mass).norm(), single_cell * mass.norm());
+  EXPECT_LT((whole.divergence(parent()) - divergence).norm(), single_cell * divergence.norm());
+}
+
+TEST_P(ElementRecursion, SixRigidMotionsStoreNoEnergy) {
+  const Element e = parent();
+  const ElementMatrices matrices(parent_edges);
+  for (const CellMatrix& k : {matrices.stiffness(e), matrices.mean_dilatation_stiffness(e)}) {
+    for (int mode = 0; mode < 6; ++mode) {
+      CellVector v;
+      for (int a = 0; a < 8; ++a) {
+        const Vec3 x = parent_edges * Vec3(corner_bit(a, 0), corner_bit(a, 1), corner_bit(a, 2));
+        v.segment<3>(3 * a) = mode < 3 ? Vec3(Vec3::Unit(mode)) : Vec3(Vec3::Unit(mode - 3).cross(x));
+      }
+      EXPECT_LT((k * v).norm(), single_cell * k.norm() * v.norm());
+    }
+    EXPECT_LT((k - k.transpose()).norm(), single_cell * k.norm());
+    const Eigen::SelfAdjointEigenSolver<CellMatrix> eigen(k);
+    EXPECT_GT(eigen.eigenvalues()[0], -single_cell * k.norm());
+  }
+}
+
+TEST_P(ElementRecursion, ALinearFieldStoresTheEnergyOfTheFilledVolume) {
+  Mat3 gradient;
+  gradient << 0.1, -0.05, 0.02, 0.3, 0.2, -0.1, 0.07, 0.04, -0.15;
+  const Mat3 strain = 0.5 * (gradient + gradient.transpose());
+  CellVector u;
+  for (int a = 0; a < 8; ++a)
+    u.segment<3>(3 * a) = gradient * parent_edges * Vec3(corner_bit(a, 0), corner_bit(a, 1), corner_bit(a, 2));
+  double expected = 0;
+  for (int slot = 0; slot < 8; ++slot)
+    if (has(slot)) {
+      const Material& m = material(slot);
+      const double lambda = m.bulk_modulus() - 2 * m.shear_modulus() / 3;
+      expected += std::abs(child_edges.determinant()) *
+                  (m.shear_modulus() * strain.squaredNorm() + lambda / 2 * strain.trace() * strain.trace());
+    }
+  const ElementMatrices matrices(parent_edges);
+  EXPECT_NEAR(0.5 * u.dot(matrices.stiffness(parent()) * u), expected, single_cell * expected);
+  EXPECT_NEAR(0.5 * u.dot(matrices.mean_dilatation_stiffness(parent()) * u), expected, single_cell * expected);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cells, ElementRecursion,
+                         testing::Values(Case{{2, 2, 2}, 0xff, 0x00}, Case{{2, 2, 2}, 0xff, 0x35},
+                                         Case{{2, 2, 2}, 0x01, 0x00}, Case{{2, 2, 2}, 0x6b, 0x09},
+                                         Case{{2, 2, 1}, 0x0f, 0x02}, Case{{2, 1, 1}, 0x02, 0x00},
+                                         Case{{1, 1, 2}, 0x11, 0x10}));
+
+TEST(Element, AFullParentIsTheBigCell) {
+  const Mat3 edges = Vec3(2, 3, 4).asDiagonal();
+  Element e;
+  for (int slot = 0; slot < 8; ++slot) add_child(e, full_voxel(soft, 3), slot, {2, 2, 2});
+  const CellMatrix expected = textbook_stiffness(soft, edges);
+  EXPECT_LT((ElementMatrices(edges).stiffness(e) - expected).norm(), single_cell * expected.norm());
+}
+
+TEST(Element, OneFullChildOfFourMakesTheParentAnisotropic) {
+  // The paper's figure 4 in three dimensions: a layer of four children, one of them full.
+  Element e;
+  add_child(e, full_voxel(soft, 1), 0, {2, 2, 1});
+  const Mat3 edges = Vec3(2, 2, 1).asDiagonal();
+  const CellMatrix k = ElementMatrices(edges).stiffness(e);
+  const CellMatrix full = textbook_stiffness(soft, edges) / 4;
+  // The corner in the full child is stiffer than a quarter of the full cell, the one across is far softer.
+  EXPECT_GT(k(0, 0), 2 * full(0, 0));
+  EXPECT_LT(k(9, 9), 0.3 * full(9, 9));
+  EXPECT_GT(k(9, 9), 0);
+}
+
+TEST(Element, MassIsSplitOverTheNodesByDensityNotByStiffness) {
+  Element e;
+  add_child(e, full_voxel(material_from_units(1e6, 0.3, 1000), 1), 0, {2, 1, 1});
+  add_child(e, full_voxel(material_from_units(1, 0.3, 1000), 1), 1, {2, 1, 1});
+  const NodeWeights m = ElementMatrices(Vec3(2, 1, 1).asDiagonal()).lumped_mass(e);
+  EXPECT_NEAR(m.sum(), 2e-9, 1e-21);
+  EXPECT_NEAR(m[0], m[1], 1e-21);
+}

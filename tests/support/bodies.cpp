@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "bodies.h"
+
+#include <Eigen/Geometry>
+
+namespace testing_support {
+
+using hexsolver::Mesh;
+using hexsolver::NodeVector;
+
+hexmesh::LabelVolume make_volume(const Index3& extent, const Vec3& spacing,
+                                 const std::function<int(const Index3&)>& label, const Mat3& direction,
+                                 const Vec3& origin) {
+  hexmesh::Grid grid(extent, spacing, origin, direction);
+  hexmesh::LabelVolume volume{grid, std::vector<std::uint16_t>(grid.num_voxels()), {}};
+  std::vector<bool> occurs(65536);
+  for (std::size_t n = 0; n < volume.labels.size(); ++n) {
+    volume.labels[n] = static_cast<std::uint16_t>(label(grid.index(n)));
+    occurs[volume.labels[n]] = true;
+  }
+  for (int l = 1; l < 65536; ++l)
+    if (occurs[static_cast<std::size_t>(l)])
+      volume.segments.push_back({static_cast<std::uint16_t>(l), "segment_" + std::to_string(l)});
+  return volume;
+}
+
+Lattice bitten_ball(const Vec3& spacing, const Index3& offset, const Mat3& direction) {
+  const hexmesh::LabelVolume volume = make_volume(
+      {17, 15, 13}, spacing,
+      [](const Index3& v) {
+        const Vec3 p(v[0] - 8, v[1] - 7, v[2] - 6);
+        const bool ball = p.cwiseQuotient(Vec3(8.3, 7.4, 6.2)).norm() < 1;
+        const bool bite = (p - Vec3(6, 5, 4)).norm() < 4.5;
+        return ball && !bite ? (p[0] < -2 ? 2 : 1) : 0;
+      },
+      direction, Vec3(10, -20, 30));
+  std::vector<hexmesh::LatticeSegment> segments = {
+      {volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0},
+      {volume.segments[1], hexmesh::material_from_units(700, 0.45, 1900), 0}};
+  return hexmesh::build_lattice(volume, segments, {4, offset});
+}
+
+Lattice box(const Index3& extent, const Vec3& spacing, double young_kpa, double poisson) {
+  const hexmesh::LabelVolume volume = make_volume(extent, spacing, [](const Index3&) { return 1; });
+  return hexmesh::build_lattice(
+      volume, {{volume.segments[0], hexmesh::material_from_units(young_kpa, poisson, 1000), 0}}, {3, {0, 0, 0}});
+}
+
+Body::Body(const Lattice& lattice, int level, hexsolver::Strain strain, hexsolver::Volumetric volumetric)
+    : mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner()),
+      elastic(mesh, lattice.levels[static_cast<std::size_t>(level)].element,
+              [&] {
+                const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
+                std::vector<hexsolver::ElementModel> models;
+                for (const auto& e : lattice.levels[static_cast<std::size_t>(level)].elements)
+                  models.push_back(hexsolver::make_element_model(matrices, e, volumetric));
+                return models;
+              }(),
+              strain) {}
+
+NodeVector sample(const Mesh& mesh, const std::function<Vec3(const Vec3&)>& field) {
+  NodeVector u(static_cast<Eigen::Index>(mesh.num_dofs()));
+  for (std::size_t n = 0; n < mesh.num_nodes(); ++n)
+    u.segment<3>(3 * static_cast<Eigen::Index>(n)) = field(mesh.position(n));
+  return u;
+}
+
+NodeVector noise(std::size_t dofs, double size, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-size, size);
+  NodeVector u(static_cast<Eigen::Index>(dofs));
+  for (double& v : u) v = uniform(random);
+  return u;
+}
+
+Mat3 random_rotation(unsigned seed) {
+  const NodeVector q = noise(4, 1, seed);
+  return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();
+}
+
+std::vector<hexsolver::ConstraintPoint> hold_nodes(const Mesh& mesh, const std::function<bool(const Vec3&)>& where,
+                                                   const std::function<Vec3(const Vec3&)>& field) {
+  std::vector<hexsolver::ConstraintPoint> points;
+  std::vector<bool> done(mesh.num_nodes());
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    for (int a = 0; a < 8; ++a) {
+      const auto node = static_cast<std::size_t>(mesh.cell_nodes()[c][static_cast<std::size_t>(a)]);
+      const Vec3 p = mesh.position(node);
+      if (done[node] || !where(p)) continue;
+      done[node] = true;
+      points.push_back({0, static_cast<std::int32_t>(c), hexmesh::NodeWeights::Unit(a), field(p)});
+    }
+  return points;
+}
+
+}  // namespace testing_support

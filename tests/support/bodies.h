@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <random>
+
+#include "hexmesh/lattice/lattice.h"
+#include "hexsolver/constraints.h"
+#include "hexsolver/elastic.h"
+
+/// Small bodies and fields that the tests share.
+namespace testing_support {
+
+using hexmesh::Index3;
+using hexmesh::Lattice;
+using hexmesh::Mat3;
+using hexmesh::Vec3;
+
+/// A label volume from a function of the voxel index.
+hexmesh::LabelVolume make_volume(const Index3& extent, const Vec3& spacing,
+                                 const std::function<int(const Index3&)>& label,
+                                 const Mat3& direction = Mat3::Identity(), const Vec3& origin = Vec3::Zero());
+
+/// Two materials in a ball with a bite taken out, cells partly filled at every level.
+Lattice bitten_ball(const Vec3& spacing, const Index3& offset = {0, 0, 0}, const Mat3& direction = Mat3::Identity());
+
+/// A solid box of one material.
+Lattice box(const Index3& extent, const Vec3& spacing, double young_kpa = 100, double poisson = 0.3);
+
+/// The mechanical mesh and the elastic energy of one level.
+struct Body {
+  Body(const Lattice& lattice, int level, hexsolver::Strain strain,
+       hexsolver::Volumetric volumetric = hexsolver::Volumetric::mean);
+  hexsolver::Mesh mesh;
+  hexsolver::Elastic elastic;
+};
+
+/// u(node) = field(rest position).
+hexsolver::NodeVector sample(const hexsolver::Mesh& mesh, const std::function<Vec3(const Vec3&)>& field);
+
+/// Uniform in [-size, size], the same for the same seed.
+hexsolver::NodeVector noise(std::size_t dofs, double size, unsigned seed = 1);
+
+/// A random proper rotation.
+Mat3 random_rotation(unsigned seed);
+
+/// Constraint points at all nodes for which `where` holds, displaced by `field`.
+std::vector<hexsolver::ConstraintPoint> hold_nodes(const hexsolver::Mesh& mesh,
+                                                   const std::function<bool(const Vec3&)>& where,
+                                                   const std::function<Vec3(const Vec3&)>& field);
+
+}  // namespace testing_support
