@@ -80,9 +80,14 @@ struct Constraints::Cluster {
   /// Coefficients of the part of v (on the nodes) in the span of the kept directions.
   VectorXd into_span(const VectorXd& v) const {
     if (small()) return kept.vectors * (kept.vectors.transpose() * v);
-    // Twice: the shift in the factor leaves 1e-8 of each direction behind.
-    VectorXd first = rows.transpose() * factor.solve(rows * v);
-    return first + rows.transpose() * factor.solve(rows * (v - first));
+    return rows.transpose() * solve_gram(rows * v);
+  }
+
+  /// mu with rows rows^T mu = b. The shift in the factor leaves 1e-8 / sigma^2 of each direction behind: refine.
+  VectorXd solve_gram(const VectorXd& b) const {
+    VectorXd mu = factor.solve(b);
+    for (int pass = 0; pass < 4; ++pass) mu += factor.solve(b - rows * (rows.transpose() * mu));
+    return mu;
   }
 
   /// d of smallest norm with h d = misfit in the kept directions.
@@ -90,17 +95,13 @@ struct Constraints::Cluster {
     if (small())
       return kept.vectors *
              (kept.vectors.transpose() * (h.transpose() * misfit)).cwiseQuotient(kept.sigma2);
-    const VectorXd wanted = to_rows * misfit;
-    VectorXd d = rows.transpose() * factor.solve(wanted);
-    return d + rows.transpose() * factor.solve(wanted - rows * d);
+    return rows.transpose() * solve_gram(to_rows * misfit);
   }
 
   /// lambda on the points with h^T lambda = r (the transposed problem).
   VectorXd solve_force(const VectorXd& r) const {
     if (small()) return h * (kept.vectors * (kept.vectors.transpose() * r).cwiseQuotient(kept.sigma2));
-    VectorXd mu = factor.solve(rows * r);
-    mu += factor.solve(rows * (r - rows.transpose() * mu));
-    return to_rows.transpose() * mu;
+    return to_rows.transpose() * solve_gram(rows * r);
   }
 };
 

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <limits>
 
 #include "cell_product.h"
 
@@ -49,6 +50,12 @@ Elastic::Elastic(const Mesh& mesh, std::vector<std::int32_t> elements, std::vect
     for (int d = 0; d < 3; ++d) corner[d] = hexmesh::corner_bit(a, d) - 0.5;
     rest_.segment<3>(3 * a) = mesh.edges() * corner;
   }
+  NodeVector sum = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
+  std::vector<CellVector> of_model;
+  for (const ElementModel& m : models_) of_model.push_back(m.stiffness.cwiseAbs() * rest_.cwiseAbs());
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    mesh.scatter_add(c, of_model[static_cast<std::size_t>(elements_[c])], sum);
+  rounding_ = 50 * std::numeric_limits<double>::epsilon() * sum.norm();
 }
 
 Elastic::Frame Elastic::frame(std::size_t cell, const NodeVector& u) const {

@@ -56,13 +56,13 @@ struct Residual {
   double relative = 0;
 };
 
-Residual residual_at(const Elastic& elastic, const Constraints& constraints, const NodeVector& u) {
+/// |P g| over the sum of absolute cell forces; forces of the size of rounding errors count as balanced.
+Residual residual_at(const Elastic& elastic, const Constraints& constraints, const NodeVector& u, double tolerance) {
   Residual residual;
   NodeVector magnitude;
   elastic.gradient(u, residual.gradient, magnitude);
   constraints.project(residual.gradient);
-  const double scale = magnitude.norm();
-  residual.relative = scale > 0 ? residual.gradient.norm() / scale : 0;
+  residual.relative = residual.gradient.norm() / (magnitude.norm() + elastic.rounding() / tolerance);
   return residual;
 }
 
@@ -70,16 +70,14 @@ Residual residual_at(const Elastic& elastic, const Constraints& constraints, con
 
 NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constraints& constraints, double fraction,
                       const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress) {
-  // Below this the forces are rounding noise.
-  constexpr double rounding_floor = 1e-14;
   NewtonReport report;
   Hessian which = Hessian::clamped;
-  Residual now = residual_at(elastic, constraints, u);
+  Residual now = residual_at(elastic, constraints, u, options.tolerance);
   NodeVector support_step = constraints.lift(u, fraction);
   bool supports_hold = support_step.lpNorm<Eigen::Infinity>() < 1e-9;
   while (report.iterations < options.max_iterations) {
     report.relative_residual = now.relative;
-    if (supports_hold && now.relative <= std::max(options.tolerance, rounding_floor)) {
+    if (supports_hold && now.relative <= options.tolerance) {
       report.converged = true;
       report.reason = "residual below tolerance";
       return report;
@@ -115,7 +113,7 @@ NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constr
 
     if (!supports_hold) {
       u += support_step + step;
-      now = residual_at(elastic, constraints, u);
+      now = residual_at(elastic, constraints, u, options.tolerance);
     } else {
       const double energy = elastic.energy(u);
       const double slope = now.gradient.dot(step);
@@ -124,9 +122,9 @@ NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constr
       NodeVector trial;
       while (true) {
         trial = u + length * step;
-        next = residual_at(elastic, constraints, trial);
-        // Near the solution energies differ by rounding only: a smaller residual decides as well.
-        const double slack = 1e-13 * std::abs(energy);
+        next = residual_at(elastic, constraints, trial, options.tolerance);
+        // Near the solution energies differ by rounding only.
+        const double slack = 1e-13 * std::abs(energy) + elastic.rounding() * step.lpNorm<Eigen::Infinity>();
         if (elastic.energy(trial) <= energy + 1e-4 * length * slope + slack) break;
         length /= 2;
         if (length < 1e-4) {

@@ -48,6 +48,9 @@ public:
   /// Gradient = internal forces [N]; magnitude = sum over cells of their absolute values, the scale of a residual.
   void gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const;
 
+  /// Size of the rounding errors in a gradient, 50 eps |sum over cells of |K| |X|| [N].
+  double rounding() const noexcept { return rounding_; }
+
   /// Prepare apply() and cell_hessian() at u.
   void linearize(const NodeVector& u, Hessian which);
 
@@ -85,6 +88,7 @@ private:
   std::vector<std::int32_t> elements_;
   std::vector<ElementModel> models_;
   Strain strain_;
+  double rounding_ = 0;
   CellVector rest_;               ///< corners relative to the cell's centre
   std::vector<Frame> frames_;     ///< of the last linearize()
   std::vector<Columns> positive_;  ///< likewise, empty where it is exact

@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+#include <hdf5.h>
+
+#include <fstream>
+
+#include "hexmesh/file/atomic_file.h"
+#include "hexmesh/file/lattice_file.h"
+#include "hexmesh/file/result_file.h"
+#include "support/bodies.h"
+#include "support/files.h"
+
+using namespace hexmesh;
+using namespace testing_support;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Change one attribute of a file with the HDF5 library itself.
+void set_version(const fs::path& path, int version) {
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  const hid_t attribute = H5Aopen(file, "version", H5P_DEFAULT);
+  H5Awrite(attribute, H5T_NATIVE_INT, &version);
+  H5Aclose(attribute);
+  H5Fclose(file);
+}
+
+Lattice small_lattice() {
+  Lattice lattice = bitten_ball({0.8, 0.8, 2.5}, {1, 0, 0}, random_rotation(4));
+  lattice.segments[1].segment.name = "Größe ü";
+  lattice.surface.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  lattice.surface.triangles = {{0, 1, 2}};
+  lattice.surface.segment = {2};
+  lattice.history = {"hexscan a", "hexmesh build 'b c'"};
+  return lattice;
+}
+
+}  // namespace
+
+TEST(LatticeFile, ReadsBackWhatWasWritten) {
+  const TemporaryFolder folder;
+  const Lattice lattice = small_lattice();
+  write_lattice(lattice, folder / "a");
+  const Lattice back = read_lattice(folder / "a");
+  EXPECT_TRUE(same_grid(back.voxels, lattice.voxels, 1e-12));
+  EXPECT_EQ(back.labels, lattice.labels);
+  EXPECT_EQ(back.history, lattice.history);
+  EXPECT_EQ(back.segments[1].segment.name, "Größe ü");
+  EXPECT_EQ(back.segments[1].material->young, lattice.segments[1].material->young);
+  EXPECT_EQ(back.surface.triangles, lattice.surface.triangles);
+  ASSERT_EQ(back.levels.size(), lattice.levels.size());
+  for (std::size_t l = 0; l < lattice.levels.size(); ++l) {
+    EXPECT_EQ(back.levels[l].cells, lattice.levels[l].cells);
+    EXPECT_EQ(back.levels[l].element, lattice.levels[l].element);
+    EXPECT_EQ(back.levels[l].segment, lattice.levels[l].segment);
+    EXPECT_EQ(back.levels[l].merge, lattice.levels[l].merge);
+    EXPECT_EQ(back.levels[l].elements.back().bulk, lattice.levels[l].elements.back().bulk);
+  }
+}
+
+TEST(LatticeFile, StoredMatricesAreThoseOfTheIntegrals) {
+  const TemporaryFolder folder;
+  const Lattice lattice = box({8, 8, 8}, {1, 1, 2});
+  write_lattice(lattice, folder / "a");
+  const hid_t file = H5Fopen((folder / "a").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  const hid_t set = H5Dopen2(file, "/levels/1/elements/stiffness", H5P_DEFAULT);
+  ASSERT_GE(set, 0);
+  std::vector<double> packed(300);
+  ASSERT_GE(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data()), 0);
+  H5Dclose(set);
+  H5Fclose(file);
+  const CellMatrix k = ElementMatrices(lattice.cell_edges(1)).stiffness(lattice.levels[1].elements[0]);
+  EXPECT_DOUBLE_EQ(packed[0], k(0, 0));
+  EXPECT_DOUBLE_EQ(packed[1], k(0, 1));
+  EXPECT_DOUBLE_EQ(packed[2], k(1, 1));
+  EXPECT_DOUBLE_EQ(packed[299], k(23, 23));
+}
+
+TEST(LatticeFile, ReadsOnlyTheLevelsAskedFor) {
+  const TemporaryFolder folder;
+  write_lattice(small_lattice(), folder / "a");
+  const Lattice lattice = read_lattice(folder / "a", {2});
+  EXPECT_EQ(count_levels(folder / "a"), 4);
+  EXPECT_TRUE(lattice.levels[0].cells.empty());
+  EXPECT_FALSE(lattice.levels[2].cells.empty());
+  EXPECT_EQ(lattice.levels[0].voxels_per_cell, (Index3{1, 1, 1}));
+}
+
+TEST(LatticeFile, RefusesNewerOtherAndMissingFilesByName) {
+  const TemporaryFolder folder;
+  write_lattice(small_lattice(), folder / "a");
+  set_version(folder / "a", lattice_version + 1);
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_lattice(folder / "a"); }).find("has version 2, expected 1 to 1"),
+            std::string::npos);
+  write_text(folder / "b", "not HDF5");
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_lattice(folder / "b"); }).find(folder.path("b")),
+            std::string::npos);
+}
+
+TEST(LatticeFile, CutAndFlippedFilesAreRefusedOrReadRight) {
+  const TemporaryFolder folder;
+  const Lattice lattice = box({6, 6, 6}, {1, 1, 1});
+  write_lattice(lattice, folder / "a");
+  const std::string bytes = read_text(folder / "a");
+  for (std::size_t size = 0; size < bytes.size(); size += bytes.size() / 40) {
+    write_text(folder / "cut", bytes.substr(0, size));
+    EXPECT_THROW(read_lattice(folder / "cut"), Error) << size << " bytes";
+  }
+  for (std::size_t at = 0; at < bytes.size(); at += 211) {
+    std::string changed = bytes;
+    changed[at] = static_cast<char>(changed[at] ^ 0x55);
+    write_text(folder / "flipped", changed);
+    try {
+      const Lattice back = read_lattice(folder / "flipped");
+      EXPECT_EQ(back.levels[0].cells, lattice.levels[0].cells) << "byte " << at;
+      EXPECT_EQ(back.levels[1].elements[0].shear, lattice.levels[1].elements[0].shear) << "byte " << at;
+    } catch (const Error&) {
+    }
+  }
+}
+
+TEST(ResultFile, ReadsBackWhatWasWritten) {
+  const TemporaryFolder folder;
+  const Lattice lattice = box({2, 1, 1}, {1, 1, 1});
+  Result r{lattice.voxels, lattice.labels, lattice.segments};
+  r.cells = lattice.levels[0].cells;
+  r.cell_nodes = {{0, 1, 3, 4, 6, 7, 9, 10}, {1, 2, 4, 5, 7, 8, 10, 11}};
+  r.nodes.assign(12, Vec3(1, 2, 3));
+  r.displacement.assign(12, Vec3(-1, 0.5, 0.25));
+  r.segment = {1, 1};
+  r.cell_fields["fill"] = {1, 0.5};
+  r.conditions = {{"held", {{1, 2, 3}}, {{0, 0, 0}}}};
+  r.report = "{}";
+  write_result(r, folder / "a");
+  const Result back = read_result(folder / "a");
+  EXPECT_EQ(back.displacement, r.displacement);
+  EXPECT_EQ(back.cell_nodes, r.cell_nodes);
+  EXPECT_EQ(back.cell_fields, r.cell_fields);
+  EXPECT_EQ(back.conditions[0].name, "held");
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_lattice(folder / "a"); })
+                .find("is a 'hexmesh result' file, expected a 'hexmesh lattice'"),
+            std::string::npos);
+}
+
+TEST(OutputFile, AppearsOnlyWhenCommitted) {
+  const TemporaryFolder folder;
+  {
+    OutputFile file(folder.path("a"));
+    std::ofstream(file.path()) << "half";
+  }
+  EXPECT_TRUE(fs::is_empty(folder / ""));
+  OutputFile file(folder.path("a"));
+  std::ofstream(file.path()) << "whole";
+  file.commit();
+  EXPECT_EQ(read_text(folder / "a"), "whole");
+}
+
+TEST(OutputFile, ReplacesNothingUnlessAsked) {
+  const TemporaryFolder folder;
+  write_text(folder / "a", "precious");
+  EXPECT_NE(message_of(ErrorKind::output, [&] { OutputFile(folder.path("a")); }).find("exists"), std::string::npos);
+  EXPECT_EQ(read_text(folder / "a"), "precious");
+  OutputFile(folder.path("a"), "", true).commit();
+  EXPECT_EQ(read_text(folder / "a"), "");
+}

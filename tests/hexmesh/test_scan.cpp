@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+
+#include "hexmesh/scan/clean.h"
+#include "hexmesh/scan/image_io.h"
+#include "hexmesh/scan/phantom.h"
+#include "support/bodies.h"
+#include "support/files.h"
+
+using namespace hexmesh;
+using namespace testing_support;
+
+TEST(ImageIo, LabelsNamesAndColoursSurviveANrrd) {
+  const TemporaryFolder folder;
+  LabelVolume volume = make_volume({5, 4, 3}, {0.8, 0.8, 2.5}, [](const Index3& v) { return v[0] * v[1] % 4; },
+                                   Mat3::Identity(), {10, -20, 30});
+  volume.segments[1].name = "Vena cava";
+  volume.segments[1].color = {0.25, 0.5, 0.75};
+  write_labels(volume, folder / "a.nrrd");
+  const LabelVolume back = read_labels(folder / "a.nrrd");
+  EXPECT_TRUE(same_grid(back.grid, volume.grid));
+  EXPECT_EQ(back.labels, volume.labels);
+  ASSERT_EQ(back.segments.size(), volume.segments.size());
+  EXPECT_EQ(back.segments[1].name, "Vena cava");
+  EXPECT_NEAR(back.segments[1].color[2], 0.75, 1e-6);
+}
+
+TEST(ImageIo, TheFormatIsToldFromTheContent) {
+  const TemporaryFolder folder;
+  write_labels(make_volume({2, 2, 2}, {1, 1, 1}, [](const Index3&) { return 1; }), folder / "a.nrrd");
+  std::filesystem::rename(folder / "a.nrrd", folder / "without_suffix");
+  EXPECT_EQ(read_labels(folder / "without_suffix").labels.size(), 8U);
+}
+
+TEST(ImageIo, WhatIsNoImageIsRefusedByName) {
+  const TemporaryFolder folder;
+  write_text(folder / "a.nrrd", "hello");
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_labels(folder / "a.nrrd"); }).find("unknown format"),
+            std::string::npos);
+  write_text(folder / "b.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 9 9 9\nencoding: raw\n\nabc");
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_labels(folder / "b.nrrd"); }).find(folder.path("b.nrrd")),
+            std::string::npos);
+}
+
+TEST(ImageIo, AScanIsNotASegmentation) {
+  const TemporaryFolder folder;
+  const Phantom phantom = liver_phantom(10);
+  write_intensity(phantom.intensity, folder / "ct.nrrd");
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_labels(folder / "ct.nrrd"); }).find("has the label -"),
+            std::string::npos);
+  EXPECT_EQ(read_intensity(folder / "ct.nrrd").values, phantom.intensity.values);
+}
+
+TEST(ImageIo, RealSegmentationsHaveTheirTrueVolumes) {
+  const auto data = shared_data() / "data";
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no shared data beside the project";
+  struct Expected {
+    const char* path;
+    int label;
+    double millilitres;
+  };
+  for (const Expected& e : {Expected{"med-rad/Liver/Patient2/liver.nii.gz", 1, 1911.8},
+                            Expected{"totalsegmentator/example_seg_fast_force_split.nii.gz", 5, 1125.7},
+                            Expected{"totalsegmentator/example_seg.nii.gz", 5, 1043.1},
+                            Expected{"spl-abdominal-atlas/seg.nrrd", 3, 239.3}}) {
+    const LabelVolume volume = read_labels(data / e.path);
+    EXPECT_GT(volume.grid.direction().determinant(), 0) << e.path;
+    const auto counts = count_voxels(volume);
+    for (std::size_t s = 0; s < counts.size(); ++s) {
+      if (volume.segments[s].label != e.label) continue;
+      EXPECT_NEAR(static_cast<double>(counts[s]) * volume.grid.voxel_volume() / 1000, e.millilitres, 0.06) << e.path;
+    }
+  }
+}
+
+TEST(ImageIo, NiftiPositionsAreTurnedFromRasToLps) {
+  const auto data = shared_data() / "data/totalsegmentator/example_seg.nii.gz";
+  const auto points = shared_data() / "reference/liver_points.json";
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no shared data beside the project";
+  // A corner node of the liver from the reference set, given in LPS: half of a voxel from a liver voxel's centre.
+  const LabelVolume volume = read_labels(data);
+  const Vec3 index = volume.grid.continuous_index({56.45633, -222.819, 176.80176});
+  int liver = 0;
+  for (int a = 0; a < 8; ++a) {
+    Index3 v;
+    for (int d = 0; d < 3; ++d) {
+      EXPECT_NEAR(std::abs(index[d] - std::floor(index[d])), 0.5, 1e-4);
+      v[static_cast<std::size_t>(d)] = static_cast<int>(std::floor(index[d])) + (a >> d & 1);
+    }
+    liver += volume.grid.contains(v) && volume.labels[volume.grid.offset(v)] == 5;
+  }
+  EXPECT_GE(liver, 1);
+  EXPECT_LT(liver, 8);
+}
+
+TEST(ImageIo, TheLayersOfASegNrrdBecomeOneVolume) {
+  const auto data = shared_data() / "data/derived/liver-medrad-p2.seg.nrrd";
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no shared data beside the project";
+  const LabelVolume volume = read_labels(data);
+  EXPECT_GE(volume.segments.size(), 5U);
+  EXPECT_NE(find_segment(volume.segments, "liver"), nullptr);
+}
+
+TEST(Phantom, IsTheSameEveryTimeAndAboutTheSizeOfALiver) {
+  const Phantom a = liver_phantom(5), b = liver_phantom(5);
+  EXPECT_EQ(a.labels.labels, b.labels.labels);
+  EXPECT_EQ(a.intensity.values, b.intensity.values);
+  Vec3 low = Vec3::Constant(1e9), high = -low;
+  for (std::size_t n = 0; n < a.labels.labels.size(); ++n) {
+    if (a.labels.labels[n] == 0) continue;
+    const Index3 v = a.labels.grid.index(n);
+    const Vec3 p = a.labels.grid.position(Vec3(v[0], v[1], v[2]));
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  EXPECT_NEAR((high - low)[0], 200, 10);
+  EXPECT_NEAR((high - low)[1], 100, 10);
+  EXPECT_NEAR((high - low)[2], 100, 10);
+}
+
+TEST(Phantom, VolumesConvergeWithTheSpacing) {
+  const auto liver_ml = [](double spacing) {
+    const Phantom p = liver_phantom(spacing);
+    std::size_t voxels = 0;
+    for (const std::size_t n : count_voxels(p.labels)) voxels += n;
+    return static_cast<double>(voxels) * spacing * spacing * spacing / 1000;
+  };
+  EXPECT_NEAR(liver_ml(4), liver_ml(2), 0.01 * liver_ml(2));
+  EXPECT_NE(message_of(ErrorKind::usage, [] { liver_phantom(0.1); }).find("0.1 mm"), std::string::npos);
+}
+
+TEST(Clean, KeepsTheLargestPartOfEachSegmentConnectedThroughFaces) {
+  // Two blocks that touch along an edge only, and a speck of another segment.
+  LabelVolume volume = make_volume({6, 6, 2}, {1, 1, 1}, [](const Index3& v) {
+    if (v[0] < 3 && v[1] < 3) return 1;
+    if (v[0] == 3 && v[1] == 3) return 1;
+    return v[0] == 5 && v[1] == 5 ? 2 : 0;
+  });
+  std::vector<std::size_t> removed;
+  volume = keep_largest_component(std::move(volume), removed);
+  EXPECT_EQ(removed, (std::vector<std::size_t>{2, 0}));
+  EXPECT_EQ(count_voxels(volume), (std::vector<std::size_t>{18, 2}));
+}

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/elastic.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "support/bodies.h"
+
+using namespace hexsolver;
+using namespace testing_support;
+
+namespace {
+
+/// A rotated, twisted and shaken state of a body, far from rest and without inverted cells.
+NodeVector large_deformation(const Mesh& mesh, double roughness) {
+  const Mat3 r = random_rotation(12);
+  NodeVector u = sample(mesh, [&](const Vec3& x) -> Vec3 {
+    const Vec3 q = x - Vec3(15, -14, 36);
+    const Vec3 stretched(1.3 * q[0] + 0.01 * q[1] * q[2], 0.8 * q[1], 0.9 * q[2] + 0.02 * q[0] * q[0]);
+    return r * stretched - q;
+  });
+  return u + noise(mesh.num_dofs(), roughness, 21);
+}
+
+class ElasticLevels : public testing::TestWithParam<std::tuple<int, Strain, Volumetric>> {
+protected:
+  const Lattice lattice = bitten_ball({1, 1, 2.5}, {0, 1, 0}, random_rotation(13));
+  Body body{lattice, std::get<0>(GetParam()), std::get<1>(GetParam()), std::get<2>(GetParam())};
+  const NodeVector u = large_deformation(body.mesh, 0.05);
+  const NodeVector direction = noise(body.mesh.num_dofs(), 1, 33);
+
+  NodeVector gradient(const NodeVector& at) const {
+    NodeVector g, magnitude;
+    body.elastic.gradient(at, g, magnitude);
+    return g;
+  }
+};
+
+}  // namespace
+
+TEST_P(ElasticLevels, GradientMatchesTheDifferenceOfEnergies) {
+  constexpr double h = 1e-5;
+  const double measured =
+      (body.elastic.energy(u + h * direction) - body.elastic.energy(u - h * direction)) / (2 * h);
+  const double claimed = gradient(u).dot(direction);
+  // Truncation h^2 and rounding eps W / h, both near 1e-9 of the scale.
+  EXPECT_NEAR(claimed, measured, 1e-6 * gradient(u).norm() * direction.norm());
+}
+
+TEST_P(ElasticLevels, HessianMatchesTheDifferenceOfGradients) {
+  constexpr double h = 1e-5;
+  body.elastic.linearize(u, Hessian::exact);
+  NodeVector claimed;
+  body.elastic.apply(direction, claimed);
+  const NodeVector measured = (gradient(u + h * direction) - gradient(u - h * direction)) / (2 * h);
+  EXPECT_LT((claimed - measured).norm(), 1e-6 * claimed.norm());
+}
+
+TEST_P(ElasticLevels, CellHessiansAddUpToTheOperator) {
+  for (const Hessian which : {Hessian::exact, Hessian::clamped}) {
+    body.elastic.linearize(u, which);
+    NodeVector applied, added = NodeVector::Zero(direction.size());
+    body.elastic.apply(direction, applied);
+    for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
+      const CellMatrix h = body.elastic.cell_hessian(c);
+      EXPECT_LT((h - h.transpose()).norm(), 1e-12 * h.norm());
+      body.mesh.scatter_add(c, h * body.mesh.gather(c, direction), added);
+    }
+    EXPECT_LT((applied - added).norm(), 1e-11 * applied.norm());
+  }
+}
+
+TEST_P(ElasticLevels, ARigidMotionGivesNoForce) {
+  const Mat3 r = random_rotation(17);
+  const bool linear = std::get<1>(GetParam()) == Strain::cauchy;
+  const NodeVector moved = sample(body.mesh, [&](const Vec3& x) -> Vec3 {
+    return linear ? Vec3(Vec3(0.1, 0.2, 0.3).cross(x) + Vec3(4, 5, 6)) : Vec3(r * x - x + Vec3(4, 5, 6));
+  });
+  NodeVector g, magnitude, scale, ignored;
+  body.elastic.gradient(moved, g, magnitude);
+  body.elastic.gradient(u, ignored, scale);
+  EXPECT_LT(g.norm(), 1e-11 * scale.norm());
+}
+
+TEST_P(ElasticLevels, ForcesHaveNoResultantAndCorotationalOnesNoTorque) {
+  NodeVector g, magnitude;
+  body.elastic.gradient(u, g, magnitude);
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+  for (std::size_t n = 0; n < body.mesh.num_nodes(); ++n) {
+    const Vec3 f = g.segment<3>(3 * static_cast<Eigen::Index>(n));
+    force += f;
+    torque += Vec3(body.mesh.position(n) + u.segment<3>(3 * static_cast<Eigen::Index>(n))).cross(f);
+  }
+  EXPECT_LT(force.norm(), 1e-11 * magnitude.sum());
+  if (std::get<1>(GetParam()) == Strain::corotational) {
+    EXPECT_LT(torque.norm(), 1e-11 * 40 * magnitude.sum());  // lever arms of up to 40 mm
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, ElasticLevels,
+    testing::Combine(testing::Values(0, 1, 2), testing::Values(Strain::cauchy, Strain::corotational),
+                     testing::Values(Volumetric::mean, Volumetric::full)));
+
+TEST(Elastic, TheClampedHessianIsPositiveSemidefinite) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  Body body(lattice, 1, Strain::corotational);
+  // Strong compression makes the exact Hessian of some cells indefinite.
+  const NodeVector u = sample(body.mesh, [](const Vec3& x) -> Vec3 { return -0.5 * x; }) +
+                       noise(body.mesh.num_dofs(), 0.4, 5);
+  double most_negative_exact = 0;
+  body.elastic.linearize(u, Hessian::exact);
+  for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
+    const CellMatrix h = body.elastic.cell_hessian(c);
+    most_negative_exact =
+        std::min(most_negative_exact, Eigen::SelfAdjointEigenSolver<CellMatrix>(h).eigenvalues()[0] / h.norm());
+  }
+  EXPECT_LT(most_negative_exact, -1e-3);
+  body.elastic.linearize(u, Hessian::clamped);
+  for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
+    const CellMatrix h = body.elastic.cell_hessian(c);
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<CellMatrix>(h).eigenvalues()[0], -1e-12 * h.norm());
+  }
+}
+
+TEST(Elastic, BothHessiansAgreeWithCauchyAtRest) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  Body linear(lattice, 1, Strain::cauchy), rotated(lattice, 1, Strain::corotational);
+  const NodeVector zero = NodeVector::Zero(static_cast<Eigen::Index>(linear.mesh.num_dofs()));
+  const NodeVector v = noise(linear.mesh.num_dofs(), 1, 3);
+  NodeVector expected, found;
+  linear.elastic.apply(v, expected);
+  for (const Hessian which : {Hessian::exact, Hessian::clamped}) {
+    rotated.elastic.linearize(zero, which);
+    rotated.elastic.apply(v, found);
+    EXPECT_LT((found - expected).norm(), 1e-12 * expected.norm());
+  }
+}
+
+TEST(Elastic, ASmallDeformationAfterALargeRotationStoresTheLinearEnergy) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  const Body linear(lattice, 1, Strain::cauchy), rotated(lattice, 1, Strain::corotational);
+  const Mat3 r = random_rotation(31);
+  const NodeVector small = noise(linear.mesh.num_dofs(), 1e-7, 9);
+  NodeVector turned = small;
+  for (std::size_t n = 0; n < linear.mesh.num_nodes(); ++n) {
+    const Eigen::Index at = 3 * static_cast<Eigen::Index>(n);
+    const Vec3 x = linear.mesh.position(n);
+    turned.segment<3>(at) = r * (x + small.segment<3>(at)) - x;
+  }
+  // The two differ by the rotation within the small deformation, of relative size 1e-7 / cell size.
+  EXPECT_NEAR(rotated.elastic.energy(turned), rotated.elastic.energy(small), 1e-6 * linear.elastic.energy(small));
+}

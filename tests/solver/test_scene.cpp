@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/scene.h"
+
+#include <gtest/gtest.h>
+
+#include "hexsolver/markup.h"
+#include "support/files.h"
+
+using namespace hexsolver;
+using namespace testing_support;
+using hexmesh::ErrorKind;
+
+namespace {
+
+constexpr const char* good = R"([solve]
+strain = "cauchy"
+level = 2
+[material.liver]
+young_kpa = 3
+[[fix]]
+name = "hilum"
+point_mm = [-80.1, 45.0, 120]
+radius_mm = 12
+axes = "xz"
+[[fix]]
+halfspace = { point_mm = [0, 0, 110], normal = [0, 0, -2] }
+on = "nodes"
+[[displace]]
+box_mm = [0, 1, 2, 4, 5, 9]
+by_mm = [12, 20.5, -32]
+)";
+
+std::string error_of(const std::string& text, const std::vector<std::string>& settings = {}) {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", text);
+  return message_of(settings.empty() ? ErrorKind::input : ErrorKind::usage,
+                    [&] { read_scene(folder / "s.toml", "s.toml", settings); });
+}
+
+Scene scene_of(const std::string& text, const std::vector<std::string>& settings = {}) {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", text);
+  return read_scene(folder / "s.toml", "s.toml", settings);
+}
+
+}  // namespace
+
+TEST(Scene, ReadsEveryTable) {
+  const Scene scene = scene_of(good);
+  EXPECT_EQ(scene.strain, Strain::cauchy);
+  EXPECT_EQ(scene.level, 2);
+  EXPECT_EQ(scene.materials.at("liver").young_kpa, 3);
+  ASSERT_EQ(scene.conditions.size(), 3U);
+  EXPECT_EQ(scene.conditions[0].name, "hilum");
+  EXPECT_EQ(scene.conditions[0].axes, (std::array<bool, 3>{true, false, true}));
+  EXPECT_EQ(scene.conditions[0].selection.balls[0].radius, 12);
+  EXPECT_EQ(scene.conditions[1].selection.halfspace->normal, Vec3(0, 0, -1));
+  EXPECT_EQ(scene.conditions[1].selection.on, SurfacePoints::nodes);
+  EXPECT_EQ(scene.conditions[2].by, Vec3(12, 20.5, -32));
+  EXPECT_EQ(scene.conditions[2].selection.box->center, Vec3(0.5, 3, 7));
+}
+
+TEST(Scene, ATypoInAKeyIsNamedWithItsPlaceAndTheKeysThatExist) {
+  EXPECT_EQ(error_of("[solve]\nlevl = 2\n"),
+            "s.toml:2:1: unknown key 'solve.levl', expected one of: kind, strain, law, rotation, volumetric, level, "
+            "tolerance, islands, conflicts");
+  EXPECT_EQ(error_of("[[fix]]\npoint_mm = [0, 0, 0]\n  radius = 3\n").substr(0, 34), "s.toml:3:3: unknown key 'fix.radiu");
+}
+
+TEST(Scene, AWrongValueIsNamedWithItsPlaceAndWhatWasExpected) {
+  EXPECT_EQ(error_of("[solve]\n\nstrain = \"cauchi\"\n"),
+            "s.toml:3:10: solve.strain is 'cauchi', expected \"cauchy\" or \"corotational\"");
+  EXPECT_EQ(error_of("[[fix]]\npoint_mm = [1, 2]\n"),
+            "s.toml:2:12: fix.point_mm is [ 1, 2 ], expected three numbers [x, y, z], LPS, mm");
+  EXPECT_EQ(error_of("[[fix]]\npoint_mm = [1, 2, nan]\n"),
+            "s.toml:2:19: fix.point_mm is nan, expected three numbers [x, y, z], LPS, mm");
+  EXPECT_EQ(error_of("[solve]\nlevel = -1\n"),
+            "s.toml:2:9: solve.level is -1, expected a level of the lattice, 0 or more");
+}
+
+TEST(Scene, BrokenTomlIsNamedWithItsPlace) {
+  EXPECT_EQ(error_of("[solve]\nlevel = = 2\n").substr(0, 10), "s.toml:2:9");
+}
+
+TEST(Scene, AConditionSelectsInExactlyOneWay) {
+  EXPECT_NE(error_of("[[fix]]\nname = \"a\"\n").find("selects in 0 ways"), std::string::npos);
+  EXPECT_NE(error_of("[[fix]]\npoint_mm = [0,0,0]\nbox_mm = [0,1,0,1,0,1]\n").find("selects in 2 ways"),
+            std::string::npos);
+  EXPECT_NE(error_of("[[displace]]\npoint_mm = [0,0,0]\n").find("by_mm"), std::string::npos);
+}
+
+TEST(Scene, SettingsOverrideTheFile) {
+  const Scene scene = scene_of(good, {"solve.strain=corotational", "solve.level=0", "displace.0.by_mm=[1,2,3]",
+                                      "material.liver.poisson=0.4"});
+  EXPECT_EQ(scene.strain, Strain::corotational);
+  EXPECT_EQ(scene.level, 0);
+  EXPECT_EQ(scene.conditions[2].by, Vec3(1, 2, 3));
+  EXPECT_EQ(scene.materials.at("liver").poisson, 0.4);
+  EXPECT_NE(error_of(good, {"solve"}).find("expected key=value"), std::string::npos);
+  EXPECT_NE(error_of(good, {"fix.7.name=x"}).find("--set 'fix.7.name=x'"), std::string::npos);
+}
+
+TEST(Markup, RasPointsAreTurnedToLps) {
+  const TemporaryFolder folder;
+  write_text(folder / "a.mrk.json",
+             R"({"markups":[{"type":"Fiducial","coordinateSystem":"RAS","controlPoints":[{"position":[1,2,3]}]}]})");
+  EXPECT_EQ(read_markup(folder / "a.mrk.json").points.at(0), Vec3(-1, -2, 3));
+}
+
+TEST(Markup, AnRoiBecomesABoxAndALineADisplacement) {
+  const TemporaryFolder folder;
+  write_text(folder / "roi.mrk.json",
+             R"({"markups":[{"type":"ROI","coordinateSystem":"LPS","center":[10,20,30],"size":[2,4,6],
+                 "objectToBase":[0,1,0,-1,0,0,0,0,1]}]})");
+  const Box box = *read_markup(folder / "roi.mrk.json").box;
+  // The object's x axis, of half length 1, is patient -y.
+  EXPECT_LT((box.to_box * (Vec3(10, 19, 30) - box.center) - Vec3(1, 0, 0)).norm(), 1e-12);
+  write_text(folder / "line.mrk.json",
+             R"({"markups":[{"type":"Line","controlPoints":[{"position":[1,2,3]},{"position":[4,6,8]}]}]})");
+  write_text(folder / "s.toml", "[[displace]]\nmarkup = \"line.mrk.json\"\n");
+  const Scene scene = read_scene(folder / "s.toml", "s.toml");
+  EXPECT_EQ(scene.conditions[0].by, Vec3(3, 4, 5));
+  EXPECT_EQ(scene.conditions[0].selection.balls[0].center, Vec3(1, 2, 3));
+}
+
+TEST(Markup, WhatIsNoMarkupIsNamed) {
+  const TemporaryFolder folder;
+  write_text(folder / "a.mrk.json", "{\"markups\":[]}");
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_markup(folder / "a.mrk.json"); }).find(folder.path("a.mrk.json")),
+            std::string::npos);
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_markup(folder / "none.mrk.json"); }).find("none.mrk.json"),
+            std::string::npos);
+}

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/supports.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "hexmesh/lattice/locator.h"
+#include "hexsolver/equilibrium.h"
+#include "hexsolver/selection.h"
+#include "support/bodies.h"
+#include "support/files.h"
+
+using namespace hexsolver;
+using namespace testing_support;
+using hexmesh::ErrorKind;
+
+namespace {
+
+std::vector<std::string> free_of(const Lattice& lattice, const std::function<bool(const Vec3&)>& held) {
+  const Body body(lattice, 0, Strain::cauchy);
+  return free_motions(body.mesh, hold_nodes(body.mesh, held, [](const Vec3&) { return Vec3::Zero(); }));
+}
+
+bool at(const Vec3& x, double a, double b, double c) { return (x - Vec3(a, b, c)).norm() < 1e-9; }
+
+Lattice from(const Index3& extent, const std::function<int(const Index3&)>& label) {
+  const auto volume = make_volume(extent, {1, 1, 1}, label);
+  return hexmesh::build_lattice(volume, {{volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0}});
+}
+
+Condition fix_ball(const Vec3& center, double radius) {
+  Condition c;
+  c.name = "held";
+  c.where = "s.toml:1:1";
+  c.selection.balls = {{center, radius}};
+  return c;
+}
+
+}  // namespace
+
+TEST(Supports, NothingHeldIsToldWithAllSixMotions) {
+  const auto words = free_of(box({4, 4, 4}, {1, 1, 1}), [](const Vec3&) { return false; });
+  ASSERT_EQ(words.size(), 1U);
+  EXPECT_NE(words[0].find("held by nothing"), std::string::npos);
+}
+
+TEST(Supports, OnePointLeavesThreeTurnsAboutIt) {
+  const auto words = free_of(box({4, 4, 4}, {1, 1, 1}), [](const Vec3& x) { return at(x, -0.5, -0.5, -0.5); });
+  ASSERT_EQ(words.size(), 3U);
+  for (const std::string& w : words) EXPECT_NE(w.find("free to turn"), std::string::npos) << w;
+}
+
+TEST(Supports, TwoPointsLeaveTheTurnAboutTheLineBetweenThem) {
+  const auto words = free_of(box({4, 4, 4}, {1, 1, 1}),
+                             [](const Vec3& x) { return at(x, -0.5, -0.5, -0.5) || at(x, 3.5, -0.5, -0.5); });
+  ASSERT_EQ(words.size(), 1U);
+  EXPECT_TRUE(words[0].find("axis [1.00, ") != std::string::npos || words[0].find("axis [-1.00, ") != std::string::npos)
+      << words[0];
+}
+
+TEST(Supports, ThreePointsHold) {
+  EXPECT_TRUE(free_of(box({4, 4, 4}, {1, 1, 1}), [](const Vec3& x) {
+                return at(x, -0.5, -0.5, -0.5) || at(x, 3.5, -0.5, -0.5) || at(x, -0.5, 3.5, -0.5);
+              }).empty());
+}
+
+TEST(Supports, AnIslandIsFound) {
+  const Lattice lattice = from({6, 2, 2}, [](const Index3& v) { return v[0] != 3; });
+  const auto words = free_of(lattice, [](const Vec3& x) { return x[0] < 0; });
+  ASSERT_EQ(words.size(), 1U);
+  EXPECT_NE(words[0].find("part of 8 cells"), std::string::npos) << words[0];
+}
+
+TEST(Supports, PartsJoinedByAnEdgeCanHinge) {
+  const Lattice lattice = from({2, 2, 2}, [](const Index3& v) { return v[0] == v[1]; });
+  const auto words = free_of(lattice, [](const Vec3& x) { return x[0] < 0; });
+  ASSERT_EQ(words.size(), 1U);
+  EXPECT_NE(words[0].find("free to turn about the axis"), std::string::npos) << words[0];
+}
+
+TEST(Supports, AScaleOfMillionsOfMillimetresChangesNothing) {
+  for (const double size : {1e-3, 1e3}) {
+    const Lattice lattice = box({4, 4, 4}, Vec3::Constant(size));
+    EXPECT_TRUE(free_of(lattice, [&](const Vec3& x) { return x[0] < 0; }).empty());
+  }
+}
+
+TEST(Selection, APointFarFromTheBodyIsNamedWithItsDistance) {
+  const Lattice lattice = box({10, 10, 10}, {1, 1, 1});
+  const Body body(lattice, 0, Strain::cauchy);
+  Scene scene;
+  scene.conditions = {fix_ball({-50.5, 4.5, 4.5}, 3)};
+  const std::string message =
+      message_of(ErrorKind::geometry, [&] { select_points(scene, lattice, 0, body.mesh); });
+  EXPECT_NE(message.find("condition 'held' (s.toml:1:1)"), std::string::npos) << message;
+  EXPECT_NE(message.find("50.0 mm"), std::string::npos) << message;
+}
+
+TEST(Selection, ABallTakesItsFacesAndRadiusZeroTheNearest) {
+  const Lattice lattice = box({10, 10, 10}, {1, 1, 1});
+  const Body body(lattice, 1, Strain::cauchy);
+  Scene scene;
+  scene.conditions = {fix_ball({-0.5, 4, 4}, 1.01)};
+  EXPECT_EQ(select_points(scene, lattice, 1, body.mesh).size(), 5U);
+  scene.conditions[0].selection.balls[0].radius = 0;
+  const auto one = select_points(scene, lattice, 1, body.mesh);
+  ASSERT_EQ(one.size(), 1U);
+  Vec3 position = Vec3::Zero();
+  for (int a = 0; a < 8; ++a)
+    position += one[0].weights[a] *
+                body.mesh.position(static_cast<std::size_t>(
+                    body.mesh.cell_nodes()[static_cast<std::size_t>(one[0].cell)][static_cast<std::size_t>(a)]));
+  EXPECT_LT((position - Vec3(-0.5, 4, 4)).norm(), 1e-12);
+}
+
+TEST(Selection, TheBoundaryWithASegmentWithoutMaterialIsFound) {
+  const auto volume = make_volume({4, 3, 3}, {1, 1, 1}, [](const Index3& v) { return v[0] == 3 ? 2 : 1; });
+  const Lattice lattice = hexmesh::build_lattice(
+      volume, {{volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0}, {volume.segments[1], {}, 0}});
+  const Body body(lattice, 0, Strain::cauchy);
+  Scene scene;
+  Condition c;
+  c.selection.segment = "segment_2";
+  scene.conditions = {c};
+  EXPECT_EQ(select_points(scene, lattice, 0, body.mesh).size(), 9U);
+  scene.conditions[0].selection.segment = "vena_cava";
+  EXPECT_NE(message_of(ErrorKind::input, [&] { select_points(scene, lattice, 0, body.mesh); })
+                .find("expected one of: segment_1, segment_2"),
+            std::string::npos);
+}
+
+TEST(Equilibrium, ContradictingConditionsAreNamedBeforeAnythingIsSolved) {
+  const Lattice lattice = box({10, 10, 10}, {1, 1, 1});
+  Scene scene;
+  scene.conditions = {fix_ball({-0.5, 4, 4}, 4), fix_ball({-0.5, 4, 4}, 4)};
+  scene.conditions[1].name = "pulled";
+  scene.conditions[1].by = {5, 0, 0};
+  SolveReport report;
+  const std::string message =
+      message_of(ErrorKind::geometry, [&] { solve_equilibrium(lattice, scene, 0, report); });
+  EXPECT_NE(message.find("'held'"), std::string::npos) << message;
+  EXPECT_NE(message.find("'pulled'"), std::string::npos) << message;
+}
+
+TEST(Equilibrium, ReactionsBalance) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  Scene scene;
+  scene.conditions = {fix_ball({10, -13, 36}, 4), fix_ball({26, -13, 36}, 4)};
+  scene.conditions[1].name = "pulled";
+  scene.conditions[1].by = {2, 3, -1};
+  SolveReport report;
+  const hexmesh::Result result = solve_equilibrium(lattice, scene, 0, report);
+  ASSERT_TRUE(report.converged) << report.reason;
+  EXPECT_LT(report.constraint_violation_mm, 1e-6);
+  const Vec3 sum = report.conditions[0].reaction_n + report.conditions[1].reaction_n;
+  EXPECT_LT(sum.norm(), 1e-6 * report.conditions[0].reaction_n.norm());
+  EXPECT_GT(report.conditions[1].reaction_n.dot(Vec3(2, 3, -1)), 0);
+  EXPECT_EQ(result.displacement.size(), result.nodes.size());
+}
+
+TEST(Equilibrium, AnOverriddenModulusScalesTheReaction) {
+  const Lattice lattice = box({8, 8, 8}, {1, 1, 1});
+  Scene scene;
+  scene.conditions = {fix_ball({-0.5, 3.5, 3.5}, 3), fix_ball({7.5, 3.5, 3.5}, 3)};
+  scene.conditions[1].by = {1, 0, 0};
+  SolveReport soft, stiff;
+  solve_equilibrium(lattice, scene, 1, soft);
+  scene.materials["segment_1"].young_kpa = 300;
+  solve_equilibrium(with_overrides(lattice, scene), scene, 1, stiff);
+  EXPECT_NEAR(stiff.conditions[1].reaction_n[0] / soft.conditions[1].reaction_n[0], 3, 1e-6);
+  scene.materials = {{"spleen", {}}};
+  EXPECT_NE(message_of(ErrorKind::input, [&] { with_overrides(lattice, scene); }).find("[material.spleen]"),
+            std::string::npos);
+}
