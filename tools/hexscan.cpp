@@ -54,15 +54,14 @@ void summarize(const LabelVolume& volume, const Console& console) {
                              static_cast<double>(counts[s]) * volume.grid.voxel_volume() / 1000));
 }
 
-void write(const LabelVolume& volume, const Options& o, const CommonOptions& common) {
+std::unique_ptr<hexmesh::OutputFile> open_labels(const Options& o, const CommonOptions& common) {
   std::vector<std::string> inputs = o.inputs;
   for (const std::string& named : o.named_inputs) inputs.push_back(named.substr(named.find('=') + 1));
-  const auto file = open_output(o.output, ".nrrd", common, inputs);
-  hexmesh::write_labels(volume, file->path());
-  file->commit();
+  return open_output(o.output, ".nrrd", common, inputs);
 }
 
 int run_scan(const Options& o, const CommonOptions& common, const Console& console) {
+  const auto output = open_labels(o, common);
   std::vector<LabelVolume> volumes;
   for (const std::string& name : o.inputs) {
     const hexmesh::InputFile file(name);
@@ -90,19 +89,23 @@ int run_scan(const Options& o, const CommonOptions& common, const Console& conso
                                static_cast<double>(removed[s]) * volume.grid.voxel_volume() / 1000));
   }
   summarize(volume, console);
-  write(volume, o, common);
+  hexmesh::write_labels(volume, output->path());
+  output->commit();
   return 0;
 }
 
 int run_phantom(const Options& o, const CommonOptions& common, const Console& console) {
+  const auto output = open_labels(o, common);
+  std::unique_ptr<hexmesh::OutputFile> intensity;
+  if (!o.intensity_output.empty()) intensity = open_output(o.intensity_output, ".nrrd", common, {});
   const hexmesh::Phantom phantom = hexmesh::liver_phantom(o.spacing);
   summarize(phantom.labels, console);
-  if (!o.intensity_output.empty()) {
-    const auto file = open_output(o.intensity_output, ".nrrd", common, {});
-    hexmesh::write_intensity(phantom.intensity, file->path());
-    file->commit();
+  hexmesh::write_labels(phantom.labels, output->path());
+  if (intensity) {
+    hexmesh::write_intensity(phantom.intensity, intensity->path());
+    intensity->commit();
   }
-  write(phantom.labels, o, common);
+  output->commit();
   return 0;
 }
 

@@ -35,19 +35,27 @@ int run_planes(const Options& o, const CommonOptions& common, const Console& con
   std::filesystem::create_directories(o.output, failed);
   if (!std::filesystem::is_directory(o.output))
     throw Error(ErrorKind::output, fmt::format("cannot make the folder '{}', expected a writable place", o.output));
-  int written = 0;
+  struct Picture {
+    SliceAxis axis;
+    double position;
+    std::string path;
+  };
+  std::vector<Picture> pictures;
   for (const auto& [axis, name] : {std::pair{SliceAxis::axial, "axial"}, std::pair{SliceAxis::coronal, "coronal"},
                                    std::pair{SliceAxis::sagittal, "sagittal"}}) {
     const auto [low, high] = renderer.range(axis);
-    for (int n = 1; n <= o.count; ++n, ++written) {
-      const double position = low + (high - low) * n / (o.count + 1);
-      const std::string path = (std::filesystem::path(o.output) / fmt::format("{}_{}.png", name, n)).string();
-      const auto file = open_output(path, ".png", common, {o.input, o.scan});
-      renderer.before_and_after(axis, position).write_png(file->path());
-      file->commit();
+    for (int n = 1; n <= o.count; ++n) {
+      const auto path = std::filesystem::path(o.output) / fmt::format("{}_{}.png", name, n);
+      pictures.push_back({axis, low + (high - low) * n / (o.count + 1), path.string()});
+      open_output(path.string(), ".png", common, {});  // all names are free before the first is taken
     }
   }
-  console.note(fmt::format("wrote {} pictures into {}", written, o.output));
+  for (const Picture& p : pictures) {
+    const auto file = open_output(p.path, ".png", common, {o.input, o.scan});
+    renderer.before_and_after(p.axis, p.position).write_png(file->path());
+    file->commit();
+  }
+  console.note(fmt::format("wrote {} pictures into {}", pictures.size(), o.output));
   return 0;
 }
 

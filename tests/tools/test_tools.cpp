@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "hexmesh/file/result_file.h"
+#include "support/files.h"
+
+using namespace testing_support;
+
+namespace {
+
+/// A phantom, its lattice and a scene, made once for all tests of this file.
+class Tools : public testing::Test {
+protected:
+  static void SetUpTestSuite() {
+    folder = new TemporaryFolder;
+    const std::string at = "cd '" + folder->path("") + "' && ";
+    ASSERT_EQ(shell(at + "hexscan phantom liver --spacing 4 --intensity-out ct.nrrd -o liver.nrrd").exit_code, 0);
+    ASSERT_EQ(shell(at + "hexmesh build liver.nrrd --material '*:young_kpa=100,poisson=0.3' -o liver.hexmesh").exit_code,
+              0);
+    ASSERT_EQ(shell(at + "hexsolve liver.hexmesh --example -o liver.toml").exit_code, 0);
+  }
+  static void TearDownTestSuite() { delete folder; }
+
+  static CommandResult run(const std::string& command) { return shell("cd '" + folder->path("") + "' && " + command); }
+
+  /// Exit code, exactly one line of error that starts with the tool's name and holds the words, and no new file.
+  static void expect_failure(const std::string& command, int code, const std::vector<std::string>& words) {
+    const auto before = listing();
+    const CommandResult r = run(command);
+    EXPECT_EQ(r.exit_code, code) << command << "\n" << r.errors;
+    EXPECT_EQ(std::count(r.errors.begin(), r.errors.end(), '\n'), 1) << r.errors;
+    EXPECT_EQ(r.errors.find(command.substr(0, command.find(' ')) + ": error: "), 0U) << r.errors;
+    for (const std::string& word : words) EXPECT_NE(r.errors.find(word), std::string::npos) << r.errors;
+    EXPECT_EQ(r.output, "");
+    EXPECT_EQ(listing(), before) << command;
+  }
+
+  static std::vector<std::string> listing() {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(*folder / "")) names.push_back(entry.path().string());
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
+  static inline TemporaryFolder* folder = nullptr;
+};
+
+}  // namespace
+
+TEST_F(Tools, HelpNamesOptionsExitCodesAndAnExample) {
+  for (const char* tool : {"hexscan", "hexmesh", "hexsolve", "hexexport", "hexslice"}) {
+    const CommandResult r = run(std::string(tool) + " --help");
+    EXPECT_EQ(r.exit_code, 0);
+    for (const char* word : {"Exit codes", "Example:", "--threads", "--quiet"})
+      EXPECT_NE(r.output.find(word), std::string::npos) << tool << " " << word;
+    EXPECT_EQ(run(std::string(tool) + " --version").output, "0.1.0\n");
+  }
+}
+
+TEST_F(Tools, TheExamplesOfTheHelpRun) {
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 2 -o liver.hexresult").exit_code, 0);
+  for (const char* tool : {"hexscan", "hexmesh", "hexsolve", "hexexport", "hexslice"}) {
+    const std::string help = run(std::string(tool) + " --help").output;
+    const std::size_t at = help.find("Example:\n  ") + 11;
+    std::string example = help.substr(at, help.find('\n', at) - at);
+    for (const char* scan : {"ct.nrrd"}) EXPECT_TRUE(std::filesystem::exists(*folder / scan));
+    const CommandResult r = run("mkdir -p examples && cp liver.nrrd liver.hexmesh liver.toml liver.hexresult ct.nrrd "
+                                "examples && cd examples && " +
+                                example + " --force");
+    EXPECT_EQ(r.exit_code, 0) << example << "\n" << r.errors;
+  }
+}
+
+TEST_F(Tools, UsageErrorsExit2) {
+  expect_failure("hexscan --colour red -o a.nrrd", 2, {"--help"});
+  expect_failure("hexscan -o a.nrrd", 2, {"no input"});
+  expect_failure("hexmesh", 2, {"subcommand"});
+  expect_failure("hexmesh build liver.nrrd --material liver:young=3 -o a", 2, {"unknown key 'young'", "young_kpa"});
+  expect_failure("hexsolve liver.hexmesh -o a", 2, {"SCENE"});
+  expect_failure("hexsolve liver.hexmesh liver.toml --set solve -o a", 2, {"key=value"});
+  expect_failure("hexexport liver.hexmesh", 2, {"--lattice"});
+  expect_failure("hexslice planes x --count 0 -o a", 2, {"--count"});
+  expect_failure("hexmesh build liver.nrrd -o liver.nrrd --force", 2, {"also an input"});
+}
+
+TEST_F(Tools, BadInputExits3) {
+  expect_failure("hexscan missing.nrrd -o a.nrrd", 3, {"missing.nrrd"});
+  expect_failure("hexscan liver.nrrd --segment spleen -o a.nrrd", 3, {"'spleen'", "1=liver, 2=tumour, 3=vessel"});
+  expect_failure("hexscan ct.nrrd -o a.nrrd", 3, {"whole numbers"});
+  expect_failure("hexmesh build liver.toml -o a", 3, {"unknown format"});
+  expect_failure("hexmesh build liver.nrrd --material spleen:young_kpa=1,poisson=0.3 -o a", 3, {"'spleen'"});
+  expect_failure("hexmesh build liver.nrrd --material liver:poisson=0.5 -o a", 3, {"'liver'", "poisson is 0.5"});
+  expect_failure("hexmesh info liver.nrrd", 3, {"HDF5"});
+  expect_failure("hexsolve liver.nrrd liver.toml -o a", 3, {"lattice file"});
+  expect_failure("hexsolve liver.hexmesh missing.toml -o a", 3, {"missing.toml"});
+  expect_failure("hexsolve liver.hexmesh liver.toml --level 29 -o a", 3, {"solve.level is 29"});
+  expect_failure("hexexport liver.hexmesh --lattice a.vtu", 3, {"hexmesh lattice", "hexmesh result"});
+}
+
+TEST_F(Tools, ASceneTypoNamesFileLineAndColumn) {
+  write_text(*folder / "typo.toml", "[solve]\nkind = \"equilibrium\"\nstrian = \"cauchy\"\n");
+  expect_failure("hexsolve liver.hexmesh typo.toml -o a", 3, {"typo.toml:3:1", "solve.strian", "strain"});
+}
+
+TEST_F(Tools, GeometryErrorsExit4) {
+  expect_failure("hexsolve liver.hexmesh liver.toml --set 'fix.0.point_mm=[-149,-1,-15]' -o a", 4,
+                 {"'right end'", "48.5 mm", "max_distance_mm = 5"});
+  write_text(*folder / "free.toml", "[[displace]]\npoint_mm = [98, -18, 6]\nby_mm = [0, 0, 5]\nradius_mm = 0\n");
+  expect_failure("hexsolve liver.hexmesh free.toml --level 1 -o a", 4, {"missing supports", "free to turn"});
+  write_text(*folder / "none.toml", "[solve]\nlevel = 1\n");
+  expect_failure("hexsolve liver.hexmesh none.toml -o a", 4, {"held by nothing"});
+  write_text(*folder / "both.toml",
+             "[[fix]]\nname = 'a'\npoint_mm = [98, -18, 6]\n[[displace]]\nname = 'b'\npoint_mm = [98, -18, 6]\n"
+             "by_mm = [0, 0, 5]\n");
+  expect_failure("hexsolve liver.hexmesh both.toml --level 1 -o a", 4, {"contradict", "'a'", "'b'"});
+}
+
+TEST_F(Tools, NotConvergedExits5AndTheResultSaysSo) {
+  // Two patches 200 mm apart pushed 300 mm into and through each other.
+  const CommandResult r = run("hexsolve liver.hexmesh liver.toml --level 2 --set 'displace.0.by_mm=[-300,0,0]' "
+                              "--set solve.tolerance=1e-12 --report five.json -o five.hexresult");
+  const auto report = nlohmann::json::parse(read_text(*folder / "five.json"));
+  EXPECT_EQ(r.exit_code, report["converged"].get<bool>() ? 0 : 5);
+  EXPECT_EQ(report["converged"].get<bool>(), report["load_fraction"].get<double>() == 1);
+  EXPECT_TRUE(std::filesystem::exists(*folder / "five.hexresult"));
+  EXPECT_EQ(nlohmann::json::parse(hexmesh::read_result(*folder / "five.hexresult").report)["converged"],
+            report["converged"]);
+}
+
+TEST_F(Tools, OutputErrorsExit6AndNothingIsOverwritten) {
+  const std::string before = read_text(*folder / "liver.hexmesh");
+  expect_failure("hexmesh build liver.nrrd -o liver.hexmesh", 6, {"exists", "--force"});
+  EXPECT_EQ(read_text(*folder / "liver.hexmesh"), before);
+  expect_failure("hexscan phantom liver -o nowhere/a.nrrd", 6, {"nowhere/a.nrrd"});
+}
+
+TEST_F(Tools, APipeAndFilesGiveTheSameNumbers) {
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 2 -o files.hexresult").exit_code, 0);
+  const CommandResult piped =
+      run("hexscan -q phantom liver --spacing 4 -o - | hexmesh -q build - --material '*:young_kpa=100,poisson=0.3' -o - "
+          "| hexsolve -q - liver.toml --level 2 --threads 1 -o - > pipe.hexresult");
+  ASSERT_EQ(piped.exit_code, 0) << piped.errors;
+  const hexmesh::Result a = hexmesh::read_result(*folder / "files.hexresult");
+  const hexmesh::Result b = hexmesh::read_result(*folder / "pipe.hexresult");
+  EXPECT_EQ(a.nodes, b.nodes);
+  EXPECT_EQ(a.displacement, b.displacement);
+  EXPECT_EQ(a.cell_fields, b.cell_fields);
+  EXPECT_EQ(a.surface_displacement, b.surface_displacement);
+  const CommandResult exported = run("hexexport - --lattice - < files.hexresult");
+  EXPECT_NE(exported.output.find("<VTKFile"), std::string::npos);
+}
+
+TEST_F(Tools, InfoGivesLevelsAndSegments) {
+  const auto info = nlohmann::json::parse(run("hexmesh info liver.hexmesh --json").output);
+  EXPECT_EQ(info["segments"][0]["name"], "liver");
+  EXPECT_EQ(info["segments"][0]["young_kpa"], 100);
+  EXPECT_GT(info["levels"].size(), 3U);
+  EXPECT_NE(run("hexmesh info liver.hexmesh").output.find("'liver'"), std::string::npos);
+}
+
+TEST_F(Tools, TheReportHasTheKeysThatScriptsRelyOn) {
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 3 --report keys.json -o keys.hexresult").exit_code, 0);
+  const auto report = nlohmann::json::parse(read_text(*folder / "keys.json"));
+  for (const char* key :
+       {"converged", "reason", "newton_iterations", "linear_iterations", "relative_residual", "load_fraction",
+        "constraint_violation_mm", "conditions", "strain_energy_n_mm", "min_jacobian", "inverted_cells", "lattice",
+        "levels", "seconds", "peak_memory_mb"})
+    EXPECT_TRUE(report.contains(key)) << key;
+  EXPECT_EQ(report["conditions"].size(), 4U);
+  EXPECT_LE(report["constraint_violation_mm"].get<double>(), 1e-6);
+}
+
+TEST_F(Tools, AnInterruptedRunLeavesNoFile) {
+  const auto before = listing();
+  run("timeout -s INT 0.3 hexscan phantom liver --spacing 0.5 -o late.nrrd");
+  EXPECT_EQ(listing(), before);
+}
+
+TEST_F(Tools, EveryExampleSceneConverges) {
+  std::size_t scenes = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(HEXTOOLS_SOURCE "/examples")) {
+    if (entry.path().extension() != ".toml") continue;
+    ++scenes;
+    const CommandResult r = run("hexsolve liver.hexmesh '" + entry.path().string() + "' --level 1 --force -o example.hexresult");
+    EXPECT_EQ(r.exit_code, 0) << entry.path() << "\n" << r.errors;
+  }
+  EXPECT_GE(scenes, 3U);
+}
+
+TEST(Demo, TheLiverExperimentRunsFromScanToPictures) {
+  const TemporaryFolder folder;
+  const CommandResult r = shell("'" HEXTOOLS_SOURCE "/pipelines/liver.sh' --levels '3 2' -o '" + folder.path("demo") + "'");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  for (const char* file : {"demo/pictures-nu0.3/axial_2.png", "demo/pictures-nu0.4/sagittal_1.png",
+                           "demo/nu0.3-level2.vtu", "demo/nu0.4-level2.vtp", "demo/pipe.vtu", "demo/summary.txt"})
+    EXPECT_TRUE(std::filesystem::exists(folder / file)) << file;
+}
+
+TEST(Executables, HexsolveLinksNoImageLibrary) {
+  const CommandResult r = shell("ldd \"$(command -v hexsolve)\"");
+  for (const char* library : {"libitk", "libITK", "libvtk", "libCGAL"})
+    EXPECT_EQ(r.output.find(library), std::string::npos) << library;
+  EXPECT_NE(r.output.find("libhdf5"), std::string::npos);
+}
