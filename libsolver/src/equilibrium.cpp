@@ -98,7 +98,7 @@ void check_supports(const Problem& problem, const Scene& scene) {
   std::vector<double> miss(scene.conditions.size());
   const std::vector<double> of_point = problem.constraints.contradiction();
   for (std::size_t p = 0; p < of_point.size(); ++p) {
-    double& worst = miss[static_cast<std::size_t>(problem.constraints.points()[p].condition)];
+    double& worst = miss[static_cast<std::size_t>(problem.constraints.held()[p].condition)];
     worst = std::max(worst, of_point[p]);
   }
   std::vector<std::string> conflicting;
@@ -235,11 +235,10 @@ void report_conditions(const Scene& scene, const Problem& problem, const Elastic
   const std::vector<double> miss = misfits(problem.constraints, scene, u, report.load_fraction);
   for (std::size_t c = 0; c < scene.conditions.size(); ++c)
     report.conditions.push_back({scene.conditions[c].name, 0, miss[c], Vec3::Zero()});
-  for (std::size_t p = 0; p < forces.size(); ++p) {
-    ConditionReport& c = report.conditions[static_cast<std::size_t>(problem.constraints.points()[p].condition)];
-    ++c.points;
-    c.reaction_n += forces[p];
-  }
+  for (const ConstraintPoint& p : problem.constraints.points())
+    ++report.conditions[static_cast<std::size_t>(p.condition)].points;
+  for (std::size_t p = 0; p < forces.size(); ++p)
+    report.conditions[static_cast<std::size_t>(problem.constraints.held()[p].condition)].reaction_n += forces[p];
   report.kept_directions = problem.constraints.num_kept();
   report.constraint_violation_mm = problem.constraints.violation(u, report.load_fraction);
 }
@@ -270,12 +269,17 @@ Result solve_equilibrium(const Lattice& lattice, const Scene& scene, int level, 
   for (int coarser = level + 1; coarser < static_cast<int>(lattice.levels.size()); ++coarser)
     if (lattice.levels[static_cast<std::size_t>(coarser)].cells.size() >= coarsest_nested_cells) start = coarser;
 
+  // Lattice nodes of a coarser level are other points: there the faces stand for them.
+  Scene coarse_scene = scene;
+  for (Condition& c : coarse_scene.conditions)
+    if (c.selection.on == SurfacePoints::nodes) c.selection.on = SurfacePoints::faces;
+
   NodeVector u;
   std::unique_ptr<const Problem> previous;
   for (int number = start; number >= level; --number) {
     const Stopwatch watch;
     std::unique_ptr<const Problem> coarse;
-    if (number != level) coarse = std::make_unique<const Problem>(lattice, scene, number);
+    if (number != level) coarse = std::make_unique<const Problem>(lattice, coarse_scene, number);
     const Problem& problem = coarse ? *coarse : finest;
     Elastic elastic = make_elastic(lattice, scene, problem);
 

@@ -84,9 +84,11 @@ NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constr
     }
     ++report.iterations;
 
-    // Solve as sharply as the next residual can use.
-    const double forcing = supports_hold ? std::clamp(now.relative * 10, 0.1 * options.tolerance / now.relative, 0.05)
-                                         : std::max(1e-4, 0.1 * options.tolerance);
+    // Solve as sharply as the next residual can use; a linear problem at once.
+    const double forcing = elastic.is_linear() ? options.tolerance
+                           : supports_hold
+                               ? std::clamp(now.relative * 10, 0.1 * options.tolerance / now.relative, 0.05)
+                               : std::max(1e-3, 0.1 * options.tolerance);
     NodeVector step;
     int linear_iterations = 0;
     for (bool solved = false; !solved;) {

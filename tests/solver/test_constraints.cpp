@@ -82,7 +82,7 @@ TEST_P(PatchSize, MultipliersReturnTheForcesOfTheKeptDirections) {
   const std::vector<Vec3> lambda = constraints.multipliers(r);
   NodeVector back = NodeVector::Zero(r.size());
   for (std::size_t p = 0; p < lambda.size(); ++p) {
-    const ConstraintPoint& point = constraints.points()[p];
+    const ConstraintPoint& point = constraints.held()[p];
     for (int a = 0; a < 8; ++a)
       back.segment<3>(3 * Eigen::Index{body.mesh.cell_nodes()[static_cast<std::size_t>(point.cell)]
                                                              [static_cast<std::size_t>(a)]}) +=

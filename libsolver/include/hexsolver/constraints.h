@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <vector>
 
@@ -24,8 +23,8 @@ struct ConstraintPoint {
 /// A patch of many points pins more directions than a coarse cell has. Points that share nodes form a cluster; in each
 /// the right singular vectors of H with sigma >= 0.1 sigma_max are kept and hold exactly, the misfit of the others is
 /// least squares: c' = H H^+ c as in the paper (whose two cases of H^+ are printed the wrong way round).
-/// In clusters of more than `dense_limit` nodes, where that is too dear, each cell keeps its own directions by the same
-/// rule and all of them hold together.
+/// Clusters of more than `dense_limit` nodes, where the singular vectors are too dear, hold their nodes themselves: those
+/// with at least 0.1 of the largest weight sum_p H_pn, each at the mean of its points weighted by H_pn.
 class Constraints {
 public:
   static constexpr double cutoff = 0.1;
@@ -34,7 +33,11 @@ public:
   Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points);
   ~Constraints();
 
+  /// The points asked for.
   const std::vector<ConstraintPoint>& points() const noexcept { return points_; }
+
+  /// What is held in their place: the points of small clusters, the nodes of large ones.
+  const std::vector<ConstraintPoint>& held() const noexcept { return held_; }
 
   /// v <- P v, P the orthogonal projection onto the displacements that leave all kept directions alone.
   void project(NodeVector& v) const;
@@ -42,7 +45,7 @@ public:
   /// The smallest d such that u + d satisfies H (u + d) = fraction * c in the kept directions.
   NodeVector lift(const NodeVector& u, double fraction) const;
 
-  /// The forces on the points that hold the residual r = H^T lambda; shape (num_points) [N].
+  /// The forces on held() that balance the residual r = H^T lambda; shape (num_held) [N].
   std::vector<Vec3> multipliers(const NodeVector& residual) const;
 
   /// H u of a point [mm].
@@ -50,18 +53,18 @@ public:
 
   std::size_t num_kept() const;  ///< directions, over all axes
 
-  /// How far each point stays from its prescribed place however the nodes move: |c - H u| of the least-squares u
-  /// without any cut-off, shape (num_points) [mm]. Not zero where conditions contradict each other.
+  /// How far each of held() stays from its prescribed place however the nodes move: |c - H u| of the least-squares u
+  /// without any cut-off, shape (num_held) [mm]. Not zero where conditions contradict each other.
   std::vector<double> contradiction() const;
 
-  /// The largest |H u - fraction c| over the kept directions, scaled to a displacement of the points [mm].
+  /// The largest nodal displacement that the kept directions still lack [mm].
   double violation(const NodeVector& u, double fraction) const;
 
   struct Cluster;
 
 private:
   const Mesh& mesh_;
-  std::vector<ConstraintPoint> points_;
+  std::vector<ConstraintPoint> points_, held_;
   std::array<std::vector<std::shared_ptr<const Cluster>>, 3> clusters_;  ///< per axis
 };
 

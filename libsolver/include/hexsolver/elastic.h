@@ -42,6 +42,8 @@ public:
   /// @param elements  number of the model of each cell
   Elastic(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models, Strain strain);
 
+  bool is_linear() const noexcept { return strain_ == Strain::cauchy; }
+
   double energy(const NodeVector& u) const;                                   ///< [N mm]
   std::vector<double> cell_energies(const NodeVector& u) const;               ///< [N mm]
 
