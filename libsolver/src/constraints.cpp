@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/IterativeLinearSolvers>
+#include <Eigen/QR>
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <map>
@@ -111,10 +112,43 @@ std::vector<std::size_t> points_with_axis(const std::vector<ConstraintPoint>& po
   return used;
 }
 
+/// The affine function a + b . x nearest to the prescribed values of some points along one axis; along directions in
+/// which the points do not differ it is constant. Translations and rotations are affine.
+class AffineFit {
+public:
+  AffineFit(const Mesh& mesh, const std::vector<ConstraintPoint>& points, const std::vector<std::size_t>& members,
+            std::size_t axis) {
+    for (const std::size_t m : members) center_ += position(mesh, points[m]) / static_cast<double>(members.size());
+    MatrixXd rows(static_cast<Index>(members.size()), 4);
+    VectorXd values(rows.rows());
+    for (std::size_t n = 0; n < members.size(); ++n) {
+      const auto row = static_cast<Index>(n);
+      rows.row(row) << 1, (position(mesh, points[members[n]]) - center_).transpose();
+      values[row] = points[members[n]].value[static_cast<Index>(axis)];
+    }
+    Eigen::CompleteOrthogonalDecomposition<MatrixXd> fit;
+    fit.setThreshold(1e-9);
+    coefficients_ = fit.compute(rows).solve(values);
+  }
+  double at(const Vec3& x) const { return coefficients_[0] + coefficients_.tail<3>().dot(x - center_); }
+
+  static Vec3 position(const Mesh& mesh, const ConstraintPoint& point) {
+    Vec3 x = Vec3::Zero();
+    for_each_weight(mesh, point, [&](std::int32_t node, double weight) {
+      x += weight * mesh.position(static_cast<std::size_t>(node));
+    });
+    return x;
+  }
+
+private:
+  Vec3 center_ = Vec3::Zero();
+  Eigen::Vector4d coefficients_;
+};
+
 /// Replace the points of clusters with too many nodes by the nodes themselves.
 std::vector<ConstraintPoint> hold_large_clusters_by_nodes(const Mesh& mesh, const std::vector<ConstraintPoint>& points) {
   struct NodeShare {
-    double weight = 0, value = 0;
+    double weight = 0, misfit = 0;
     std::map<std::int32_t, double> of_condition;
     std::int32_t cell = -1;
   };
@@ -123,15 +157,18 @@ std::vector<ConstraintPoint> hold_large_clusters_by_nodes(const Mesh& mesh, cons
   std::map<std::int32_t, ConstraintPoint> by_node;
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (const auto& cluster : split_into_clusters(mesh, points, points_with_axis(points, axis))) {
+      const AffineFit fit(mesh, points, cluster, axis);
       std::map<std::int32_t, NodeShare> shares;
-      for (const std::size_t p : cluster)
+      for (const std::size_t p : cluster) {
+        const double misfit = points[p].value[static_cast<Index>(axis)] - fit.at(AffineFit::position(mesh, points[p]));
         for_each_weight(mesh, points[p], [&](std::int32_t node, double weight) {
           NodeShare& s = shares[node];
           s.weight += weight;
-          s.value += weight * points[p].value[static_cast<Index>(axis)];
+          s.misfit += weight * misfit;
           s.of_condition[points[p].condition] += weight;
           s.cell = points[p].cell;
         });
+      }
       if (shares.size() <= Constraints::dense_limit) {
         for (const std::size_t p : cluster) held[p].axes[axis] = true;
         continue;
@@ -147,7 +184,8 @@ std::vector<ConstraintPoint> hold_large_clusters_by_nodes(const Mesh& mesh, cons
                                            [](auto& a, auto& b) { return a.second < b.second; })
                               ->first;
         point.axes[axis] = true;
-        point.value[static_cast<Index>(axis)] = s.value / s.weight;
+        point.value[static_cast<Index>(axis)] =
+            fit.at(mesh.position(static_cast<std::size_t>(node))) + s.misfit / s.weight;
       }
     }
   std::erase_if(held, [](const ConstraintPoint& p) { return !(p.axes[0] || p.axes[1] || p.axes[2]); });
@@ -255,7 +293,7 @@ std::vector<double> Constraints::contradiction() const {
         c[static_cast<Index>(p)] = held_[cluster->points[p]].value[axis];
       if (c.maxCoeff() == c.minCoeff()) continue;  // a translation, which cells can always follow
       Eigen::LeastSquaresConjugateGradient<SparseMatrix> solver(cluster->h);
-      solver.setTolerance(1e-8);
+      solver.setTolerance(1e-10);
       solver.setMaxIterations(300);
       const VectorXd u = solver.solve(c);
       const VectorXd rest = c - cluster->h * u;

@@ -24,7 +24,8 @@ struct ConstraintPoint {
 /// the right singular vectors of H with sigma >= 0.1 sigma_max are kept and hold exactly, the misfit of the others is
 /// least squares: c' = H H^+ c as in the paper (whose two cases of H^+ are printed the wrong way round).
 /// Clusters of more than `dense_limit` nodes, where the singular vectors are too dear, hold their nodes themselves: those
-/// with at least 0.1 of the largest weight sum_p H_pn, each at the mean of its points weighted by H_pn.
+/// with at least 0.1 of the largest weight sum_p H_pn, each where the affine fit of the prescribed values (plus the mean
+/// misfit of its points) puts it.
 class Constraints {
 public:
   static constexpr double cutoff = 0.1;
