@@ -53,18 +53,18 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
 
 int main(int argc, char** argv) {
   auto o = std::make_shared<Options>();
-  return run_tool(
-      argc, argv,
-      {"hexexport", "Export a result to the files that ParaView and 3D Slicer open.",
-       "hexexport liver.hexresult --lattice liver.vtu --surface liver.vtp",
-       [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
-         app.add_option("result", o->input, "Result file of hexsolve; - is standard input")->required();
-         app.add_option("--lattice", o->lattice,
-                        "Hexahedra (.vtu): displacement, fill, segment, strain_energy_density [N/mm^2]");
-         app.add_option("--surface", o->surface, "Embedded surface (.vtp): displacement, segment");
-         app.add_option("--csv", o->csv, "node,x,y,z,ux,uy,uz [mm, LPS] of the lattice nodes (.csv)");
-         app.add_flag("--deformed", o->deformed,
-                      "Move the points; by default files hold the rest shape with the displacement as data");
-         return [=, &common, &console] { return run(*o, common, console); };
-       }});
+  return run_tool(argc, argv,
+                  {"hexexport", "Export a result to the files that ParaView and 3D Slicer open.",
+                   "hexexport liver.hexresult --lattice liver.vtu --surface liver.vtp",
+                   [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
+                     app.add_option("result", o->input, "Result file of hexsolve; - is standard input")->required();
+                     app.add_option("--lattice", o->lattice,
+                                    "Hexahedra (.vtu): displacement, fill, segment, strain_energy_density [N/mm^2]");
+                     app.add_option("--surface", o->surface, "Embedded surface (.vtp): displacement, segment");
+                     app.add_option("--csv", o->csv, "node,x,y,z,ux,uy,uz [mm, LPS] of the lattice nodes (.csv)");
+                     app.add_flag(
+                         "--deformed", o->deformed,
+                         "Move the points; by default files hold the rest shape with the displacement as data");
+                     return [=, &common, &console] { return run(*o, common, console); };
+                   }});
 }

@@ -38,7 +38,8 @@ double number_of(const std::string& text, const std::string& option) {
 std::pair<std::string, hexmesh::MaterialChoice> parse_material(const std::string& option) {
   const std::size_t colon = option.rfind(':');
   if (colon == std::string::npos || colon == 0)
-    throw Error(ErrorKind::usage, fmt::format("--material '{}', expected SEGMENT:key=value,... or SEGMENT:none", option));
+    throw Error(ErrorKind::usage,
+                fmt::format("--material '{}', expected SEGMENT:key=value,... or SEGMENT:none", option));
   hexmesh::MaterialChoice choice;
   std::string rest = option.substr(colon + 1);
   if (rest == "none") {
@@ -168,9 +169,10 @@ int main(int argc, char** argv) {
          CLI::App* build = app.add_subcommand("build", "Labelled volume -> lattice (HDF5)");
          build->add_option("labels", o->input, "Labelled volume (NRRD, NIfTI, MetaImage); - is standard input")
              ->required();
-         build->add_option("--material", o->materials,
-                           "SEGMENT:young_kpa=E,poisson=NU,density_kg_m3=RHO, or SEGMENT:none for one that only serves "
-                           "boundary conditions; SEGMENT * means all others. Without it the segment's name chooses a tissue");
+         build->add_option(
+             "--material", o->materials,
+             "SEGMENT:young_kpa=E,poisson=NU,density_kg_m3=RHO, or SEGMENT:none for one that only serves "
+             "boundary conditions; SEGMENT * means all others. Without it the segment's name chooses a tissue");
          build->add_option("--levels", o->lattice.num_levels, "Number of levels; 0 = until at most 16 cells are left")
              ->check(CLI::Range(0, 20))
              ->capture_default_str();

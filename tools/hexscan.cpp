@@ -49,9 +49,8 @@ LabelVolume read_named(const std::string& text) {
 void summarize(const LabelVolume& volume, const Console& console) {
   const std::vector<std::size_t> counts = hexmesh::count_voxels(volume);
   for (std::size_t s = 0; s < counts.size(); ++s)
-    console.note(fmt::format("segment {} '{}': {} voxels, {:.1f} mL", volume.segments[s].label,
-                             volume.segments[s].name, counts[s],
-                             static_cast<double>(counts[s]) * volume.grid.voxel_volume() / 1000));
+    console.note(fmt::format("segment {} '{}': {} voxels, {:.1f} mL", volume.segments[s].label, volume.segments[s].name,
+                             counts[s], static_cast<double>(counts[s]) * volume.grid.voxel_volume() / 1000));
 }
 
 std::unique_ptr<hexmesh::OutputFile> open_labels(const Options& o, const CommonOptions& common) {
@@ -74,8 +73,8 @@ int run_scan(const Options& o, const CommonOptions& common, const Console& conso
     std::size_t overlap = 0;
     volume = hexmesh::overlay(std::move(volume), volumes[n], overlap);
     if (overlap > 0)
-      console.warning(fmt::format("{} voxels lie in input {} and in one before it; input {} wins", overlap, n + 1,
-                                  n + 1));
+      console.warning(
+          fmt::format("{} voxels lie in input {} and in one before it; input {} wins", overlap, n + 1, n + 1));
   }
   std::vector<hexmesh::SegmentChoice> choices;
   for (const std::string& text : o.segments) choices.push_back(parse_segment(text));

@@ -71,7 +71,8 @@ int main(int argc, char** argv) {
          CLI::App* planes = app.add_subcommand(
              "planes", "Axial, coronal and sagittal slices with segment outlines, before and after side by side (PNG)");
          planes->add_option("result", o->input, "Result file of hexsolve; - is standard input")->required();
-         planes->add_option("--scan", o->scan, "Grey values (NRRD, NIfTI, MetaImage); without it a 10 mm grid is drawn");
+         planes->add_option("--scan", o->scan,
+                            "Grey values (NRRD, NIfTI, MetaImage); without it a 10 mm grid is drawn");
          planes->add_option("--count", o->count, "Slices per axis")->check(CLI::Range(1, 500))->capture_default_str();
          planes->add_option("--level", o->slice.level, "Middle of the grey window, in the scan's unit");
          planes->add_option("--window", o->slice.window, "Width of the grey window")->check(CLI::PositiveNumber);

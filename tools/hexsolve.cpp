@@ -62,10 +62,11 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
 
 void summarize(const SolveReport& r, const Console& console) {
   const hexsolver::LevelReport& l = r.levels.back();
-  console.note(fmt::format("level {}: {} cells, {} dofs, {} Newton steps, {} linear iterations, residual {:.1e}, "
-                           "{:.2f} s in all levels",
-                           l.level, l.cells, 3 * l.nodes, l.newton.iterations, l.newton.linear_iterations,
-                           r.relative_residual, r.solve_seconds));
+  console.note(
+      fmt::format("level {}: {} cells, {} dofs, {} Newton steps, {} linear iterations, residual {:.1e}, "
+                  "{:.2f} s in all levels",
+                  l.level, l.cells, 3 * l.nodes, l.newton.iterations, l.newton.linear_iterations, r.relative_residual,
+                  r.solve_seconds));
   for (const hexsolver::ConditionReport& c : r.conditions)
     console.note(fmt::format("condition '{}': {} points, misfit {:.2g} mm, reaction [{:.4g}, {:.4g}, {:.4g}] N", c.name,
                              c.points, c.misfit_mm, c.reaction_n[0], c.reaction_n[1], c.reaction_n[2]));

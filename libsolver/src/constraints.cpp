@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <set>
 
 namespace hexsolver {
 namespace {
@@ -66,9 +67,9 @@ private:
 
 /// Points that hang together through shared nodes, along one axis: h^T h = vectors diag(sigma2) vectors^T + the rest.
 struct Constraints::Cluster {
-  std::vector<std::size_t> points;   ///< rows of h, numbers in held()
-  std::vector<std::int32_t> nodes;   ///< columns of h
-  SparseMatrix h;                    ///< (points, nodes)
+  std::vector<std::size_t> points;  ///< rows of h, numbers in held()
+  std::vector<std::int32_t> nodes;  ///< columns of h
+  SparseMatrix h;                   ///< (points, nodes)
   KeptDirections kept;
 
   VectorXd gather(const NodeVector& v, int axis) const {
@@ -146,7 +147,8 @@ private:
 };
 
 /// Replace the points of clusters with too many nodes by the nodes themselves.
-std::vector<ConstraintPoint> hold_large_clusters_by_nodes(const Mesh& mesh, const std::vector<ConstraintPoint>& points) {
+std::vector<ConstraintPoint> hold_large_clusters_by_nodes(const Mesh& mesh,
+                                                          const std::vector<ConstraintPoint>& points) {
   struct NodeShare {
     double weight = 0, misfit = 0;
     std::map<std::int32_t, double> of_condition;
@@ -157,6 +159,13 @@ std::vector<ConstraintPoint> hold_large_clusters_by_nodes(const Mesh& mesh, cons
   std::map<std::int32_t, ConstraintPoint> by_node;
   for (std::size_t axis = 0; axis < 3; ++axis)
     for (const auto& cluster : split_into_clusters(mesh, points, points_with_axis(points, axis))) {
+      std::set<std::int32_t> nodes_of_cluster;
+      for (const std::size_t p : cluster)
+        for_each_weight(mesh, points[p], [&](std::int32_t node, double) { nodes_of_cluster.insert(node); });
+      if (nodes_of_cluster.size() <= Constraints::dense_limit) {
+        for (const std::size_t p : cluster) held[p].axes[axis] = true;
+        continue;
+      }
       const AffineFit fit(mesh, points, cluster, axis);
       std::map<std::int32_t, NodeShare> shares;
       for (const std::size_t p : cluster) {
@@ -169,20 +178,17 @@ std::vector<ConstraintPoint> hold_large_clusters_by_nodes(const Mesh& mesh, cons
           s.cell = points[p].cell;
         });
       }
-      if (shares.size() <= Constraints::dense_limit) {
-        for (const std::size_t p : cluster) held[p].axes[axis] = true;
-        continue;
-      }
       double heaviest = 0;
       for (const auto& [node, s] : shares) heaviest = std::max(heaviest, s.weight);
       for (const auto& [node, s] : shares) {
         if (s.weight < Constraints::cutoff * heaviest) continue;
-        ConstraintPoint& point = by_node.try_emplace(node, ConstraintPoint{0, s.cell, {}, Vec3::Zero(), {}}).first->second;
+        ConstraintPoint& point =
+            by_node.try_emplace(node, ConstraintPoint{0, s.cell, {}, Vec3::Zero(), {}}).first->second;
         const CellNodes& nodes = mesh.cell_nodes()[static_cast<std::size_t>(point.cell)];
         point.weights = NodeWeights::Unit(std::find(nodes.begin(), nodes.end(), node) - nodes.begin());
-        point.condition = std::max_element(s.of_condition.begin(), s.of_condition.end(),
-                                           [](auto& a, auto& b) { return a.second < b.second; })
-                              ->first;
+        point.condition = std::max_element(s.of_condition.begin(), s.of_condition.end(), [](auto& a, auto& b) {
+                            return a.second < b.second;
+                          })->first;
         point.axes[axis] = true;
         point.value[static_cast<Index>(axis)] =
             fit.at(mesh.position(static_cast<std::size_t>(node))) + s.misfit / s.weight;
@@ -272,8 +278,9 @@ std::vector<Vec3> Constraints::multipliers(const NodeVector& residual) const {
 Vec3 Constraints::displacement(const ConstraintPoint& point, const NodeVector& u) const {
   Vec3 moved = Vec3::Zero();
   for (int a = 0; a < 8; ++a)
-    moved += point.weights[a] *
-             u.segment<3>(3 * Index{mesh_.cell_nodes()[static_cast<std::size_t>(point.cell)][static_cast<std::size_t>(a)]});
+    moved +=
+        point.weights[a] *
+        u.segment<3>(3 * Index{mesh_.cell_nodes()[static_cast<std::size_t>(point.cell)][static_cast<std::size_t>(a)]});
   return moved;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexsolver/elastic.h"
 
-#include <Eigen/Geometry>
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <limits>
@@ -36,8 +36,8 @@ Mat3 cross_matrix(const Vec3& v) {
 ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
                                 Volumetric volumetric) {
   ElementModel model;
-  model.stiffness = volumetric == Volumetric::mean ? matrices.mean_dilatation_stiffness(element)
-                                                   : matrices.stiffness(element);
+  model.stiffness =
+      volumetric == Volumetric::mean ? matrices.mean_dilatation_stiffness(element) : matrices.stiffness(element);
   const CellVector b = matrices.divergence(element) / element.volume();
   for (int a = 0; a < 8; ++a) model.mean_gradient.row(a) = b.segment<3>(3 * a);
   return model;
@@ -71,8 +71,7 @@ Elastic::Frame Elastic::frame(std::size_t cell, const NodeVector& u) const {
   Frame frame{polar.rotation, polar.stretch, polar.inverse_m, rotate(polar.rotation.transpose(), x), {}, {}};
   frame.f = times(model(cell).stiffness, frame.y - rest_);
   Vec3 torque = Vec3::Zero();
-  for (int a = 0; a < 8; ++a)
-    torque += Vec3(frame.y.segment<3>(3 * a)).cross(Vec3(frame.f.segment<3>(3 * a)));
+  for (int a = 0; a < 8; ++a) torque += Vec3(frame.y.segment<3>(3 * a)).cross(Vec3(frame.f.segment<3>(3 * a)));
   frame.h = polar.inverse_m * torque;
   return frame;
 }
@@ -141,8 +140,8 @@ Elastic::Columns Elastic::positive_part(const StressTerm& e) {
   const Matrix6 r = qr.matrixQR().topRows<6>().triangularView<Eigen::Upper>();
   const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(r * c * r.transpose());
   Eigen::Matrix<double, 24, 3> z = Eigen::Matrix<double, 24, 3>::Zero();
-  z.topRows<6>() = eigen.eigenvectors().rightCols<3>() *
-                   eigen.eigenvalues().tail<3>().cwiseMax(0).cwiseSqrt().asDiagonal();
+  z.topRows<6>() =
+      eigen.eigenvectors().rightCols<3>() * eigen.eigenvalues().tail<3>().cwiseMax(0).cwiseSqrt().asDiagonal();
   return qr.householderQ() * z;
 }
 
@@ -159,9 +158,7 @@ void Elastic::linearize(const NodeVector& u, Hessian which) {
 void Elastic::apply(const NodeVector& x, NodeVector& y) const {
   y.setZero(static_cast<Eigen::Index>(mesh_.num_dofs()));
   if (strain_ == Strain::cauchy) {
-    mesh_.for_each_cell([&](std::size_t c) {
-      mesh_.scatter_add(c, times(model(c).stiffness, mesh_.gather(c, x)), y);
-    });
+    mesh_.for_each_cell([&](std::size_t c) { mesh_.scatter_add(c, times(model(c).stiffness, mesh_.gather(c, x)), y); });
     return;
   }
   mesh_.for_each_cell([&](std::size_t c) {

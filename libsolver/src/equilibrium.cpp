@@ -32,9 +32,7 @@ constexpr double conflict_fraction = 0.05;
 
 class Stopwatch {
 public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
+  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
 
 private:
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -45,9 +43,10 @@ struct Problem {
   Problem(const Problem&) = delete;
   Problem& operator=(const Problem&) = delete;
   Problem(const Lattice& lattice, const Scene& scene, int number)
-      : level(number), hierarchy(Mesh(lattice.levels[static_cast<std::size_t>(number)].cells,
-                                      lattice.cell_edges(number), lattice.corner()),
-                                 lattice.corner()),
+      : level(number),
+        hierarchy(
+            Mesh(lattice.levels[static_cast<std::size_t>(number)].cells, lattice.cell_edges(number), lattice.corner()),
+            lattice.corner()),
         constraints(mesh(), select_points(scene, lattice, number, mesh())) {}
 
   const Mesh& mesh() const { return hierarchy.meshes.front(); }
@@ -104,8 +103,8 @@ void check_supports(const Problem& problem, const Scene& scene) {
   std::vector<std::string> conflicting;
   for (std::size_t c = 0; c < miss.size(); ++c)
     if (miss[c] > conflict_fraction * largest_prescribed(scene))
-      conflicting.push_back(fmt::format("'{}' ({}, misses by {:.3g} mm)", scene.conditions[c].name,
-                                        scene.conditions[c].where, miss[c]));
+      conflicting.push_back(
+          fmt::format("'{}' ({}, misses by {:.3g} mm)", scene.conditions[c].name, scene.conditions[c].where, miss[c]));
   if (!conflicting.empty())
     throw Error(ErrorKind::geometry,
                 fmt::format("conditions contradict each other at level {}: {}, expected displacements that the cells "
@@ -142,8 +141,7 @@ NewtonReport solve_level(const Problem& problem, Elastic& elastic, const NewtonO
     has_start = false;
   }
   total.converged = reached == 1;
-  if (!total.converged)
-    total.reason = fmt::format("stopped at {:.3g} of the load: {}", reached, total.reason);
+  if (!total.converged) total.reason = fmt::format("stopped at {:.3g} of the load: {}", reached, total.reason);
   u = std::move(good);
   fraction = reached;
   return total;
@@ -165,8 +163,7 @@ void measure_shape(const hexmesh::Level& level, const Mesh& mesh, const NodeVect
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
     const CellVector v = mesh.gather(c, u);
     Mat3 f = Mat3::Identity();
-    for (int a = 0; a < 8; ++a)
-      f += v.segment<3>(3 * a) * gradients[static_cast<std::size_t>(level.element[c])].row(a);
+    for (int a = 0; a < 8; ++a) f += v.segment<3>(3 * a) * gradients[static_cast<std::size_t>(level.element[c])].row(a);
     const double j = f.determinant();
     report.min_jacobian = std::min(report.min_jacobian, j);
     report.inverted_cells += j <= 0;

@@ -11,9 +11,10 @@ namespace {
 class IndexMap {
 public:
   explicit IndexMap(const Index3& extent)
-      : extent_(extent), number_(static_cast<std::size_t>(extent[0]) * static_cast<std::size_t>(extent[1]) *
-                                     static_cast<std::size_t>(extent[2]),
-                                 -1) {}
+      : extent_(extent),
+        number_(static_cast<std::size_t>(extent[0]) * static_cast<std::size_t>(extent[1]) *
+                    static_cast<std::size_t>(extent[2]),
+                -1) {}
   std::int32_t& operator[](const Index3& i) {
     return number_[static_cast<std::size_t>(i[0]) +
                    static_cast<std::size_t>(extent_[0]) *
@@ -41,7 +42,8 @@ private:
 };
 
 Index3 corner_of(const Index3& cell, int a) {
-  return {cell[0] + hexmesh::corner_bit(a, 0), cell[1] + hexmesh::corner_bit(a, 1), cell[2] + hexmesh::corner_bit(a, 2)};
+  return {cell[0] + hexmesh::corner_bit(a, 0), cell[1] + hexmesh::corner_bit(a, 1),
+          cell[2] + hexmesh::corner_bit(a, 2)};
 }
 
 Index3 extent_of(const std::vector<Index3>& indices) {

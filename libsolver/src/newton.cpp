@@ -52,7 +52,7 @@ LinearOutcome solve_linear(const Elastic& elastic, const Constraints& constraint
 }
 
 struct Residual {
-  NodeVector gradient;   ///< projected
+  NodeVector gradient;  ///< projected
   double relative = 0;
 };
 
@@ -86,9 +86,8 @@ NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constr
 
     // Solve as sharply as the next residual can use; a linear problem at once.
     const double forcing = elastic.is_linear() ? options.tolerance
-                           : supports_hold
-                               ? std::clamp(now.relative * 10, 0.1 * options.tolerance / now.relative, 0.05)
-                               : std::max(1e-3, 0.1 * options.tolerance);
+                           : supports_hold ? std::clamp(now.relative * 10, 0.1 * options.tolerance / now.relative, 0.05)
+                                           : std::max(1e-3, 0.1 * options.tolerance);
     NodeVector step;
     int linear_iterations = 0;
     for (bool solved = false; !solved;) {

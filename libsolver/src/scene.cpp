@@ -80,8 +80,8 @@ Selection read_selection(TomlReader& table, const std::filesystem::path& folder,
     if (m.box) {
       s.box = m.box;
     } else if (m.type == "Line" && condition == "displace") {
-      if (m.points.size() != 2) table.fail_here(fmt::format("markup '{}' is a line of {} points, expected 2", *path,
-                                                            m.points.size()));
+      if (m.points.size() != 2)
+        table.fail_here(fmt::format("markup '{}' is a line of {} points, expected 2", *path, m.points.size()));
       s.balls.push_back({m.points[0], radius});
       line = &m;
     } else {
@@ -103,15 +103,15 @@ Selection read_selection(TomlReader& table, const std::filesystem::path& folder,
     s.halfspace = HalfSpace{*point, normal->normalized()};
   }
   if (auto v = table.text("segment", "the name of a segment")) s.segment = *v;
-  if (auto v = table.choice<SurfacePoints>("on", {{"faces", SurfacePoints::faces},
-                                                  {"voxels", SurfacePoints::voxels},
-                                                  {"nodes", SurfacePoints::nodes}}))
+  if (auto v = table.choice<SurfacePoints>(
+          "on", {{"faces", SurfacePoints::faces}, {"voxels", SurfacePoints::voxels}, {"nodes", SurfacePoints::nodes}}))
     s.on = *v;
   const int ways = !s.balls.empty() + s.box.has_value() + s.halfspace.has_value() + !s.segment.empty();
   if (ways != 1)
-    table.fail_here(fmt::format("[[{}]] selects in {} ways, expected exactly one of point_mm, markup, box_mm, "
-                                "halfspace, segment",
-                                condition, ways));
+    table.fail_here(
+        fmt::format("[[{}]] selects in {} ways, expected exactly one of point_mm, markup, box_mm, "
+                    "halfspace, segment",
+                    condition, ways));
   if (!s.segment.empty() && s.on == SurfacePoints::nodes)
     table.fail_here("segment goes with on = \"faces\" or \"voxels\", expected one of these");
   return s;

@@ -36,8 +36,7 @@ std::vector<Candidate> face_candidates(const hexmesh::Lattice& lattice, const he
       out.back().neighbours.push_back(face.neighbour);
       continue;
     }
-    const Vec3 index =
-        whole_voxels ? Vec3(face.voxel[0], face.voxel[1], face.voxel[2]) : hexmesh::face_index(face);
+    const Vec3 index = whole_voxels ? Vec3(face.voxel[0], face.voxel[1], face.voxel[2]) : hexmesh::face_index(face);
     out.push_back({lattice.voxels.position(index), locator.in_cell_of_voxel(face.voxel, index), {face.neighbour}});
   }
   return out;
@@ -97,9 +96,9 @@ std::uint16_t label_of(const Condition& condition, const hexmesh::Lattice& latti
     if (s.segment.name == condition.selection.segment) return s.segment.label;
     names.push_back(s.segment.name);
   }
-  throw Error(ErrorKind::input, fmt::format("condition '{}' ({}): unknown segment '{}', expected one of: {}",
-                                            condition.name, condition.where, condition.selection.segment,
-                                            fmt::join(names, ", ")));
+  throw Error(ErrorKind::input,
+              fmt::format("condition '{}' ({}): unknown segment '{}', expected one of: {}", condition.name,
+                          condition.where, condition.selection.segment, fmt::join(names, ", ")));
 }
 
 std::vector<char> choose(const Condition& condition, const hexmesh::Lattice& lattice,

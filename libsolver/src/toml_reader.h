@@ -5,10 +5,11 @@
 #include <fmt/ranges.h>
 
 #define TOML_EXCEPTIONS 1
+#include <toml++/toml.h>
+
 #include <optional>
 #include <set>
 #include <string>
-#include <toml++/toml.h>
 #include <utility>
 #include <vector>
 

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexmesh/lattice/element.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 
+#include "hexmesh/lattice/element.h"
 #include "support/bodies.h"
 
 using namespace hexmesh;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexmesh/core/grid.h"
-
 #include <gtest/gtest.h>
 
+#include "hexmesh/core/grid.h"
 #include "support/bodies.h"
 #include "support/files.h"
 
@@ -24,13 +23,25 @@ TEST(Grid, OffsetsRunThroughAllVoxelsWithTheFirstAxisFastest) {
 }
 
 TEST(Grid, RefusesWhatIsNoGridAndNamesIt) {
-  EXPECT_NE(message_of(ErrorKind::input, [] { Grid({0, 1, 1}, {1, 1, 1}); }).find("extent along axis 0 is 0"),
+  EXPECT_NE(message_of(ErrorKind::input,
+                       [] {
+                         Grid({0, 1, 1}, {1, 1, 1});
+                       })
+                .find("extent along axis 0 is 0"),
             std::string::npos);
-  EXPECT_NE(message_of(ErrorKind::input, [] { Grid({1, 1, 1}, {1, -2, 1}); }).find("spacing along axis 1 is -2"),
+  EXPECT_NE(message_of(ErrorKind::input,
+                       [] {
+                         Grid({1, 1, 1}, {1, -2, 1});
+                       })
+                .find("spacing along axis 1 is -2"),
             std::string::npos);
   Mat3 shear = Mat3::Identity();
   shear(0, 1) = 0.3;
-  EXPECT_NE(message_of(ErrorKind::input, [&] { Grid({1, 1, 1}, {1, 1, 1}, Vec3::Zero(), shear); }).find("orthonormal"),
+  EXPECT_NE(message_of(ErrorKind::input,
+                       [&] {
+                         Grid({1, 1, 1}, {1, 1, 1}, Vec3::Zero(), shear);
+                       })
+                .find("orthonormal"),
             std::string::npos);
 }
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexmesh/scan/label_volume.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 #include <algorithm>
 
+#include "hexmesh/scan/label_volume.h"
 #include "support/bodies.h"
 #include "support/files.h"
 
@@ -83,8 +82,7 @@ TEST(LabelVolume, SelectsByLabelAndByNameAndRenames) {
 }
 
 TEST(LabelVolume, AnUnknownSegmentIsNamedWithThoseThatExist) {
-  const std::string message =
-      message_of(ErrorKind::input, [] { select_segments(blob(), {{"spleen", ""}}); });
+  const std::string message = message_of(ErrorKind::input, [] { select_segments(blob(), {{"spleen", ""}}); });
   EXPECT_EQ(message, "unknown segment 'spleen', expected one of: 1=segment_1, 2=segment_2");
 }
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexmesh/lattice/lattice.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 #include <set>
 
+#include "hexmesh/lattice/lattice.h"
 #include "support/bodies.h"
 #include "support/files.h"
 
@@ -132,7 +131,10 @@ TEST(Lattice, ASegmentWithoutMaterialOrKnownTissueIsNamed) {
   std::vector<std::string> notes;
   EXPECT_NE(message_of(ErrorKind::input, [&] { assign_materials(volume, {}, notes); }).find("'gallbladder'"),
             std::string::npos);
-  EXPECT_NE(message_of(ErrorKind::input, [&] { assign_materials(volume, {{"spleen", {}}}, notes); })
+  EXPECT_NE(message_of(ErrorKind::input,
+                       [&] {
+                         assign_materials(volume, {{"spleen", {}}}, notes);
+                       })
                 .find("unknown segment 'spleen', expected one of: gallbladder"),
             std::string::npos);
   MaterialChoice all;

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexmesh/lattice/locator.h"
-
 #include <gtest/gtest.h>
 
+#include "hexmesh/lattice/locator.h"
 #include "support/bodies.h"
 
 using namespace hexmesh;

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexmesh/lattice/material.h"
-
 #include <gtest/gtest.h>
 
 #include <limits>
 
+#include "hexmesh/lattice/material.h"
 #include "support/files.h"
 
 using namespace hexmesh;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexmesh/lattice/shape.h"
-
 #include <gtest/gtest.h>
+
+#include "hexmesh/lattice/shape.h"
 
 using namespace hexmesh;
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexsolver/constraints.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 
 #include "hexmesh/lattice/locator.h"
+#include "hexsolver/constraints.h"
 #include "support/bodies.h"
 
 using namespace hexsolver;
@@ -84,8 +83,9 @@ TEST_P(PatchSize, MultipliersReturnTheForcesOfTheKeptDirections) {
   for (std::size_t p = 0; p < lambda.size(); ++p) {
     const ConstraintPoint& point = constraints.held()[p];
     for (int a = 0; a < 8; ++a)
-      back.segment<3>(3 * Eigen::Index{body.mesh.cell_nodes()[static_cast<std::size_t>(point.cell)]
-                                                             [static_cast<std::size_t>(a)]}) +=
+      back.segment<3>(
+          3 *
+          Eigen::Index{body.mesh.cell_nodes()[static_cast<std::size_t>(point.cell)][static_cast<std::size_t>(a)]}) +=
           point.weights[a] * lambda[p];
   }
   EXPECT_LT((back - r).norm(), 1e-6 * r.norm());

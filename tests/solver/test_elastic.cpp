@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexsolver/elastic.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 
+#include "hexsolver/elastic.h"
 #include "support/bodies.h"
 
 using namespace hexsolver;
@@ -41,8 +40,7 @@ protected:
 
 TEST_P(ElasticLevels, GradientMatchesTheDifferenceOfEnergies) {
   constexpr double h = 1e-5;
-  const double measured =
-      (body.elastic.energy(u + h * direction) - body.elastic.energy(u - h * direction)) / (2 * h);
+  const double measured = (body.elastic.energy(u + h * direction) - body.elastic.energy(u - h * direction)) / (2 * h);
   const double claimed = gradient(u).dot(direction);
   // Truncation h^2 and rounding eps W / h, both near 1e-9 of the scale.
   EXPECT_NEAR(claimed, measured, 1e-6 * gradient(u).norm() * direction.norm());
@@ -98,17 +96,17 @@ TEST_P(ElasticLevels, ForcesHaveNoResultantAndCorotationalOnesNoTorque) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    All, ElasticLevels,
-    testing::Combine(testing::Values(0, 1, 2), testing::Values(Strain::cauchy, Strain::corotational),
-                     testing::Values(Volumetric::mean, Volumetric::full)));
+INSTANTIATE_TEST_SUITE_P(All, ElasticLevels,
+                         testing::Combine(testing::Values(0, 1, 2),
+                                          testing::Values(Strain::cauchy, Strain::corotational),
+                                          testing::Values(Volumetric::mean, Volumetric::full)));
 
 TEST(Elastic, TheClampedHessianIsPositiveSemidefinite) {
   const Lattice lattice = bitten_ball({1, 1, 1});
   Body body(lattice, 1, Strain::corotational);
   // Strong compression makes the exact Hessian of some cells indefinite.
-  const NodeVector u = sample(body.mesh, [](const Vec3& x) -> Vec3 { return -0.5 * x; }) +
-                       noise(body.mesh.num_dofs(), 0.4, 5);
+  const NodeVector u =
+      sample(body.mesh, [](const Vec3& x) -> Vec3 { return -0.5 * x; }) + noise(body.mesh.num_dofs(), 0.4, 5);
   double most_negative_exact = 0;
   body.elastic.linearize(u, Hessian::exact);
   for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexsolver/mesh.h"
-
 #include <gtest/gtest.h>
 
+#include "hexsolver/mesh.h"
 #include "support/bodies.h"
 
 using namespace hexsolver;

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexsolver/newton.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 
+#include "hexsolver/newton.h"
 #include "support/bodies.h"
 
 using namespace hexsolver;
@@ -141,7 +140,8 @@ TEST(Multigrid, IsSymmetricAndFewIterationsSolveALinearBody) {
   const Hierarchy hierarchy(body.mesh, lattice.corner(), 300);
   ASSERT_GE(hierarchy.meshes.size(), 3U);
   const Constraints constraints(
-      body.mesh, hold_nodes(body.mesh, [](const Vec3& x) { return x[0] < 14; }, [](const Vec3&) { return Vec3::Zero(); }));
+      body.mesh, hold_nodes(
+                     body.mesh, [](const Vec3& x) { return x[0] < 14; }, [](const Vec3&) { return Vec3::Zero(); }));
   const Multigrid multigrid(hierarchy, body.elastic, constraints);
   ASSERT_TRUE(multigrid.is_positive());
   const NodeVector a = noise(body.mesh.num_dofs(), 1, 1), b = noise(body.mesh.num_dofs(), 1, 2);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexsolver/rotation.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "hexsolver/rotation.h"
 #include "support/bodies.h"
 
 using namespace hexsolver;
@@ -57,9 +56,8 @@ TEST(Polar, DerivativeMatchesCentralDifferences) {
   const Mat3 df = Mat3::Map(values.data());
   constexpr double h = 1e-6;
   const Polar p = polar_decomposition(f);
-  const Mat3 measured =
-      p.rotation.transpose() *
-      (polar_decomposition(f + h * df).rotation - polar_decomposition(f - h * df).rotation) / (2 * h);
+  const Mat3 measured = p.rotation.transpose() *
+                        (polar_decomposition(f + h * df).rotation - polar_decomposition(f - h * df).rotation) / (2 * h);
   const Mat3 a = p.rotation.transpose() * df - df.transpose() * p.rotation;
   const Vec3 w = p.inverse_m * Vec3(a(2, 1), a(0, 2), a(1, 0));
   Mat3 cross;

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexsolver/scene.h"
-
 #include <gtest/gtest.h>
 
 #include "hexsolver/markup.h"
+#include "hexsolver/scene.h"
 #include "support/files.h"
 
 using namespace hexsolver;
@@ -64,7 +63,8 @@ TEST(Scene, ATypoInAKeyIsNamedWithItsPlaceAndTheKeysThatExist) {
   EXPECT_EQ(error_of("[solve]\nlevl = 2\n"),
             "s.toml:2:1: unknown key 'solve.levl', expected one of: kind, strain, law, rotation, volumetric, level, "
             "tolerance, islands, conflicts");
-  EXPECT_EQ(error_of("[[fix]]\npoint_mm = [0, 0, 0]\n  radius = 3\n").substr(0, 34), "s.toml:3:3: unknown key 'fix.radiu");
+  EXPECT_EQ(error_of("[[fix]]\npoint_mm = [0, 0, 0]\n  radius = 3\n").substr(0, 34),
+            "s.toml:3:3: unknown key 'fix.radiu");
 }
 
 TEST(Scene, AWrongValueIsNamedWithItsPlaceAndWhatWasExpected) {
@@ -90,8 +90,8 @@ TEST(Scene, AConditionSelectsInExactlyOneWay) {
 }
 
 TEST(Scene, SettingsOverrideTheFile) {
-  const Scene scene = scene_of(good, {"solve.strain=corotational", "solve.level=0", "displace.0.by_mm=[1,2,3]",
-                                      "material.liver.poisson=0.4"});
+  const Scene scene = scene_of(
+      good, {"solve.strain=corotational", "solve.level=0", "displace.0.by_mm=[1,2,3]", "material.liver.poisson=0.4"});
   EXPECT_EQ(scene.strain, Strain::corotational);
   EXPECT_EQ(scene.level, 0);
   EXPECT_EQ(scene.conditions[2].by, Vec3(1, 2, 3));

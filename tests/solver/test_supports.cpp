@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexsolver/supports.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -8,6 +6,7 @@
 #include "hexmesh/lattice/locator.h"
 #include "hexsolver/equilibrium.h"
 #include "hexsolver/selection.h"
+#include "hexsolver/supports.h"
 #include "support/bodies.h"
 #include "support/files.h"
 
@@ -91,8 +90,7 @@ TEST(Selection, APointFarFromTheBodyIsNamedWithItsDistance) {
   const Body body(lattice, 0, Strain::cauchy);
   Scene scene;
   scene.conditions = {fix_ball({-50.5, 4.5, 4.5}, 3)};
-  const std::string message =
-      message_of(ErrorKind::geometry, [&] { select_points(scene, lattice, 0, body.mesh); });
+  const std::string message = message_of(ErrorKind::geometry, [&] { select_points(scene, lattice, 0, body.mesh); });
   EXPECT_NE(message.find("condition 'held' (s.toml:1:1)"), std::string::npos) << message;
   EXPECT_NE(message.find("50.0 mm"), std::string::npos) << message;
 }
@@ -137,8 +135,7 @@ TEST(Equilibrium, ContradictingConditionsAreNamedBeforeAnythingIsSolved) {
   scene.conditions[1].name = "pulled";
   scene.conditions[1].by = {5, 0, 0};
   SolveReport report;
-  const std::string message =
-      message_of(ErrorKind::geometry, [&] { solve_equilibrium(lattice, scene, 0, report); });
+  const std::string message = message_of(ErrorKind::geometry, [&] { solve_equilibrium(lattice, scene, 0, report); });
   EXPECT_NE(message.find("'held'"), std::string::npos) << message;
   EXPECT_NE(message.find("'pulled'"), std::string::npos) << message;
 }

@@ -48,15 +48,16 @@ Lattice box(const Index3& extent, const Vec3& spacing, double young_kpa, double 
 
 Body::Body(const Lattice& lattice, int level, hexsolver::Strain strain, hexsolver::Volumetric volumetric)
     : mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner()),
-      elastic(mesh, lattice.levels[static_cast<std::size_t>(level)].element,
-              [&] {
-                const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
-                std::vector<hexsolver::ElementModel> models;
-                for (const auto& e : lattice.levels[static_cast<std::size_t>(level)].elements)
-                  models.push_back(hexsolver::make_element_model(matrices, e, volumetric));
-                return models;
-              }(),
-              strain) {}
+      elastic(
+          mesh, lattice.levels[static_cast<std::size_t>(level)].element,
+          [&] {
+            const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
+            std::vector<hexsolver::ElementModel> models;
+            for (const auto& e : lattice.levels[static_cast<std::size_t>(level)].elements)
+              models.push_back(hexsolver::make_element_model(matrices, e, volumetric));
+            return models;
+          }(),
+          strain) {}
 
 NodeVector sample(const Mesh& mesh, const std::function<Vec3(const Vec3&)>& field) {
   NodeVector u(static_cast<Eigen::Index>(mesh.num_dofs()));

@@ -18,8 +18,8 @@ protected:
     folder = new TemporaryFolder;
     const std::string at = "cd '" + folder->path("") + "' && ";
     ASSERT_EQ(shell(at + "hexscan phantom liver --spacing 4 --intensity-out ct.nrrd -o liver.nrrd").exit_code, 0);
-    ASSERT_EQ(shell(at + "hexmesh build liver.nrrd --material '*:young_kpa=100,poisson=0.3' -o liver.hexmesh").exit_code,
-              0);
+    ASSERT_EQ(
+        shell(at + "hexmesh build liver.nrrd --material '*:young_kpa=100,poisson=0.3' -o liver.hexmesh").exit_code, 0);
     ASSERT_EQ(shell(at + "hexsolve liver.hexmesh --example -o liver.toml").exit_code, 0);
   }
   static void TearDownTestSuite() { delete folder; }
@@ -67,9 +67,10 @@ TEST_F(Tools, TheExamplesOfTheHelpRun) {
     const std::size_t at = help.find("Example:\n  ") + 11;
     std::string example = help.substr(at, help.find('\n', at) - at);
     for (const char* scan : {"ct.nrrd"}) EXPECT_TRUE(std::filesystem::exists(*folder / scan));
-    const CommandResult r = run("mkdir -p examples && cp liver.nrrd liver.hexmesh liver.toml liver.hexresult ct.nrrd "
-                                "examples && cd examples && " +
-                                example + " --force");
+    const CommandResult r =
+        run("mkdir -p examples && cp liver.nrrd liver.hexmesh liver.toml liver.hexresult ct.nrrd "
+            "examples && cd examples && " +
+            example + " --force");
     EXPECT_EQ(r.exit_code, 0) << example << "\n" << r.errors;
   }
 }
@@ -120,8 +121,9 @@ TEST_F(Tools, GeometryErrorsExit4) {
 
 TEST_F(Tools, NotConvergedExits5AndTheResultSaysSo) {
   // Two patches 200 mm apart pushed 300 mm into and through each other.
-  const CommandResult r = run("hexsolve liver.hexmesh liver.toml --level 2 --set 'displace.0.by_mm=[-300,0,0]' "
-                              "--set solve.tolerance=1e-12 --report five.json -o five.hexresult");
+  const CommandResult r =
+      run("hexsolve liver.hexmesh liver.toml --level 2 --set 'displace.0.by_mm=[-300,0,0]' "
+          "--set solve.tolerance=1e-12 --report five.json -o five.hexresult");
   const auto report = nlohmann::json::parse(read_text(*folder / "five.json"));
   EXPECT_EQ(r.exit_code, report["converged"].get<bool>() ? 0 : 5);
   EXPECT_EQ(report["converged"].get<bool>(), report["load_fraction"].get<double>() == 1);
@@ -139,9 +141,9 @@ TEST_F(Tools, OutputErrorsExit6AndNothingIsOverwritten) {
 
 TEST_F(Tools, APipeAndFilesGiveTheSameNumbers) {
   ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 2 -o files.hexresult").exit_code, 0);
-  const CommandResult piped =
-      run("hexscan -q phantom liver --spacing 4 -o - | hexmesh -q build - --material '*:young_kpa=100,poisson=0.3' -o - "
-          "| hexsolve -q - liver.toml --level 2 --threads 1 -o - > pipe.hexresult");
+  const CommandResult piped = run(
+      "hexscan -q phantom liver --spacing 4 -o - | hexmesh -q build - --material '*:young_kpa=100,poisson=0.3' -o - "
+      "| hexsolve -q - liver.toml --level 2 --threads 1 -o - > pipe.hexresult");
   ASSERT_EQ(piped.exit_code, 0) << piped.errors;
   const hexmesh::Result a = hexmesh::read_result(*folder / "files.hexresult");
   const hexmesh::Result b = hexmesh::read_result(*folder / "pipe.hexresult");
@@ -164,10 +166,9 @@ TEST_F(Tools, InfoGivesLevelsAndSegments) {
 TEST_F(Tools, TheReportHasTheKeysThatScriptsRelyOn) {
   ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 3 --report keys.json -o keys.hexresult").exit_code, 0);
   const auto report = nlohmann::json::parse(read_text(*folder / "keys.json"));
-  for (const char* key :
-       {"converged", "reason", "newton_iterations", "linear_iterations", "relative_residual", "load_fraction",
-        "constraint_violation_mm", "conditions", "strain_energy_n_mm", "min_jacobian", "inverted_cells", "lattice",
-        "levels", "seconds", "peak_memory_mb"})
+  for (const char* key : {"converged", "reason", "newton_iterations", "linear_iterations", "relative_residual",
+                          "load_fraction", "constraint_violation_mm", "conditions", "strain_energy_n_mm",
+                          "min_jacobian", "inverted_cells", "lattice", "levels", "seconds", "peak_memory_mb"})
     EXPECT_TRUE(report.contains(key)) << key;
   EXPECT_EQ(report["conditions"].size(), 4U);
   EXPECT_LE(report["constraint_violation_mm"].get<double>(), 1e-6);
@@ -184,7 +185,8 @@ TEST_F(Tools, EveryExampleSceneConverges) {
   for (const auto& entry : std::filesystem::directory_iterator(HEXTOOLS_SOURCE "/examples")) {
     if (entry.path().extension() != ".toml") continue;
     ++scenes;
-    const CommandResult r = run("hexsolve liver.hexmesh '" + entry.path().string() + "' --level 1 --force -o example.hexresult");
+    const CommandResult r =
+        run("hexsolve liver.hexmesh '" + entry.path().string() + "' --level 1 --force -o example.hexresult");
     EXPECT_EQ(r.exit_code, 0) << entry.path() << "\n" << r.errors;
   }
   EXPECT_GE(scenes, 3U);
@@ -192,7 +194,8 @@ TEST_F(Tools, EveryExampleSceneConverges) {
 
 TEST(Demo, TheLiverExperimentRunsFromScanToPictures) {
   const TemporaryFolder folder;
-  const CommandResult r = shell("'" HEXTOOLS_SOURCE "/pipelines/liver.sh' --levels '3 2' -o '" + folder.path("demo") + "'");
+  const CommandResult r =
+      shell("'" HEXTOOLS_SOURCE "/pipelines/liver.sh' --levels '3 2' -o '" + folder.path("demo") + "'");
   ASSERT_EQ(r.exit_code, 0) << r.errors;
   for (const char* file : {"demo/pictures-nu0.3/axial_2.png", "demo/pictures-nu0.4/sagittal_1.png",
                            "demo/nu0.3-level2.vtu", "demo/nu0.4-level2.vtp", "demo/pipe.vtu", "demo/summary.txt"})

@@ -34,10 +34,14 @@ std::string quoted(const std::string& word) {
 
 int exit_code(ErrorKind kind) {
   switch (kind) {
-    case ErrorKind::usage: return 2;
-    case ErrorKind::input: return 3;
-    case ErrorKind::geometry: return 4;
-    case ErrorKind::output: return 6;
+    case ErrorKind::usage:
+      return 2;
+    case ErrorKind::input:
+      return 3;
+    case ErrorKind::geometry:
+      return 4;
+    case ErrorKind::output:
+      return 6;
   }
   return exit_bug;
 }
@@ -102,7 +106,8 @@ int run_tool(int argc, char** argv, const Tool& tool) {
   } catch (const Error& e) {
     return fail(tool.name, exit_code(e.kind()), e.what());
   } catch (const std::bad_alloc&) {
-    return fail(tool.name, exit_code(ErrorKind::input), "out of memory, expected a machine with more or a smaller input");
+    return fail(tool.name, exit_code(ErrorKind::input),
+                "out of memory, expected a machine with more or a smaller input");
   } catch (const std::exception& e) {
     return fail(tool.name, exit_bug, fmt::format("this is a bug of ours, please report it: {}", e.what()));
   }

@@ -111,8 +111,8 @@ OutputFile::OutputFile(const std::string& name, const std::string& extension, bo
   if (name != "-") folder = target.has_parent_path() ? target.parent_path() : fs::path(".");
   const int file = create_temporary(folder, extension, temporary_);
   if (file < 0)
-    throw Error(ErrorKind::output,
-                fmt::format("cannot write '{}': {}, expected an existing, writable folder", name, std::strerror(errno)));
+    throw Error(ErrorKind::output, fmt::format("cannot write '{}': {}, expected an existing, writable folder", name,
+                                               std::strerror(errno)));
   close(file);
 }
 
@@ -132,8 +132,7 @@ void OutputFile::commit() {
   }
   const int why = errno;
   if (file >= 0) close(file);
-  if (!done)
-    throw Error(ErrorKind::output, fmt::format("cannot write '{}': {}", name_, std::strerror(why)));
+  if (!done) throw Error(ErrorKind::output, fmt::format("cannot write '{}': {}", name_, std::strerror(why)));
   remove_temporary(temporary_);
   temporary_.clear();
 }

@@ -74,8 +74,7 @@ Level read_level(const hdf5::Reader& file, const Grid& voxels, int number) {
   level.merge = hdf5::read_index(file, group, "merge");
   level.voxels_per_cell = hdf5::read_index(file, group, "voxels_per_cell");
   Index3 limit;
-  for (int d = 0; d < 3; ++d)
-    limit[d] = (voxels.extent()[d] + level.voxels_per_cell[d] - 1) / level.voxels_per_cell[d];
+  for (int d = 0; d < 3; ++d) limit[d] = (voxels.extent()[d] + level.voxels_per_cell[d] - 1) / level.voxels_per_cell[d];
   level.cells = hdf5::read_cells(file, group + "/cells", limit);
   if (level.cells.empty()) file.fail(fmt::format("has no cells in '{}'", group));
   const auto before = [](const Index3& a, const Index3& b) {
@@ -121,7 +120,7 @@ Lattice read_lattice(const std::filesystem::path& path, const std::vector<int>& 
   const hdf5::Reader file(path, "lattice");
   std::vector<std::string> history = hdf5::read_header(file, format_name, lattice_version);
   auto [grid, labels] = hdf5::read_voxels(file);
-  Lattice lattice{std::move(grid), std::move(labels), hdf5::read_segments(file), {},
+  Lattice lattice{std::move(grid),          std::move(labels), hdf5::read_segments(file), {},
                   hdf5::read_surface(file), std::move(history)};
   const int count = count_levels(file);
   for (int n = 0; n < count; ++n) {

@@ -42,9 +42,9 @@ std::pair<Grid, std::vector<std::uint16_t>> read_voxels(const Reader& file) {
   const auto spacing = file.attribute<double>("/voxels", "spacing", 3);
   const auto origin = file.attribute<double>("/voxels", "origin", 3);
   const auto direction = file.attribute<double>("/voxels", "direction", 9);
-  Grid grid({static_cast<std::int32_t>(shape[2]), static_cast<std::int32_t>(shape[1]),
-             static_cast<std::int32_t>(shape[0])},
-            Vec3::Map(spacing.data()), Vec3::Map(origin.data()), Mat3::Map(direction.data()));
+  Grid grid(
+      {static_cast<std::int32_t>(shape[2]), static_cast<std::int32_t>(shape[1]), static_cast<std::int32_t>(shape[0])},
+      Vec3::Map(spacing.data()), Vec3::Map(origin.data()), Mat3::Map(direction.data()));
   return {std::move(grid), file.read<std::uint16_t>("/voxels/labels", shape)};
 }
 
@@ -90,10 +90,10 @@ std::vector<LatticeSegment> read_segments(const Reader& file) {
 
 void write_surface(Writer& file, const TriangleSurface& surface) {
   write_points(file, "/surface/points", surface.points);
-  file.write<std::int32_t>("/surface/triangles",
-                           {surface.triangles.empty() ? nullptr : surface.triangles.front().data(),
-                            3 * surface.triangles.size()},
-                           {surface.triangles.size(), 3});
+  file.write<std::int32_t>(
+      "/surface/triangles",
+      {surface.triangles.empty() ? nullptr : surface.triangles.front().data(), 3 * surface.triangles.size()},
+      {surface.triangles.size(), 3});
   file.write<std::uint16_t>("/surface/segment", surface.segment, {surface.segment.size()});
 }
 
@@ -134,8 +134,8 @@ std::vector<Index3> read_cells(const Reader& file, const std::string& name, cons
     const int axis = static_cast<int>(n % 3);
     cells[n / 3][axis] = values[n];
     if (values[n] >= limit[axis])
-      file.fail(fmt::format("has a cell at {} along axis {} in '{}', expected below {}", values[n], axis, name,
-                            limit[axis]));
+      file.fail(
+          fmt::format("has a cell at {} along axis {} in '{}', expected below {}", values[n], axis, name, limit[axis]));
   }
   return cells;
 }
@@ -147,8 +147,7 @@ Index3 read_index(const Reader& file, const std::string& group, const std::strin
   return {values[0], values[1], values[2]};
 }
 
-void check_range(const Reader& file, const std::string& name, std::span<const std::int32_t> values,
-                 std::size_t limit) {
+void check_range(const Reader& file, const std::string& name, std::span<const std::int32_t> values, std::size_t limit) {
   for (const std::int32_t v : values)
     if (v < 0 || static_cast<std::size_t>(v) >= limit)
       file.fail(fmt::format("has number {} in '{}', expected within [0, {})", v, name, limit));

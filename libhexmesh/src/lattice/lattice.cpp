@@ -80,8 +80,7 @@ Level finest_level(const Lattice& lattice) {
     level.element.push_back(element_of[s]);
     level.segment.push_back(lattice.labels[n]);
   }
-  if (level.cells.empty())
-    throw Error(ErrorKind::input, "no voxel has a material, expected a segment with one");
+  if (level.cells.empty()) throw Error(ErrorKind::input, "no voxel has a material, expected a segment with one");
   return level;
 }
 
@@ -161,8 +160,8 @@ std::vector<LatticeSegment> assign_materials(const LabelVolume& volume,
   for (const Segment& s : volume.segments) names.push_back(s.name);
   for (const auto& [name, choice] : choices)
     if (name != "*" && !find_segment(volume.segments, name))
-      throw Error(ErrorKind::input, fmt::format("material for unknown segment '{}', expected one of: {}", name,
-                                                fmt::join(names, ", ")));
+      throw Error(ErrorKind::input,
+                  fmt::format("material for unknown segment '{}', expected one of: {}", name, fmt::join(names, ", ")));
   const std::vector<std::size_t> counts = count_voxels(volume);
   std::vector<LatticeSegment> out;
   for (std::size_t n = 0; n < volume.segments.size(); ++n) {

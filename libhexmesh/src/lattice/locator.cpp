@@ -19,8 +19,7 @@ CellLocator::CellLocator(const Grid& voxels, const Index3& voxels_per_cell, std:
     number_[static_cast<std::size_t>(c[0]) +
             static_cast<std::size_t>(extent_[0]) *
                 (static_cast<std::size_t>(c[1]) +
-                 static_cast<std::size_t>(extent_[1]) * static_cast<std::size_t>(c[2]))] =
-        static_cast<std::int32_t>(n);
+                 static_cast<std::size_t>(extent_[1]) * static_cast<std::size_t>(c[2]))] = static_cast<std::int32_t>(n);
   }
 }
 
@@ -42,8 +41,7 @@ Embedding CellLocator::embed(std::int32_t cell, const Vec3& voxel_index) const {
 
 std::int32_t CellLocator::cell_of_voxel(const Index3& voxel) const {
   if (!voxels_.contains(voxel)) return -1;
-  return cell_at(
-      {voxel[0] / voxels_per_cell_[0], voxel[1] / voxels_per_cell_[1], voxel[2] / voxels_per_cell_[2]});
+  return cell_at({voxel[0] / voxels_per_cell_[0], voxel[1] / voxels_per_cell_[1], voxel[2] / voxels_per_cell_[2]});
 }
 
 Embedding CellLocator::in_cell_of_voxel(const Index3& voxel, const Vec3& voxel_index) const {

@@ -17,8 +17,8 @@ Material material_from_units(double young_kpa, double poisson, double density_kg
 
 void check_material(const Material& material, const std::string& segment) {
   if (!(std::isfinite(material.young) && material.young > 0))
-    throw Error(ErrorKind::input, fmt::format("material of segment '{}': young_kpa is {}, expected > 0", segment,
-                                              material.young * 1e3));
+    throw Error(ErrorKind::input,
+                fmt::format("material of segment '{}': young_kpa is {}, expected > 0", segment, material.young * 1e3));
   if (!(material.poisson > -1 && material.poisson < 0.5))
     throw Error(ErrorKind::input, fmt::format("material of segment '{}': poisson is {}, expected within (-1, 0.5)",
                                               segment, material.poisson));

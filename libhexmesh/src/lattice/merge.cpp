@@ -20,8 +20,7 @@ Merge merge_cells(std::span<const Index3> cells, const Index3& factor) {
            static_cast<std::uint64_t>(c[0]);
   };
   std::vector<std::pair<std::uint64_t, std::int32_t>> order(cells.size());
-  for (std::size_t n = 0; n < cells.size(); ++n)
-    order[n] = {key(parent_of(cells[n])), static_cast<std::int32_t>(n)};
+  for (std::size_t n = 0; n < cells.size(); ++n) order[n] = {key(parent_of(cells[n])), static_cast<std::int32_t>(n)};
   std::sort(order.begin(), order.end());
 
   Merge merge{factor, {}, {}};

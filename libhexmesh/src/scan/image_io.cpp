@@ -240,9 +240,8 @@ LabelVolume read_labels(const fs::path& path) {
   }
   // Label values may repeat across layers: number the segments anew.
   if (named.empty())
-    throw Error(ErrorKind::input,
-                fmt::format("'{}' has {} values per voxel, expected 1 (or the layers of a .seg.nrrd)", path.string(),
-                            layers.size()));
+    throw Error(ErrorKind::input, fmt::format("'{}' has {} values per voxel, expected 1 (or the layers of a .seg.nrrd)",
+                                              path.string(), layers.size()));
   LabelVolume volume{grid, std::vector<std::uint16_t>(grid.num_voxels()), {}};
   for (const SlicerSegment& s : named) {
     const auto label = static_cast<std::uint16_t>(volume.segments.size() + 1);

@@ -60,7 +60,7 @@ double noise(std::uint64_t n) {
 float hounsfield(const Vec3& p, std::uint16_t label, std::uint64_t number) {
   double value = -1000;  // air
   const double torso = ellipsoid(p, {30, 20, 0}, {165, 95, 400});
-  if (torso < 0) value = torso > -12 ? -100 : 45;                    // fat under the skin, soft tissue
+  if (torso < 0) value = torso > -12 ? -100 : 45;                  // fat under the skin, soft tissue
   if (ellipsoid(p, {30, 82, 0}, {18, 20, 1000}) < 0) value = 350;  // spine
   if (label == 1) value = 110;
   if (label == 2) value = 55;
@@ -80,9 +80,8 @@ Phantom liver_phantom(double spacing) {
 
   Phantom phantom{{grid, std::vector<std::uint16_t>(grid.num_voxels()), {}},
                   {grid, std::vector<float>(grid.num_voxels())}};
-  phantom.labels.segments = {{1, "liver", {0.72, 0.35, 0.28}},
-                             {2, "tumour", {0.95, 0.85, 0.25}},
-                             {3, "vessel", {0.25, 0.45, 0.85}}};
+  phantom.labels.segments = {
+      {1, "liver", {0.72, 0.35, 0.28}}, {2, "tumour", {0.95, 0.85, 0.25}}, {3, "vessel", {0.25, 0.45, 0.85}}};
   for (std::size_t n = 0; n < grid.num_voxels(); ++n) {
     const Index3 v = grid.index(n);
     const Vec3 p = grid.position(Vec3(v[0], v[1], v[2]));

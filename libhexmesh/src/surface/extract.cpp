@@ -35,7 +35,8 @@ void append(vtkPolyData& mesh, const Grid& voxels, std::uint16_t label, Triangle
   for (vtkIdType c = 0; c < mesh.GetNumberOfCells(); ++c) {
     mesh.GetCellPoints(c, ids);
     std::array<std::int32_t, 3> triangle;
-    for (int a = 0; a < 3; ++a) triangle[static_cast<std::size_t>(a)] = first + static_cast<std::int32_t>(ids->GetId(a));
+    for (int a = 0; a < 3; ++a)
+      triangle[static_cast<std::size_t>(a)] = first + static_cast<std::int32_t>(ids->GetId(a));
     surface.triangles.push_back(triangle);
     surface.segment.push_back(label);
   }

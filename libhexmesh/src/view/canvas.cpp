@@ -16,7 +16,8 @@
 namespace hexmesh {
 
 Canvas::Canvas(int width, int height, Rgb background)
-    : width_(width), height_(height),
+    : width_(width),
+      height_(height),
       pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), background) {}
 
 void Canvas::paste(const Canvas& picture, int x, int y) {

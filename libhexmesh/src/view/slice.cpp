@@ -146,8 +146,7 @@ SliceRenderer::Frame SliceRenderer::frame(SliceAxis axis, double position) const
   const int right = axis == SliceAxis::sagittal ? 1 : 0;
   const int down = axis == SliceAxis::axial ? 1 : 2;
   const bool head_up = down == 2;
-  const double pixel =
-      options_.pixel_mm > 0 ? options_.pixel_mm : (high - low).maxCoeff() / 420;
+  const double pixel = options_.pixel_mm > 0 ? options_.pixel_mm : (high - low).maxCoeff() / 420;
   Frame f;
   f.width = std::clamp(static_cast<int>((high - low)[right] / pixel), 1, 8192);
   f.height = std::clamp(static_cast<int>((high - low)[down] / pixel), 1, 8192);
@@ -209,7 +208,8 @@ std::vector<Vec3> SliceRenderer::rest_positions_after(const Frame& f) const {
 Canvas SliceRenderer::draw(const Frame& f, const std::vector<Vec3>& rest) const {
   Canvas canvas(f.width, f.height);
   std::vector<std::uint16_t> labels(rest.size());
-  for (std::size_t n = 0; n < rest.size(); ++n) labels[n] = std::isnan(rest[n][0]) ? std::uint16_t{0} : label_at(rest[n]);
+  for (std::size_t n = 0; n < rest.size(); ++n)
+    labels[n] = std::isnan(rest[n][0]) ? std::uint16_t{0} : label_at(rest[n]);
   for (int row = 0; row < f.height; ++row)
     for (int column = 0; column < f.width; ++column) {
       const std::size_t n = f.number(column, row);

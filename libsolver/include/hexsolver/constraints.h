@@ -11,10 +11,10 @@ namespace hexsolver {
 
 /// One point whose displacement is prescribed: H u = value along the chosen axes, H trilinear in its cell.
 struct ConstraintPoint {
-  std::int32_t condition = 0;   ///< which condition of the scene
-  std::int32_t cell = -1;       ///< of the mechanical level
-  NodeWeights weights;          ///< of the cell's nodes
-  Vec3 value = Vec3::Zero();    ///< [mm]
+  std::int32_t condition = 0;  ///< which condition of the scene
+  std::int32_t cell = -1;      ///< of the mechanical level
+  NodeWeights weights;         ///< of the cell's nodes
+  Vec3 value = Vec3::Zero();   ///< [mm]
   std::array<bool, 3> axes = {true, true, true};
 };
 
@@ -23,9 +23,9 @@ struct ConstraintPoint {
 /// A patch of many points pins more directions than a coarse cell has. Points that share nodes form a cluster; in each
 /// the right singular vectors of H with sigma >= 0.1 sigma_max are kept and hold exactly, the misfit of the others is
 /// least squares: c' = H H^+ c as in the paper (whose two cases of H^+ are printed the wrong way round).
-/// Clusters of more than `dense_limit` nodes, where the singular vectors are too dear, hold their nodes themselves: those
-/// with at least 0.1 of the largest weight sum_p H_pn, each where the affine fit of the prescribed values (plus the mean
-/// misfit of its points) puts it.
+/// Clusters of more than `dense_limit` nodes, where the singular vectors are too dear, hold their nodes themselves:
+/// those with at least 0.1 of the largest weight sum_p H_pn, each where the affine fit of the prescribed values (plus
+/// the mean misfit of its points) puts it.
 class Constraints {
 public:
   static constexpr double cutoff = 0.1;

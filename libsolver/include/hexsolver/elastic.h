@@ -44,8 +44,8 @@ public:
 
   bool is_linear() const noexcept { return strain_ == Strain::cauchy; }
 
-  double energy(const NodeVector& u) const;                                   ///< [N mm]
-  std::vector<double> cell_energies(const NodeVector& u) const;               ///< [N mm]
+  double energy(const NodeVector& u) const;                      ///< [N mm]
+  std::vector<double> cell_energies(const NodeVector& u) const;  ///< [N mm]
 
   /// Gradient = internal forces [N]; magnitude = sum over cells of their absolute values, the scale of a residual.
   void gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const;
@@ -91,8 +91,8 @@ private:
   std::vector<ElementModel> models_;
   Strain strain_;
   double rounding_ = 0;
-  CellVector rest_;               ///< corners relative to the cell's centre
-  std::vector<Frame> frames_;     ///< of the last linearize()
+  CellVector rest_;                ///< corners relative to the cell's centre
+  std::vector<Frame> frames_;      ///< of the last linearize()
   std::vector<Columns> positive_;  ///< likewise, empty where it is exact
 };
 

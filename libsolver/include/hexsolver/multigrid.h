@@ -14,9 +14,9 @@ namespace hexsolver {
 
 /// The geometry of all multigrid levels below a mechanical level: made once, used by every Newton step.
 struct Hierarchy {
-  std::vector<Mesh> meshes;                    ///< [0] = the mechanical level
-  std::vector<hexmesh::Merge> merges;          ///< [l]: cells of meshes[l] -> cells of meshes[l + 1]
-  std::vector<Prolongation> prolongations;     ///< [l]: meshes[l + 1] -> meshes[l]
+  std::vector<Mesh> meshes;                 ///< [0] = the mechanical level
+  std::vector<hexmesh::Merge> merges;       ///< [l]: cells of meshes[l] -> cells of meshes[l + 1]
+  std::vector<Prolongation> prolongations;  ///< [l]: meshes[l + 1] -> meshes[l]
 
   /// @param coarsest_dofs  merge until a level has at most this many
   Hierarchy(Mesh finest, const Vec3& corner, std::size_t coarsest_dofs = 2000);
@@ -42,11 +42,11 @@ public:
 private:
   using FloatMatrix = Eigen::Matrix<float, 24, 24>;
   struct Level {
-    std::vector<std::int32_t> index;   ///< cell -> pool; empty on the finest level
+    std::vector<std::int32_t> index;  ///< cell -> pool; empty on the finest level
     std::vector<FloatMatrix> pool;
     std::vector<Eigen::Matrix3f> inverse_diagonal;  ///< per node
-    double largest_eigenvalue = 0;     ///< of D^-1 A
-    mutable NodeVector b, x, r, d, t;  ///< work space of a cycle
+    double largest_eigenvalue = 0;                  ///< of D^-1 A
+    mutable NodeVector b, x, r, d, t;               ///< work space of a cycle
   };
 
   void choose_support_weights();
@@ -64,7 +64,7 @@ private:
   const Elastic& elastic_;
   const Constraints& constraints_;
   std::unordered_map<std::size_t, std::vector<std::size_t>> points_of_cell_;  ///< constraint points, finest level
-  std::vector<double> support_weight_;  ///< w of each condition [N/mm]
+  std::vector<double> support_weight_;                                        ///< w of each condition [N/mm]
   std::vector<Level> levels_;
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> coarsest_;
   bool positive_ = true;

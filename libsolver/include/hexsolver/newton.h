@@ -11,14 +11,14 @@
 namespace hexsolver {
 
 struct NewtonOptions {
-  double tolerance = 1e-8;   ///< on the relative residual |P g| / |sum of absolute cell forces|
+  double tolerance = 1e-8;  ///< on the relative residual |P g| / |sum of absolute cell forces|
   int max_iterations = 40;
   int max_linear_iterations = 500;  ///< per Newton step
 };
 
 struct NewtonReport {
   bool converged = false;
-  std::string reason;        ///< why it ended
+  std::string reason;  ///< why it ended
   int iterations = 0;
   int linear_iterations = 0;
   double relative_residual = 0;

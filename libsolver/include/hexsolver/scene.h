@@ -21,8 +21,8 @@ enum class SurfacePoints {
 
 /// All points within `radius` of `center`; radius 0 = the one nearest point.
 struct Ball {
-  Vec3 center;      ///< [mm]
-  double radius;    ///< [mm]
+  Vec3 center;    ///< [mm]
+  double radius;  ///< [mm]
 };
 
 /// Points in a box; `to_box` maps patient space to [-1, 1]^3.
@@ -40,9 +40,9 @@ struct Selection {
   std::vector<Ball> balls;
   std::optional<Box> box;
   std::optional<HalfSpace> halfspace;
-  std::string segment;              ///< boundary shared with this segment; empty = not asked
+  std::string segment;  ///< boundary shared with this segment; empty = not asked
   SurfacePoints on = SurfacePoints::faces;
-  double max_distance = 5;          ///< of a ball's centre from the surface [mm]
+  double max_distance = 5;  ///< of a ball's centre from the surface [mm]
 };
 
 /// A [[fix]] or [[displace]] of the scene.
@@ -63,7 +63,7 @@ struct MaterialOverride {
 struct Scene {
   Strain strain = Strain::corotational;
   Volumetric volumetric = Volumetric::mean;
-  std::optional<int> level;   ///< mechanical level; nothing = the finest of at most 20000 cells
+  std::optional<int> level;  ///< mechanical level; nothing = the finest of at most 20000 cells
   double tolerance = 1e-8;
   std::map<std::string, MaterialOverride> materials;
   std::vector<Condition> conditions;

@@ -21,22 +21,22 @@ struct ConditionPoints {
 
 /// A solved lattice: all that is needed to export pictures without the lattice file.
 struct Result {
-  Grid voxels;                           ///< the lattice's box at scan resolution
-  std::vector<std::uint16_t> labels;     ///< shape (voxels.num_voxels())
+  Grid voxels;                        ///< the lattice's box at scan resolution
+  std::vector<std::uint16_t> labels;  ///< shape (voxels.num_voxels())
   std::vector<LatticeSegment> segments;
-  int level = 0;                         ///< the mechanical level
+  int level = 0;  ///< the mechanical level
   Index3 voxels_per_cell = {1, 1, 1};
-  std::vector<Index3> cells;             ///< shape (num_cells)
-  std::vector<std::array<std::int32_t, 8>> cell_nodes;  ///< shape (num_cells, 8), node order of shape.h
-  std::vector<Vec3> nodes;               ///< rest positions [mm]
-  std::vector<Vec3> displacement;        ///< per node [mm]
-  std::vector<std::uint16_t> segment;    ///< label of each cell
+  std::vector<Index3> cells;                               ///< shape (num_cells)
+  std::vector<std::array<std::int32_t, 8>> cell_nodes;     ///< shape (num_cells, 8), node order of shape.h
+  std::vector<Vec3> nodes;                                 ///< rest positions [mm]
+  std::vector<Vec3> displacement;                          ///< per node [mm]
+  std::vector<std::uint16_t> segment;                      ///< label of each cell
   std::map<std::string, std::vector<double>> cell_fields;  ///< e.g. fill [1], strain_energy_density [N/mm^2]
-  TriangleSurface surface;               ///< rest positions
-  std::vector<Vec3> surface_displacement;  ///< per surface point [mm]
+  TriangleSurface surface;                                 ///< rest positions
+  std::vector<Vec3> surface_displacement;                  ///< per surface point [mm]
   std::vector<ConditionPoints> conditions;
-  std::string report;                    ///< JSON
-  std::vector<std::string> history;      ///< command lines, oldest first
+  std::string report;                ///< JSON
+  std::vector<std::string> history;  ///< command lines, oldest first
 };
 
 /// @throws Error{output}

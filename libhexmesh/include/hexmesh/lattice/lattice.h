@@ -40,12 +40,12 @@ struct ExposedFace {
 
 /// A segmented body at every resolution.
 struct Lattice {
-  Grid voxels;                         ///< the box of all chosen segments at scan resolution
-  std::vector<std::uint16_t> labels;   ///< shape (voxels.num_voxels()), 0 = background
+  Grid voxels;                           ///< the box of all chosen segments at scan resolution
+  std::vector<std::uint16_t> labels;     ///< shape (voxels.num_voxels()), 0 = background
   std::vector<LatticeSegment> segments;  ///< ascending by label
-  std::vector<Level> levels;           ///< may hold only some levels when read from a file; the others are empty
-  TriangleSurface surface;             ///< picture surface of every segment with material
-  std::vector<std::string> history;    ///< command lines that made it, oldest first
+  std::vector<Level> levels;             ///< may hold only some levels when read from a file; the others are empty
+  TriangleSurface surface;               ///< picture surface of every segment with material
+  std::vector<std::string> history;      ///< command lines that made it, oldest first
 
   Vec3 cell_size(int level) const;   ///< edges of a cell [mm]
   Mat3 cell_edges(int level) const;  ///< columns = edge vectors in patient space [mm]
@@ -53,8 +53,8 @@ struct Lattice {
 };
 
 struct LatticeOptions {
-  int num_levels = 0;          ///< 0: merge until at most 16 cells are left
-  Index3 offset = {0, 0, 0};   ///< shift of the lattice against the body, in voxels; each >= 0
+  int num_levels = 0;         ///< 0: merge until at most 16 cells are left
+  Index3 offset = {0, 0, 0};  ///< shift of the lattice against the body, in voxels; each >= 0
 };
 
 /// What a segment is made of, as asked by the user; without a value the named tissue default is taken.

@@ -12,8 +12,8 @@ namespace hexmesh {
 
 /// One labelled structure of a segmentation.
 struct Segment {
-  std::uint16_t label = 0;                     ///< its value in LabelVolume::labels; never 0
-  std::string name;                            ///< e.g. "liver"
+  std::uint16_t label = 0;                        ///< its value in LabelVolume::labels; never 0
+  std::string name;                               ///< e.g. "liver"
   std::array<double, 3> color = {0.8, 0.5, 0.4};  ///< RGB, each in [0, 1]
 };
 

@@ -11,9 +11,9 @@ namespace hexmesh {
 
 /// Triangles embedded in a lattice; picture surfaces, not the mechanics.
 struct TriangleSurface {
-  std::vector<Vec3> points;                          ///< rest positions [mm], LPS
+  std::vector<Vec3> points;                            ///< rest positions [mm], LPS
   std::vector<std::array<std::int32_t, 3>> triangles;  ///< point numbers, counter-clockwise seen from outside
-  std::vector<std::uint16_t> segment;                ///< label of each triangle
+  std::vector<std::uint16_t> segment;                  ///< label of each triangle
 };
 
 }  // namespace hexmesh

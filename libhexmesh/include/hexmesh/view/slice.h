@@ -13,10 +13,10 @@ namespace hexmesh {
 enum class SliceAxis { sagittal = 0, coronal = 1, axial = 2 };  ///< = the LPS axis across the slice
 
 struct SliceOptions {
-  double pixel_mm = 0;              ///< 0: such that the longer side has about 420 pixels
-  std::optional<double> level;      ///< middle of the grey window; nothing: chosen from the body's values
-  std::optional<double> window;     ///< its width
-  double margin_mm = 12;            ///< shown around the body
+  double pixel_mm = 0;           ///< 0: such that the longer side has about 420 pixels
+  std::optional<double> level;   ///< middle of the grey window; nothing: chosen from the body's values
+  std::optional<double> window;  ///< its width
+  double margin_mm = 12;         ///< shown around the body
 };
 
 /// Draws slices of the scan before and after the deformation.
