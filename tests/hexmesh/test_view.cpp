@@ -81,6 +81,9 @@ TEST(VtkExport, HexahedraReadBackWithPositiveJacobiansAndTheSameNumbers) {
   for (vtkIdType c = 0; c < grid->GetNumberOfCells(); ++c) {
     ASSERT_EQ(grid->GetCellType(c), VTK_HEXAHEDRON);
     const auto p = [&](int a) { return Vec3(Vec3::Map(grid->GetCell(c)->GetPoints()->GetPoint(a))); };
+    // VTK walks each face in a circle: opposite sides of the two faces are parallel.
+    ASSERT_LT((p(2) - p(1) - p(3) + p(0)).norm(), 1e-9);
+    ASSERT_LT((p(6) - p(5) - p(7) + p(4)).norm(), 1e-9);
     Mat3 edges;
     edges << p(1) - p(0), p(3) - p(0), p(4) - p(0);
     ASSERT_NEAR(edges.determinant(), lattice.cell_size(1).prod() * 1.1 * 1.1 * 1.1, 1e-9);
