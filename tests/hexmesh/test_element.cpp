@@ -61,6 +61,10 @@ struct Case {
   int stiff;   ///< bit mask of slots
 };
 
+void PrintTo(const Case& c, std::ostream* out) {
+  *out << "children " << c.factor[0] << c.factor[1] << c.factor[2] << " filled " << c.filled << " stiff " << c.stiff;
+}
+
 class ElementRecursion : public testing::TestWithParam<Case> {
 protected:
   const Mat3 child_edges = random_rotation(7) * Vec3(0.8, 1.1, 2.5).asDiagonal();

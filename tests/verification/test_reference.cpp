@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// The same voxel liver solved by an independent finite-element program (CalculiX C3D8 and a hex8 code of its own):
+// same mesh, same law, so only the solvers can differ.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <sstream>
+
+#include "hexmesh/scan/image_io.h"
+#include "hexsolver/equilibrium.h"
+#include "support/files.h"
+
+using namespace hexsolver;
+using namespace testing_support;
+
+namespace {
+
+struct Case {
+  double poisson;
+  double radius;
+  const char* file;
+  Vec3 reaction;  ///< on the displaced patch [N], four digits
+};
+
+void PrintTo(const Case& c, std::ostream* out) { *out << c.file; }
+
+Condition patch(const char* name, const Vec3& center, double radius, const Vec3& by) {
+  Condition c;
+  c.name = name;
+  c.selection.balls = {{center, radius}};
+  c.selection.on = SurfacePoints::nodes;
+  c.by = by;
+  return c;
+}
+
+Scene liver_scene(double radius) {
+  Scene scene;
+  scene.strain = Strain::cauchy;
+  scene.volumetric = Volumetric::full;
+  scene.tolerance = 1e-10;
+  scene.conditions = {patch("right_lateral", {-138.54367, -138.819, 155.80176}, radius, Vec3::Zero()),
+                      patch("posterior", {-81.54367, -84.819, 149.80176}, radius, Vec3::Zero()),
+                      patch("inferior_right", {-84.54367, -180.819, 92.80176}, radius, Vec3::Zero()),
+                      patch("left_lobe_tip", {56.45633, -222.819, 176.80176}, radius, {0, -28.284271, -28.284271})};
+  return scene;
+}
+
+/// Positions of voxel corners, 1.5 mm apart at the least, to a whole number of 0.5 mm.
+std::array<long, 3> key(const Vec3& p) { return {std::lround(2 * p[0]), std::lround(2 * p[1]), std::lround(2 * p[2])}; }
+
+class VoxelLiver : public testing::TestWithParam<Case> {};
+
+}  // namespace
+
+TEST_P(VoxelLiver, EqualsAnIndependentSolution) {
+  const Case& c = GetParam();
+  const auto scan = shared_data() / "data/totalsegmentator/example_seg.nii.gz";
+  const auto reference = shared_data() / "reference" / c.file;
+  if (!std::filesystem::exists(scan) || !std::filesystem::exists(reference))
+    GTEST_SKIP() << "no shared data beside the project";
+  hexmesh::LabelVolume labels = hexmesh::select_segments(hexmesh::read_labels(scan), {{"5", "liver"}});
+  const hexmesh::Lattice lattice =
+      hexmesh::build_lattice(labels, {{labels.segments[0], hexmesh::material_from_units(100, c.poisson, 1000), 0}});
+  SolveReport report;
+  const hexmesh::Result result = solve_equilibrium(lattice, liver_scene(c.radius), 0, report);
+  ASSERT_TRUE(report.converged) << report.reason;
+  EXPECT_LT((report.conditions[3].reaction_n - c.reaction).norm(), 1e-3 * c.reaction.norm());
+
+  std::map<std::array<long, 3>, Vec3> ours;
+  for (std::size_t n = 0; n < result.nodes.size(); ++n) ours[key(result.nodes[n])] = result.displacement[n];
+  std::istringstream rows(shell("gzip -dc '" + reference.string() + "'").output);
+  std::string line;
+  std::getline(rows, line);
+  std::size_t compared = 0;
+  double worst = 0, sum = 0;
+  while (std::getline(rows, line)) {
+    std::replace(line.begin(), line.end(), ',', ' ');
+    std::istringstream values(line);
+    long node = 0;
+    Vec3 x, u;
+    ASSERT_TRUE(values >> node >> x[0] >> x[1] >> x[2] >> u[0] >> u[1] >> u[2]) << line;
+    const auto found = ours.find(key(x));
+    ASSERT_NE(found, ours.end()) << line;
+    const double distance = (found->second - u).norm();
+    worst = std::max(worst, distance);
+    sum += distance;
+    ++compared;
+  }
+  std::printf("%-34s %6zu nodes: mean %.1e, largest %.1e mm\n", c.file, compared, sum / compared, worst);
+  EXPECT_GT(compared, 15000U);
+  EXPECT_LT(worst, 1e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Linear, VoxelLiver,
+                         testing::Values(Case{0.3, 10, "liver_0.3_linear_voxel.csv.gz", {1.817, -3.398, -1.222}},
+                                         Case{0.3, 20, "liver_0.3_linear_voxel_r20.csv.gz", {3.440, -6.125, -2.030}},
+                                         Case{0.4, 10, "liver_0.4_linear_voxel.csv.gz", {1.859, -3.390, -1.209}},
+                                         Case{0.4, 20, "liver_0.4_linear_voxel_r20.csv.gz", {3.506, -6.096, -2.017}}));
