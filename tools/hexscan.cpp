@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "cli/tool.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/scan/clean.h"
@@ -48,6 +50,8 @@ LabelVolume read_named(const std::string& text) {
 
 void summarize(const LabelVolume& volume, const Console& console) {
   const std::vector<std::size_t> counts = hexmesh::count_voxels(volume);
+  if (std::count(counts.begin(), counts.end(), 0U) == static_cast<std::ptrdiff_t>(counts.size()))
+    console.warning("no voxel has a label");
   for (std::size_t s = 0; s < counts.size(); ++s)
     console.note(fmt::format("segment {} '{}': {} voxels, {:.1f} mL", volume.segments[s].label, volume.segments[s].name,
                              counts[s], static_cast<double>(counts[s]) * volume.grid.voxel_volume() / 1000));

@@ -95,6 +95,21 @@ TEST(ImageIo, NiftiPositionsAreTurnedFromRasToLps) {
   EXPECT_LT(liver, 8);
 }
 
+TEST(ImageIo, ACutNiftiIsRefusedNotFilledWithZeros) {
+  const auto data = shared_data() / "data/totalsegmentator/example_seg.nii.gz";
+  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no shared data beside the project";
+  const TemporaryFolder folder;
+  write_text(folder / "cut.nii.gz", read_text(data).substr(0, 17000));
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_labels(folder / "cut.nii.gz"); }).find("is cut"),
+            std::string::npos);
+  const std::string whole = shell("gzip -dc '" + data.string() + "'").output;
+  write_text(folder / "whole.nii", whole);
+  EXPECT_EQ(read_labels(folder / "whole.nii").labels, read_labels(data).labels);
+  write_text(folder / "cut.nii", whole.substr(0, 100000));
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_labels(folder / "cut.nii"); }).find("is cut: it has 100000 bytes"),
+            std::string::npos);
+}
+
 TEST(ImageIo, TheLayersOfASegNrrdBecomeOneVolume) {
   const auto data = shared_data() / "data/derived/liver-medrad-p2.seg.nrrd";
   if (!std::filesystem::exists(data)) GTEST_SKIP() << "no shared data beside the project";

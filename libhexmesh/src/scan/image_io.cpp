@@ -9,6 +9,7 @@
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 #include <itkVectorImage.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
@@ -63,6 +64,35 @@ private:
   fs::path folder_;
 };
 
+/// ITK and NrrdIO stack their messages; the last one says what was wrong.
+std::string innermost_reason(std::string message) {
+  while (!message.empty() && std::isspace(static_cast<unsigned char>(message.back()))) message.pop_back();
+  for (const char* before : {"[nrrd] ", "): "})
+    if (const std::size_t at = message.rfind(before); at != std::string::npos)
+      message = message.substr(at + std::string_view(before).size());
+  std::replace(message.begin(), message.end(), '\n', ' ');
+  return message;
+}
+
+/// The NIfTI reader fills what a cut file lacks with zeros; this does not let it.
+/// @param image_bytes  that the header promises, uncompressed
+void check_complete(const fs::path& path, std::uintmax_t image_bytes) {
+  const gzFile file = gzopen(path.c_str(), "rb");  // reads uncompressed files as they are
+  if (!file) throw Error(ErrorKind::input, fmt::format("cannot read '{}', expected a readable file", path.string()));
+  std::vector<char> buffer(1 << 18);
+  std::uintmax_t bytes = 0;
+  int got = 0;
+  while ((got = gzread(file, buffer.data(), static_cast<unsigned>(buffer.size()))) > 0)
+    bytes += static_cast<std::uintmax_t>(got);
+  if (gzclose(file) != Z_OK || got < 0)
+    throw Error(ErrorKind::input,
+                fmt::format("'{}' is cut or damaged: its compressed data ends after {} bytes, expected a whole file",
+                            path.string(), bytes));
+  if (bytes < image_bytes)
+    throw Error(ErrorKind::input, fmt::format("'{}' is cut: it has {} bytes, expected {} for its voxels alone",
+                                              path.string(), bytes, image_bytes));
+}
+
 using Image = itk::VectorImage<float, 3>;
 using Keys = std::map<std::string, std::string>;
 
@@ -91,6 +121,8 @@ Loaded load(const fs::path& path) {
       if (io->GetDimensions(d) != 1)
         throw Error(ErrorKind::input, fmt::format("'{}' has {} dimensions, expected a volume of 3", path.string(),
                                                   io->GetNumberOfDimensions()));
+    if (format == Format::nifti || format == Format::nifti_gz)
+      check_complete(path, static_cast<std::uintmax_t>(io->GetImageSizeInBytes()));
     auto reader = itk::ImageFileReader<Image>::New();
     reader->SetFileName(input.name());
     reader->SetImageIO(io);
@@ -102,9 +134,8 @@ Loaded load(const fs::path& path) {
     }
     return {reader->GetOutput(), std::move(keys)};
   } catch (const itk::ExceptionObject& e) {
-    std::string why = e.GetDescription();
-    std::replace(why.begin(), why.end(), '\n', ' ');
-    throw Error(ErrorKind::input, fmt::format("cannot read '{}': {}", path.string(), why));
+    throw Error(ErrorKind::input, fmt::format("cannot read '{}': {}, expected a whole, valid file", path.string(),
+                                              innermost_reason(e.GetDescription())));
   } catch (const std::bad_alloc&) {
     throw Error(ErrorKind::input, fmt::format("'{}' claims more voxels than memory holds", path.string()));
   }
