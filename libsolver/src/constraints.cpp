@@ -7,8 +7,9 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <set>
+
+#include "partition.h"
 
 namespace hexsolver {
 namespace {
@@ -40,28 +41,6 @@ void for_each_weight(const Mesh& mesh, const ConstraintPoint& point, F&& f) {
   for (int a = 0; a < 8; ++a)
     if (point.weights[a] != 0) f(nodes[static_cast<std::size_t>(a)], point.weights[a]);
 }
-
-/// Sets of numbers joined pair by pair.
-class Partition {
-public:
-  explicit Partition(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0); }
-  std::int32_t root(std::int32_t n) {
-    while (parent_[static_cast<std::size_t>(n)] != n) {
-      auto& p = parent_[static_cast<std::size_t>(n)];
-      p = parent_[static_cast<std::size_t>(p)];
-      n = p;
-    }
-    return n;
-  }
-  void join(std::int32_t a, std::int32_t b) {
-    a = root(a);
-    b = root(b);
-    parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-  }
-
-private:
-  std::vector<std::int32_t> parent_;
-};
 
 }  // namespace
 

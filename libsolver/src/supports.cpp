@@ -7,7 +7,9 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <algorithm>
-#include <numeric>
+#include <tuple>
+
+#include "partition.h"
 
 namespace hexsolver {
 namespace {
@@ -36,25 +38,14 @@ std::vector<std::int32_t> parts_of(const Mesh& mesh, std::size_t& num_parts) {
   std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
     return std::tie(a.low, a.high, a.cell) < std::tie(b.low, b.high, b.cell);
   });
-  std::vector<std::int32_t> parent(mesh.num_cells());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](std::int32_t c) {
-    while (parent[static_cast<std::size_t>(c)] != c) {
-      auto& p = parent[static_cast<std::size_t>(c)];
-      p = parent[static_cast<std::size_t>(p)];
-      c = p;
-    }
-    return c;
-  };
+  Partition partition(mesh.num_cells());
   for (std::size_t f = 1; f < faces.size(); ++f)
-    if (faces[f].low == faces[f - 1].low && faces[f].high == faces[f - 1].high) {
-      const std::int32_t a = root(faces[f].cell), b = root(faces[f - 1].cell);
-      parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
-    }
+    if (faces[f].low == faces[f - 1].low && faces[f].high == faces[f - 1].high)
+      partition.join(faces[f].cell, faces[f - 1].cell);
   std::vector<std::int32_t> part(mesh.num_cells(), -1);
   num_parts = 0;
   for (std::size_t c = 0; c < part.size(); ++c) {
-    auto& of_root = part[static_cast<std::size_t>(root(static_cast<std::int32_t>(c)))];
+    auto& of_root = part[static_cast<std::size_t>(partition.root(static_cast<std::int32_t>(c)))];
     if (of_root < 0) of_root = static_cast<std::int32_t>(num_parts++);
     part[c] = of_root;
   }
