@@ -81,8 +81,4 @@ Result read_result(const std::filesystem::path& path) {
   return r;
 }
 
-bool is_result_file(const std::filesystem::path& path) {
-  return hdf5::Reader(path, "input").text_attribute("/", "format") == format_name;
-}
-
 }  // namespace hexmesh

@@ -45,7 +45,4 @@ void write_result(const Result& result, const std::filesystem::path& path);
 /// @throws Error{input} naming the file and what is wrong with it
 Result read_result(const std::filesystem::path& path);
 
-/// True for a result file, false for anything else.
-bool is_result_file(const std::filesystem::path& path);
-
 }  // namespace hexmesh
