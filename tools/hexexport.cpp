@@ -5,6 +5,7 @@
 
 #include "cli/tool.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/lattice_file.h"
 #include "hexmesh/view/vtk_export.h"
 
 namespace {
@@ -16,8 +17,26 @@ using hexmesh::Result;
 
 struct Options {
   std::string input, lattice, surface, csv;
+  int level = -1;
   bool deformed = false;
 };
+
+/// A result, or a level of a lattice file at rest.
+Result read_input(const Options& o, const Console& console) {
+  const hexmesh::InputFile input(o.input);
+  if (hexmesh::format_of(input.path()) == hexmesh::result_format) {
+    if (o.level >= 0) throw Error(ErrorKind::usage, "--level goes with a lattice file, but the input is a result");
+    return hexmesh::read_result(input.path());
+  }
+  if (!o.csv.empty() || o.deformed)
+    throw Error(ErrorKind::usage, "--csv and --deformed go with a result, but the input is a lattice file");
+  const int count = hexmesh::count_levels(input.path());
+  const int level = std::max(o.level, 0);
+  if (level >= count)
+    throw Error(ErrorKind::input, fmt::format("level is {}, expected 0 to {}", level, count - 1));
+  console.note(fmt::format("level {} of {}", level, count));
+  return hexmesh::rest_state(hexmesh::read_lattice(input.path(), {level}), level);
+}
 
 void write_csv(const Result& result, const std::filesystem::path& path) {
   std::ofstream file(path);
@@ -31,8 +50,7 @@ void write_csv(const Result& result, const std::filesystem::path& path) {
 int run(const Options& o, const CommonOptions& common, const Console& console) {
   if (o.lattice.empty() && o.surface.empty() && o.csv.empty())
     throw Error(ErrorKind::usage, "nothing to write, expected --lattice, --surface or --csv");
-  const hexmesh::InputFile input(o.input);
-  const Result result = hexmesh::read_result(input.path());
+  const Result result = read_input(o, console);
   const hexmesh::Shape shape = o.deformed ? hexmesh::Shape::deformed : hexmesh::Shape::rest;
   const auto write = [&](const std::string& name, const char* extension, auto&& writer) {
     if (name.empty()) return;
@@ -54,12 +72,15 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
 int main(int argc, char** argv) {
   auto o = std::make_shared<Options>();
   return run_tool(argc, argv,
-                  {"hexexport", "Export a result to the files that ParaView and 3D Slicer open.",
+                  {"hexexport", "Export a result, or a lattice before anything is solved, to the files that ParaView opens.",
                    "hexexport liver.hexresult --lattice liver.vtu --surface liver.vtp",
                    [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
-                     app.add_option("result", o->input, "Result file of hexsolve; - is standard input")->required();
+                     app.add_option("input", o->input, "Result file of hexsolve or lattice file of hexmesh; - is standard input")
+                         ->required();
+                     app.add_option("--level", o->level, "Level of a lattice file to export; 0 = voxels [default: 0]")
+                         ->check(CLI::Range(0, 30));
                      app.add_option("--lattice", o->lattice,
-                                    "Hexahedra (.vtu): displacement, fill, segment, strain_energy_density [N/mm^2]");
+                                    "Hexahedra (.vtu): displacement, fill, parts, segment, strain_energy_density [N/mm^2]");
                      app.add_option("--surface", o->surface, "Embedded surface (.vtp): displacement, segment");
                      app.add_option("--csv", o->csv, "node,x,y,z,ux,uy,uz [mm, LPS] of the lattice nodes (.csv)");
                      app.add_flag(

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 
 #include "cli/tool.h"
 #include "hexmesh/core/error.h"
@@ -22,6 +23,7 @@ struct Options {
   std::string output;
   std::string phantom;
   double spacing = 2;
+  std::vector<std::string> settings;
   std::string intensity_output;
 };
 
@@ -97,7 +99,45 @@ int run_scan(const Options& o, const CommonOptions& common, const Console& conso
   return 0;
 }
 
+/// "length=80", "rotate_x=20" (degrees) or "shift_x=1" (mm).
+void apply_setting(const std::string& text, hexmesh::SolidPhantom& solid) {
+  const std::size_t equals = text.find('=');
+  const std::string key = text.substr(0, equals);
+  double value = 0;
+  const char* end = text.data() + text.size();
+  const char* start = equals == std::string::npos ? end : text.data() + equals + 1;
+  if (const auto [stop, failed] = std::from_chars(start, end, value); failed != std::errc() || stop != end)
+    throw Error(ErrorKind::usage, fmt::format("--set '{}', expected KEY=NUMBER", text));
+  const std::string axes = "xyz";
+  const std::size_t axis = key.size() > 2 && key[key.size() - 2] == '_' ? axes.find(key.back()) : std::string::npos;
+  const auto d = static_cast<Eigen::Index>(axis);
+  if (axis != std::string::npos && key.starts_with("rotate_"))
+    solid.rotation[d] = value;
+  else if (axis != std::string::npos && key.starts_with("shift_"))
+    solid.shift[d] = value;
+  else
+    solid.size[key] = value;
+}
+
+int run_solid(const Options& o, const CommonOptions& common, const Console& console) {
+  if (!o.intensity_output.empty())
+    throw Error(ErrorKind::usage, fmt::format("--intensity-out goes with the liver, phantom '{}' has none", o.phantom));
+  hexmesh::SolidPhantom solid;
+  solid.name = o.phantom;
+  solid.spacing = o.spacing;
+  for (const std::string& setting : o.settings) apply_setting(setting, solid);
+  const auto output = open_labels(o, common);
+  const LabelVolume labels = hexmesh::solid_phantom(solid);
+  summarize(labels, console);
+  hexmesh::write_labels(labels, output->path());
+  output->commit();
+  return 0;
+}
+
 int run_phantom(const Options& o, const CommonOptions& common, const Console& console) {
+  if (o.phantom != "liver") return run_solid(o, common, console);
+  if (!o.settings.empty())
+    throw Error(ErrorKind::usage, fmt::format("--set '{}' goes with solids, the liver has no sizes", o.settings[0]));
   const auto output = open_labels(o, common);
   std::unique_ptr<hexmesh::OutputFile> intensity;
   if (!o.intensity_output.empty()) intensity = open_output(o.intensity_output, ".nrrd", common, {});
@@ -130,8 +170,18 @@ int main(int argc, char** argv) {
          app.add_flag("--largest-component", o->largest_component,
                       "Keep of each segment only the largest part that hangs together through voxel faces");
          CLI::Option* output = app.add_option("-o,--output", o->output, "Labelled NRRD; - is standard output");
-         CLI::App* phantom = app.add_subcommand("phantom", "Make the bundled phantom instead of reading a scan");
-         phantom->add_option("name", o->phantom, "Which phantom")->required()->check(CLI::IsMember({"liver"}));
+         CLI::App* phantom = app.add_subcommand("phantom", "Make a phantom instead of reading a scan");
+         std::vector<std::string> names = {"liver"};
+         std::string sizes;
+         for (const auto& [name, defaults] : hexmesh::solid_phantoms()) {
+           names.push_back(name);
+           sizes += "; " + name;
+           for (const auto& [key, value] : defaults) sizes += fmt::format(" {}={:g}", key, value);
+         }
+         phantom->add_option("name", o->phantom, "Which phantom")->required()->check(CLI::IsMember(names));
+         phantom->add_option("--set", o->settings,
+                             "KEY=NUMBER of a solid: its sizes [mm], rotate_x, rotate_y, rotate_z [degrees], shift_x, "
+                             "shift_y, shift_z [mm]. Sizes" + sizes);
          phantom->add_option("--spacing", o->spacing, "Edge of the cubic voxels [mm], 0.25 to 10")
              ->check(CLI::Range(0.25, 10.0))
              ->capture_default_str();

@@ -44,6 +44,7 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   out["min_jacobian"] = r.min_jacobian;
   out["inverted_cells"] = r.inverted_cells;
   out["strain"] = scene.strain == hexsolver::Strain::cauchy ? "cauchy" : "corotational";
+  out["stiffness"] = scene.stiffness == hexsolver::Stiffness::exact ? "exact" : "uniform";
   out["volumetric"] = scene.volumetric == hexsolver::Volumetric::mean ? "mean" : "full";
   for (const hexsolver::LevelReport& l : r.levels)
     out["levels"].push_back({{"level", l.level},
@@ -93,7 +94,7 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
 
   const hexmesh::Lattice lattice = [&] {
     std::vector<int> wanted;
-    if (scene.level && scene.materials.empty())
+    if (scene.level)
       for (int n = *scene.level; n < hexmesh::count_levels(lattice_file.path()); ++n) wanted.push_back(n);
     return hexsolver::with_overrides(hexmesh::read_lattice(lattice_file.path(), wanted), scene);
   }();

@@ -9,7 +9,7 @@
 #include <map>
 #include <set>
 
-#include "partition.h"
+#include "hexmesh/core/partition.h"
 
 namespace hexsolver {
 namespace {
@@ -71,7 +71,7 @@ namespace {
 /// Numbers of the points that hang together along one axis.
 std::vector<std::vector<std::size_t>> split_into_clusters(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
                                                           const std::vector<std::size_t>& used) {
-  Partition partition(mesh.num_nodes());
+  hexmesh::Partition partition(mesh.num_nodes());
   std::vector<std::int32_t> first(used.size(), -1);
   for (std::size_t n = 0; n < used.size(); ++n)
     for_each_weight(mesh, points[used[n]], [&](std::int32_t node, double) {

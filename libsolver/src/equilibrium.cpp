@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "hexmesh/core/error.h"
+#include "hexmesh/lattice/element_tree.h"
 #include "hexmesh/lattice/locator.h"
 #include "hexsolver/selection.h"
 #include "hexsolver/supports.h"
@@ -56,13 +57,21 @@ struct Problem {
   Constraints constraints;
 };
 
+std::vector<hexmesh::Element> scene_elements(const Lattice& lattice, const Scene& scene, int level) {
+  std::vector<hexmesh::Element> elements = hexmesh::form_elements(lattice, level);
+  if (scene.stiffness == Stiffness::uniform)
+    for (hexmesh::Element& e : elements) e = hexmesh::spread_evenly(e);
+  return elements;
+}
+
 Elastic make_elastic(const Lattice& lattice, const Scene& scene, const Problem& problem) {
   const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(problem.level)];
   const hexmesh::ElementMatrices matrices(lattice.cell_edges(problem.level));
-  std::vector<ElementModel> models(level.elements.size());
+  const std::vector<hexmesh::Element> elements = scene_elements(lattice, scene, problem.level);
+  std::vector<ElementModel> models(elements.size());
 #pragma omp parallel for schedule(static)
   for (std::size_t e = 0; e < models.size(); ++e)
-    models[e] = make_element_model(matrices, level.elements[e], scene.volumetric);
+    models[e] = make_element_model(matrices, elements[e], scene.volumetric);
   return Elastic(problem.mesh(), level.element, std::move(models), scene.strain);
 }
 
@@ -155,10 +164,11 @@ Vec3 material_center(const hexmesh::Element& element) {
   return center / element.volume();
 }
 
-void measure_shape(const hexmesh::Level& level, const Mesh& mesh, const NodeVector& u, SolveReport& report) {
+void measure_shape(const Lattice& lattice, int number, const Mesh& mesh, const NodeVector& u, SolveReport& report) {
+  const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(number)];
   const Mat3 inverse = mesh.edges().inverse();
   std::vector<NodeGradients> gradients;
-  for (const hexmesh::Element& e : level.elements)
+  for (const hexmesh::Element& e : hexmesh::form_elements(lattice, number))
     gradients.push_back(hexmesh::shape_gradients(material_center(e)) * inverse);
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
     const CellVector v = mesh.gather(c, u);
@@ -180,26 +190,14 @@ Result make_result(const Lattice& lattice, const Scene& scene, const Problem& pr
                    const NodeVector& u) {
   const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(problem.level)];
   const Mesh& mesh = problem.mesh();
-  Result r{lattice.voxels, lattice.labels, lattice.segments};
-  r.level = problem.level;
-  r.voxels_per_cell = level.voxels_per_cell;
-  r.cells = mesh.cells();
-  r.cell_nodes = mesh.cell_nodes();
-  for (std::size_t n = 0; n < mesh.num_nodes(); ++n) r.nodes.push_back(mesh.position(n));
+  Result r = hexmesh::rest_state(lattice, problem.level);
   r.displacement = to_points(u);
-  r.segment = level.segment;
 
   const double cell_volume = lattice.cell_size(problem.level).prod();
-  std::vector<double>& fill = r.cell_fields["fill"];
   std::vector<double>& density = r.cell_fields["strain_energy_density"];
   density = elastic.cell_energies(u);
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
-    const double volume = level.elements[static_cast<std::size_t>(level.element[c])].volume();
-    fill.push_back(volume / cell_volume);
-    density[c] /= volume;
-  }
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c) density[c] /= level.fill(c) * cell_volume;
 
-  r.surface = lattice.surface;
   const hexmesh::CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells);
   for (const Vec3& p : lattice.surface.points) {
     const hexmesh::Embedding e = locator.locate_position(p);
@@ -304,7 +302,7 @@ Result solve_equilibrium(const Lattice& lattice, const Scene& scene, int level, 
     report.relative_residual = newton.relative_residual;
     report.solve_seconds = solve.seconds();
     report.strain_energy_n_mm = elastic.energy(u);
-    measure_shape(lattice.levels[static_cast<std::size_t>(level)], problem.mesh(), u, report);
+    measure_shape(lattice, level, problem.mesh(), u, report);
     report_conditions(scene, problem, elastic, u, report);
     return make_result(lattice, scene, problem, elastic, u);
   }
@@ -319,12 +317,17 @@ Lattice with_overrides(Lattice lattice, const Scene& scene) {
     if (found == lattice.segments.end() || !found->material)
       throw Error(ErrorKind::input,
                   fmt::format("[material.{}]: the lattice has no such segment with a material", name));
-    if (change.young_kpa) found->material->young = *change.young_kpa * 1e-3;
-    if (change.poisson) found->material->poisson = *change.poisson;
-    if (change.density_kg_m3) found->material->density = *change.density_kg_m3 * 1e-12;
+    const auto apply = [&](hexmesh::Material& m) {
+      if (change.young_kpa) m.young = *change.young_kpa * 1e-3;
+      if (change.poisson) m.poisson = *change.poisson;
+      if (change.density_kg_m3) m.density = *change.density_kg_m3 * 1e-12;
+    };
+    apply(*found->material);
     hexmesh::check_material(*found->material, name);
+    for (hexmesh::VoxelMaterial& m : lattice.materials)
+      if (m.label == found->segment.label) apply(m.material);
   }
-  return hexmesh::rebuild_levels(std::move(lattice));
+  return lattice;
 }
 
 std::string example_scene(const Lattice& lattice) {

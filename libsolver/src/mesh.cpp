@@ -5,70 +5,10 @@
 #include <cassert>
 
 namespace hexsolver {
-namespace {
-
-/// Numbers for a set of lattice indices, by position in their bounding box.
-class IndexMap {
-public:
-  explicit IndexMap(const Index3& extent)
-      : extent_(extent),
-        number_(static_cast<std::size_t>(extent[0]) * static_cast<std::size_t>(extent[1]) *
-                    static_cast<std::size_t>(extent[2]),
-                -1) {}
-  std::int32_t& operator[](const Index3& i) {
-    return number_[static_cast<std::size_t>(i[0]) +
-                   static_cast<std::size_t>(extent_[0]) *
-                       (static_cast<std::size_t>(i[1]) +
-                        static_cast<std::size_t>(extent_[1]) * static_cast<std::size_t>(i[2]))];
-  }
-  /// Number the marked entries (>= 0) in order and return their indices.
-  std::vector<Index3> enumerate() {
-    std::vector<Index3> out;
-    std::size_t n = 0;
-    Index3 i;
-    for (i[2] = 0; i[2] < extent_[2]; ++i[2])
-      for (i[1] = 0; i[1] < extent_[1]; ++i[1])
-        for (i[0] = 0; i[0] < extent_[0]; ++i[0], ++n)
-          if (number_[n] >= 0) {
-            number_[n] = static_cast<std::int32_t>(out.size());
-            out.push_back(i);
-          }
-    return out;
-  }
-
-private:
-  Index3 extent_;
-  std::vector<std::int32_t> number_;
-};
-
-Index3 corner_of(const Index3& cell, int a) {
-  return {cell[0] + hexmesh::corner_bit(a, 0), cell[1] + hexmesh::corner_bit(a, 1),
-          cell[2] + hexmesh::corner_bit(a, 2)};
-}
-
-Index3 extent_of(const std::vector<Index3>& indices) {
-  Index3 extent = {0, 0, 0};
-  for (const Index3& i : indices)
-    for (std::size_t d = 0; d < 3; ++d) extent[d] = std::max(extent[d], i[d] + 1);
-  return extent;
-}
-
-}  // namespace
 
 Mesh::Mesh(std::vector<Index3> cells, const Mat3& edges, const Vec3& corner)
-    : cells_(std::move(cells)), edges_(edges), corner_(corner) {
-  Index3 extent = extent_of(cells_);
-  const auto num_layers = static_cast<std::size_t>(extent[2]);
-  for (std::int32_t& n : extent) ++n;
-  IndexMap number(extent);
-  for (const Index3& c : cells_)
-    for (int a = 0; a < 8; ++a) number[corner_of(c, a)] = 0;
-  nodes_ = number.enumerate();
-  cell_nodes_.resize(cells_.size());
-  for (std::size_t c = 0; c < cells_.size(); ++c)
-    for (int a = 0; a < 8; ++a) cell_nodes_[c][static_cast<std::size_t>(a)] = number[corner_of(cells_[c], a)];
-
-  slabs_.assign(num_layers, {0, 0});
+    : cells_(std::move(cells)), numbering_(hexmesh::number_nodes(cells_)), edges_(edges), corner_(corner) {
+  slabs_.assign(static_cast<std::size_t>(hexmesh::extent_of(cells_)[2]), {0, 0});
   for (std::size_t c = 0; c < cells_.size(); ++c) {
     auto& slab = slabs_[static_cast<std::size_t>(cells_[c][2])];
     if (slab.second == 0) slab.first = c;
@@ -77,8 +17,8 @@ Mesh::Mesh(std::vector<Index3> cells, const Mat3& edges, const Vec3& corner)
 }
 
 Prolongation::Prolongation(const Mesh& fine, const Mesh& coarse, const Index3& factor) {
-  Index3 extent = extent_of(coarse.nodes());
-  IndexMap number(extent);
+  Index3 extent = hexmesh::extent_of(coarse.nodes());
+  hexmesh::IndexMap number(extent);
   for (std::size_t n = 0; n < coarse.num_nodes(); ++n) number[coarse.nodes()[n]] = static_cast<std::int32_t>(n);
 
   forward_.begin.push_back(0);

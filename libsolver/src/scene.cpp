@@ -3,14 +3,15 @@
 
 #include <limits>
 
+#include "hexmesh/file/toml_reader.h"
 #include "hexsolver/markup.h"
-#include "toml_reader.h"
 
 namespace hexsolver {
 namespace {
 
 using hexmesh::Error;
 using hexmesh::ErrorKind;
+using hexmesh::TomlReader;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double default_radius = 10;
@@ -60,6 +61,8 @@ void read_solve(TomlReader table, Scene& scene) {
   table.choice<int>("rotation", {{"polar", 0}});
   if (auto v = table.choice<Volumetric>("volumetric", {{"mean", Volumetric::mean}, {"full", Volumetric::full}}))
     scene.volumetric = *v;
+  if (auto v = table.choice<Stiffness>("stiffness", {{"exact", Stiffness::exact}, {"uniform", Stiffness::uniform}}))
+    scene.stiffness = *v;
   scene.level = table.integer("level", 0, 30, "a level of the lattice, 0 or more");
   if (auto v = table.number("tolerance", 1e-13, 0.1, "1e-13 to 0.1")) scene.tolerance = *v;
   table.choice<int>("islands", {{"error", 0}});
@@ -144,13 +147,7 @@ Condition read_condition(TomlReader table, const std::string& kind, const std::f
 
 Scene read_scene(const std::filesystem::path& path, const std::string& display_name,
                  const std::vector<std::string>& settings) {
-  toml::table root;
-  try {
-    root = toml::parse_file(path.string());
-  } catch (const toml::parse_error& e) {
-    throw Error(ErrorKind::input, fmt::format("{}:{}:{}: {}", display_name, e.source().begin.line,
-                                              e.source().begin.column, e.description()));
-  }
+  toml::table root = hexmesh::parse_toml(path, display_name);
   for (const std::string& setting : settings) apply_setting(root, setting);
 
   const std::filesystem::path folder = path.parent_path();

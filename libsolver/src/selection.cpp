@@ -45,13 +45,12 @@ std::vector<Candidate> face_candidates(const hexmesh::Lattice& lattice, const he
 /// Nodes that touch a missing cell or one that is not full.
 std::vector<Candidate> node_candidates(const hexmesh::Lattice& lattice, int level, const Mesh& mesh) {
   const hexmesh::Level& cells = lattice.levels[static_cast<std::size_t>(level)];
-  const double full = lattice.cell_size(level).prod() * (1 - 1e-9);
   std::vector<int> full_cells(mesh.num_nodes());
   std::vector<Candidate> of_node(mesh.num_nodes());
   for (std::size_t c = 0; c < mesh.num_cells(); ++c)
     for (int a = 0; a < 8; ++a) {
       const auto node = static_cast<std::size_t>(mesh.cell_nodes()[c][static_cast<std::size_t>(a)]);
-      full_cells[node] += cells.elements[static_cast<std::size_t>(cells.element[c])].volume() >= full;
+      full_cells[node] += !cells.is_boundary(c);
       Embedding& e = of_node[node].embedding;
       e.cell = static_cast<std::int32_t>(c);
       for (int d = 0; d < 3; ++d) e.local[d] = hexmesh::corner_bit(a, d);

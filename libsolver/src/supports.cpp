@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "partition.h"
+#include "hexmesh/core/partition.h"
 
 namespace hexsolver {
 namespace {
@@ -38,7 +38,7 @@ std::vector<std::int32_t> parts_of(const Mesh& mesh, std::size_t& num_parts) {
   std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
     return std::tie(a.low, a.high, a.cell) < std::tie(b.low, b.high, b.cell);
   });
-  Partition partition(mesh.num_cells());
+  hexmesh::Partition partition(mesh.num_cells());
   for (std::size_t f = 1; f < faces.size(); ++f)
     if (faces[f].low == faces[f - 1].low && faces[f].high == faces[f - 1].high)
       partition.join(faces[f].cell, faces[f - 1].cell);

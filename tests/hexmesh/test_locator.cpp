@@ -39,6 +39,7 @@ TEST(Locator, PointsJustOutsideTakeTheNearestCellAndFarOnesNone) {
   ASSERT_GE(near.cell, 0);
   EXPECT_EQ(lattice.levels[0].cells[static_cast<std::size_t>(near.cell)], (Index3{0, 1, 2}));
   EXPECT_NEAR(near.local[0], -0.7, 1e-12);
-  EXPECT_EQ(locator.locate({-9, 0, 0}).cell, -1);
+  EXPECT_EQ(locator.locate({-9, 0, 0}).cell, 0);
+  EXPECT_EQ(locator.locate({-10.6, 0, 0}).cell, -1);
   EXPECT_EQ(locator.locate({1e300, 0, 0}).cell, -1);
 }

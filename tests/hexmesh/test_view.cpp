@@ -40,7 +40,8 @@ Result moved(const Lattice& lattice, int level, const Mat3& gradient, const Vec3
   }
   r.segment = lattice.levels[static_cast<std::size_t>(level)].segment;
   r.cell_fields["fill"].assign(r.cells.size(), 0.5);
-  r.surface = extract_surface(lattice);
+  for (const LatticeSegment& segment : lattice.segments)
+    append(r.surface, extract_surface(lattice, segment.segment.label));
   for (const Vec3& p : r.surface.points) r.surface_displacement.push_back(gradient * p + shift);
   return r;
 }
@@ -60,8 +61,8 @@ double enclosed_volume(const TriangleSurface& s, std::uint16_t label) {
 
 TEST(Surface, IsClosedOutwardAndEnclosesTheSegment) {
   const Lattice lattice = bitten_ball({1, 1, 2}, {0, 0, 0}, random_rotation(9));
-  const TriangleSurface surface = extract_surface(lattice);
   for (const std::uint16_t label : {std::uint16_t{1}, std::uint16_t{2}}) {
+    const TriangleSurface surface = extract_surface(lattice, label);
     const double voxels = 2.0 * static_cast<double>(std::count(lattice.labels.begin(), lattice.labels.end(), label));
     // Marching cubes cuts the voxels' corners; at a few voxels' radius that is some per cent.
     EXPECT_NEAR(enclosed_volume(surface, label), voxels, 0.12 * voxels);

@@ -25,7 +25,7 @@ bool at(const Vec3& x, double a, double b, double c) { return (x - Vec3(a, b, c)
 
 Lattice from(const Index3& extent, const std::function<int(const Index3&)>& label) {
   const auto volume = make_volume(extent, {1, 1, 1}, label);
-  return hexmesh::build_lattice(volume, {{volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0}});
+  return hexmesh::build_lattice(volume, {{volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0, ""}});
 }
 
 Condition fix_ball(const Vec3& center, double radius) {
@@ -115,7 +115,7 @@ TEST(Selection, ABallTakesItsFacesAndRadiusZeroTheNearest) {
 TEST(Selection, TheBoundaryWithASegmentWithoutMaterialIsFound) {
   const auto volume = make_volume({4, 3, 3}, {1, 1, 1}, [](const Index3& v) { return v[0] == 3 ? 2 : 1; });
   const Lattice lattice = hexmesh::build_lattice(
-      volume, {{volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0}, {volume.segments[1], {}, 0}});
+      volume, {{volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0, ""}, {volume.segments[1], {}, 0}});
   const Body body(lattice, 0, Strain::cauchy);
   Scene scene;
   Condition c;

@@ -3,6 +3,8 @@
 
 #include <Eigen/Geometry>
 
+#include "hexmesh/lattice/element_tree.h"
+
 namespace testing_support {
 
 using hexsolver::Mesh;
@@ -24,8 +26,10 @@ hexmesh::LabelVolume make_volume(const Index3& extent, const Vec3& spacing,
   return volume;
 }
 
-Lattice bitten_ball(const Vec3& spacing, const Index3& offset, const Mat3& direction) {
-  const hexmesh::LabelVolume volume = make_volume(
+namespace {
+
+hexmesh::LabelVolume ball_labels(const Vec3& spacing, const Mat3& direction) {
+  return make_volume(
       {17, 15, 13}, spacing,
       [](const Index3& v) {
         const Vec3 p(v[0] - 8, v[1] - 7, v[2] - 6);
@@ -34,16 +38,42 @@ Lattice bitten_ball(const Vec3& spacing, const Index3& offset, const Mat3& direc
         return ball && !bite ? (p[0] < -2 ? 2 : 1) : 0;
       },
       direction, Vec3(10, -20, 30));
+}
+
+}  // namespace
+
+Lattice bitten_ball(const Vec3& spacing, const Index3& offset, const Mat3& direction) {
+  const hexmesh::LabelVolume volume = ball_labels(spacing, direction);
   std::vector<hexmesh::LatticeSegment> segments = {
-      {volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0},
-      {volume.segments[1], hexmesh::material_from_units(700, 0.45, 1900), 0}};
+      {volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0, ""},
+      {volume.segments[1], hexmesh::material_from_units(700, 0.45, 1900), 0, ""}};
   return hexmesh::build_lattice(volume, segments, {4, offset});
+}
+
+Lattice grey_ball(const Vec3& spacing, const Index3& offset, const Mat3& direction) {
+  const hexmesh::LabelVolume volume = ball_labels(spacing, direction);
+  hexmesh::IntensityVolume scan{volume.grid, std::vector<float>(volume.labels.size())};
+  for (std::size_t n = 0; n < scan.values.size(); ++n) scan.values[n] = static_cast<float>(n * 7919 % 10007) * 0.1F;
+  hexmesh::GreyLaw density, young, poisson;
+  density.offset = 900;
+  density.factor = 0.8;
+  young.shape = hexmesh::GreyLaw::Shape::power;
+  young.of_density = true;
+  young.factor = 1e-4;
+  young.exponent = 2;
+  poisson.shape = hexmesh::GreyLaw::Shape::piecewise;
+  poisson.points = {{0, 0.45}, {1000, 0.2}};
+  const hexmesh::GreyMaterials grey{&scan, {{std::uint16_t{2}, hexmesh::MaterialRule{young, poisson, density}}}};
+  std::vector<hexmesh::LatticeSegment> segments = {
+      {volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0, ""},
+      {volume.segments[1], hexmesh::Material{}, 0, ""}};
+  return hexmesh::build_lattice(volume, segments, {4, offset}, &grey);
 }
 
 Lattice box(const Index3& extent, const Vec3& spacing, double young_kpa, double poisson) {
   const hexmesh::LabelVolume volume = make_volume(extent, spacing, [](const Index3&) { return 1; });
   return hexmesh::build_lattice(
-      volume, {{volume.segments[0], hexmesh::material_from_units(young_kpa, poisson, 1000), 0}}, {3, {0, 0, 0}});
+      volume, {{volume.segments[0], hexmesh::material_from_units(young_kpa, poisson, 1000), 0, ""}}, {3, {0, 0, 0}});
 }
 
 Body::Body(const Lattice& lattice, int level, hexsolver::Strain strain, hexsolver::Volumetric volumetric)
@@ -53,7 +83,7 @@ Body::Body(const Lattice& lattice, int level, hexsolver::Strain strain, hexsolve
           [&] {
             const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
             std::vector<hexsolver::ElementModel> models;
-            for (const auto& e : lattice.levels[static_cast<std::size_t>(level)].elements)
+            for (const auto& e : hexmesh::form_elements(lattice, level))
               models.push_back(hexsolver::make_element_model(matrices, e, volumetric));
             return models;
           }(),

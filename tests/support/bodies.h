@@ -24,6 +24,9 @@ hexmesh::LabelVolume make_volume(const Index3& extent, const Vec3& spacing,
 /// Two materials in a ball with a bite taken out, cells partly filled at every level.
 Lattice bitten_ball(const Vec3& spacing, const Index3& offset = {0, 0, 0}, const Mat3& direction = Mat3::Identity());
 
+/// The same ball with stiffness, Poisson's ratio and density that follow grey values, different in every voxel.
+Lattice grey_ball(const Vec3& spacing, const Index3& offset = {0, 0, 0}, const Mat3& direction = Mat3::Identity());
+
 /// A solid box of one material.
 Lattice box(const Index3& extent, const Vec3& spacing, double young_kpa = 100, double poisson = 0.3);
 

@@ -8,6 +8,7 @@
 #include "support/files.h"
 
 using namespace testing_support;
+using nlohmann::json;
 
 namespace {
 
@@ -98,7 +99,46 @@ TEST_F(Tools, BadInputExits3) {
   expect_failure("hexsolve liver.nrrd liver.toml -o a", 3, {"lattice file"});
   expect_failure("hexsolve liver.hexmesh missing.toml -o a", 3, {"missing.toml"});
   expect_failure("hexsolve liver.hexmesh liver.toml --level 29 -o a", 3, {"solve.level is 29"});
-  expect_failure("hexexport liver.hexmesh --lattice a.vtu", 3, {"hexmesh lattice", "hexmesh result"});
+  expect_failure("hexexport liver.hexmesh --level 29 --lattice a.vtu", 3, {"level is 29"});
+  expect_failure("hexexport liver.nrrd --lattice a.vtu", 3, {"liver.nrrd", "HDF5"});
+  expect_failure("hexslice planes liver.hexmesh -o a", 3, {"hexmesh lattice", "hexmesh result"});
+  expect_failure("hexmesh surface liver.hexmesh --segment spleen -o a.stl", 3, {"'spleen'", "liver, tumour, vessel"});
+  write_text(*folder / "bad.toml", "[material.liver]\nyoung_kpa = { slope = 'steep' }\n");
+  expect_failure("hexmesh build liver.nrrd --materials bad.toml -o a", 3, {"bad.toml:2:", "material.liver.young_kpa.slope"});
+}
+
+TEST_F(Tools, MaterialsFollowTheGreyValuesOfTheScan) {
+  write_text(*folder / "grey.toml",
+             "[material.liver]\nyoung_kpa = { points = [[60, 4], [140, 8]] }\npoisson = 0.45\n");
+  const CommandResult r = run(
+      "hexmesh build liver.nrrd --materials grey.toml --intensity ct.nrrd -o grey.hexmesh --report grey.json");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  const json report = json::parse(read_text(*folder / "grey.json"));
+  const json& liver = report["segments"][0];
+  EXPECT_GT(liver["materials"], 10);
+  EXPECT_NEAR(liver["young_kpa"], 6.5, 0.2);  // grey values of 110 +- 12
+  EXPECT_EQ(run("hexmesh check grey.hexmesh").exit_code, 0);
+  EXPECT_EQ(run("hexsolve grey.hexmesh liver.toml --level 1 -o grey.hexresult").exit_code, 0);
+  expect_failure("hexmesh build liver.nrrd --materials grey.toml -o a", 2, {"--intensity"});
+}
+
+TEST_F(Tools, ALatticeCanBeLookedAtBeforeItIsSolved) {
+  ASSERT_EQ(run("hexexport liver.hexmesh --level 2 --lattice level2.vtu --surface rest.vtp").exit_code, 0);
+  ASSERT_EQ(run("hexmesh surface liver.hexmesh --segment tumour -o tumour.stl").exit_code, 0);
+  ASSERT_EQ(run("hexmesh build liver.nrrd --embed tumour=tumour.stl --surface liver=500 --surface vessel=0 "
+                "-o surfaces.hexmesh --report surfaces.json").exit_code, 0);
+  const json surfaces = json::parse(read_text(*folder / "surfaces.json"))["surfaces"];
+  ASSERT_EQ(surfaces.size(), 2U);
+  EXPECT_NEAR(surfaces[0]["triangles"], 500, 2);
+  write_text(*folder / "far.obj", "v 900 0 0\nv 901 0 0\nv 900 1 0\nf 1 2 3\n");
+  expect_failure("hexmesh build liver.nrrd --embed tumour=far.obj -o a", 4, {"far.obj", "(900.0, 0.0, 0.0)", "10 mm"});
+}
+
+TEST_F(Tools, CellsHaveTheSizeAskedFor) {
+  const CommandResult r = run("hexmesh build liver.nrrd --cell-size 15 -o cells.hexmesh --report cells.json");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  const json report = json::parse(read_text(*folder / "cells.json"));
+  EXPECT_EQ(report["levels"][2]["cell_mm"], json({15.0, 15.0, 15.0}));
 }
 
 TEST_F(Tools, ASceneTypoNamesFileLineAndColumn) {

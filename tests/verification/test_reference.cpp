@@ -61,7 +61,7 @@ TEST_P(VoxelLiver, EqualsAnIndependentSolution) {
     GTEST_SKIP() << "no shared data beside the project";
   hexmesh::LabelVolume labels = hexmesh::select_segments(hexmesh::read_labels(scan), {{"5", "liver"}});
   const hexmesh::Lattice lattice =
-      hexmesh::build_lattice(labels, {{labels.segments[0], hexmesh::material_from_units(100, c.poisson, 1000), 0}});
+      hexmesh::build_lattice(labels, {{labels.segments[0], hexmesh::material_from_units(100, c.poisson, 1000), 0, ""}});
   SolveReport report;
   const hexmesh::Result result = solve_equilibrium(lattice, liver_scene(c.radius), 0, report);
   ASSERT_TRUE(report.converged) << report.reason;

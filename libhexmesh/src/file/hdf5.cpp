@@ -14,12 +14,16 @@ namespace {
 constexpr hsize_t chunk_bytes = 1 << 20;
 constexpr std::size_t most_values = std::size_t{1} << 36;
 
-Handle string_type() {
+/// Texts of fixed length: unlike those of variable length they lie in chunks and headers, which have checksums.
+Handle string_type(std::size_t size) {
   Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-  H5Tset_size(type, H5T_VARIABLE);
+  H5Tset_size(type, size);
   H5Tset_cset(type, H5T_CSET_UTF8);
+  H5Tset_strpad(type, H5T_STR_NULLPAD);
   return type;
 }
+
+constexpr std::size_t most_text_bytes = std::size_t{1} << 24;
 
 Handle open_for_reading(const std::filesystem::path& path) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
@@ -68,13 +72,11 @@ void Writer::write_raw(const std::string& name, hid_t type, const void* data, co
 }
 
 void Writer::write(const std::string& name, const std::vector<std::string>& values) {
-  std::vector<const char*> texts;
-  for (const std::string& v : values) texts.push_back(v.c_str());
-  const hsize_t count = texts.size();
-  const Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose);
-  const Handle type = string_type();
-  const Handle set(H5Dcreate2(file_, name.c_str(), type, space, make_groups(), H5P_DEFAULT, H5P_DEFAULT), H5Dclose);
-  check(set >= 0 && (texts.empty() || H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts.data()) >= 0), name);
+  std::size_t size = 1;
+  for (const std::string& v : values) size = std::max(size, v.size());
+  std::string bytes;
+  for (const std::string& v : values) bytes += v + std::string(size - v.size(), '\0');
+  write_raw(name, string_type(size), bytes.data(), {values.size()}, size, false);
 }
 
 void Writer::attribute_raw(const std::string& group, const std::string& name, hid_t type, const void* data,
@@ -90,8 +92,7 @@ void Writer::attribute_raw(const std::string& group, const std::string& name, hi
 }
 
 void Writer::attribute(const std::string& group, const std::string& name, const std::string& text) {
-  const char* pointer = text.c_str();
-  attribute_raw(group, name, string_type(), &pointer, 1);
+  attribute_raw(group, name, string_type(std::max<std::size_t>(text.size(), 1)), text.c_str(), 1);
 }
 
 void Writer::close() { check(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0, "file"); }
@@ -149,19 +150,22 @@ void Reader::read_raw(const std::string& name, hid_t type, void* data) const {
 }
 
 std::vector<std::string> Reader::read_strings(const std::string& name) const {
-  const Shape found = shape(name, 1);
-  if (found[0] > 1000000) fail(fmt::format("claims {} texts in '{}', more than can be", found[0], name));
+  shape(name, 1);
   const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
-  const Handle type = string_type();
-  std::vector<char*> texts(found[0]);
-  if (!texts.empty() && H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, texts.data()) < 0)
-    fail(fmt::format("has a damaged '{}'", name));
+  const std::size_t size = text_size(Handle(H5Dget_type(set), H5Tclose), name);
+  const Shape found = checked_shape(name, {0}, size);
+  std::string bytes(found[0] * size, '\0');
+  read_raw(name, string_type(size), bytes.data());
   std::vector<std::string> values;
-  for (char* text : texts) {
-    values.emplace_back(text ? text : "");
-    H5free_memory(text);
-  }
+  for (std::size_t at = 0; at < bytes.size(); at += size) values.emplace_back(bytes.substr(at, size).c_str());
   return values;
+}
+
+std::size_t Reader::text_size(hid_t type, const std::string& name) const {
+  const std::size_t size = H5Tget_size(type);
+  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) != 0 || size < 1 || size > most_text_bytes)
+    fail(fmt::format("has '{}' of another type, expected texts of fixed length", name));
+  return size;
 }
 
 void Reader::attribute_raw(const std::string& group, const std::string& name, hid_t type, void* data,
@@ -174,11 +178,12 @@ void Reader::attribute_raw(const std::string& group, const std::string& name, hi
 }
 
 std::string Reader::text_attribute(const std::string& group, const std::string& name) const {
-  char* text = nullptr;
-  attribute_raw(group, name, string_type(), static_cast<void*>(&text), 1);
-  const std::string value = text ? text : "";
-  H5free_memory(text);
-  return value;
+  const Handle attribute(H5Aopen_by_name(file_, group.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  if (attribute < 0) fail(fmt::format("has no attribute '{}' of '{}'", name, group));
+  const std::size_t size = text_size(Handle(H5Aget_type(attribute), H5Tclose), name);
+  std::string bytes(size, '\0');
+  attribute_raw(group, name, string_type(size), bytes.data(), 1);
+  return bytes.c_str();
 }
 
 }  // namespace hexmesh::hdf5

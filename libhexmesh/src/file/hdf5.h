@@ -119,6 +119,7 @@ public:
   [[noreturn]] void fail(const std::string& message) const;
 
 private:
+  std::size_t text_size(hid_t type, const std::string& name) const;
   Shape checked_shape(const std::string& name, const Shape& expected, std::size_t value_size) const;
   void read_raw(const std::string& name, hid_t type, void* data) const;
   void attribute_raw(const std::string& group, const std::string& name, hid_t type, void* data,

@@ -6,15 +6,29 @@
 #include "shared_groups.h"
 
 namespace hexmesh {
-namespace {
-
-constexpr const char* format_name = "hexmesh result";
-
-}  // namespace
+Result rest_state(const Lattice& lattice, int number) {
+  const Level& level = lattice.levels[static_cast<std::size_t>(number)];
+  NodeNumbering numbering = number_nodes(level.cells);
+  Result r{lattice.voxels, lattice.labels, lattice.segments};
+  r.level = number;
+  r.voxels_per_cell = level.voxels_per_cell;
+  r.cells = level.cells;
+  r.cell_nodes = std::move(numbering.cell_nodes);
+  const Mat3 edges = lattice.cell_edges(number);
+  for (const Index3& n : numbering.nodes) r.nodes.push_back(lattice.corner() + edges * Vec3(n[0], n[1], n[2]));
+  r.segment = level.segment;
+  for (std::size_t c = 0; c < level.cells.size(); ++c) {
+    r.cell_fields["fill"].push_back(level.fill(c));
+    r.cell_fields["parts"].push_back(level.parts[c]);
+  }
+  r.surface = lattice.surface;
+  r.history = lattice.history;
+  return r;
+}
 
 void write_result(const Result& result, const std::filesystem::path& path) {
   hdf5::Writer file(path);
-  hdf5::write_header(file, format_name, result_version, result.history);
+  hdf5::write_header(file, result_format, result_version, result.history);
   hdf5::write_voxels(file, result.voxels, result.labels);
   hdf5::write_segments(file, result.segments);
   hdf5::write_surface(file, result.surface);
@@ -51,7 +65,7 @@ void write_result(const Result& result, const std::filesystem::path& path) {
 
 Result read_result(const std::filesystem::path& path) {
   const hdf5::Reader file(path, "result");
-  std::vector<std::string> history = hdf5::read_header(file, format_name, result_version);
+  std::vector<std::string> history = hdf5::read_header(file, result_format, result_version);
   auto [grid, labels] = hdf5::read_voxels(file);
   Result r{std::move(grid), std::move(labels), hdf5::read_segments(file)};
   r.history = std::move(history);

@@ -21,8 +21,9 @@ std::vector<std::string> read_header(const Reader& file, const std::string& form
   const std::string found = file.text_attribute("/", "format");
   if (found != format) file.fail(fmt::format("is a '{}' file, expected a '{}'", found, format));
   const std::int32_t number = file.attribute<std::int32_t>("/", "version", 1)[0];
-  if (number < 1 || number > version)
-    file.fail(fmt::format("has version {}, expected 1 to {} (made by a newer tool?)", number, version));
+  if (number != version)
+    file.fail(fmt::format("has version {}, expected {}: it was made by {} tool{}", number, version,
+                          number > version ? "a newer" : "an older", number > version ? "" : ", make it again"));
   return file.read_strings("/history");
 }
 
@@ -49,7 +50,7 @@ std::pair<Grid, std::vector<std::uint16_t>> read_voxels(const Reader& file) {
 }
 
 void write_segments(Writer& file, const std::vector<LatticeSegment>& segments) {
-  std::vector<std::string> names;
+  std::vector<std::string> names, sources;
   std::vector<std::uint16_t> labels;
   std::vector<double> colors, materials;
   std::vector<std::uint64_t> counts;
@@ -61,11 +62,13 @@ void write_segments(Writer& file, const std::vector<LatticeSegment>& segments) {
     const Material m = s.material.value_or(Material{none, none, none});
     materials.insert(materials.end(), {m.young, m.poisson, m.density});
     counts.push_back(s.num_voxels);
+    sources.push_back(s.source);
   }
   file.write("/segments/name", names);
   file.write<std::uint16_t>("/segments/label", labels, {labels.size()});
   file.write<double>("/segments/color", colors, {labels.size(), 3});
   file.write<double>("/segments/material", materials, {labels.size(), 3});
+  file.write("/segments/source", sources);
   file.write<std::uint64_t>("/segments/num_voxels", counts, {labels.size()});
 }
 
@@ -76,9 +79,12 @@ std::vector<LatticeSegment> read_segments(const Reader& file) {
   const auto colors = file.read<double>("/segments/color", {n, 3});
   const auto materials = file.read<double>("/segments/material", {n, 3});
   const auto counts = file.read<std::uint64_t>("/segments/num_voxels", {n});
+  const std::vector<std::string> sources = file.read_strings("/segments/source");
+  if (sources.size() != n) file.fail(fmt::format("has {} sources of segments, expected {}", sources.size(), n));
   std::vector<LatticeSegment> segments;
   for (std::size_t s = 0; s < n; ++s) {
-    LatticeSegment entry{{labels[s], names[s], {colors[3 * s], colors[3 * s + 1], colors[3 * s + 2]}}, {}, counts[s]};
+    LatticeSegment entry{
+        {labels[s], names[s], {colors[3 * s], colors[3 * s + 1], colors[3 * s + 2]}}, {}, counts[s], sources[s]};
     if (!std::isnan(materials[3 * s])) {
       entry.material = Material{materials[3 * s], materials[3 * s + 1], materials[3 * s + 2]};
       check_material(*entry.material, names[s]);

@@ -7,31 +7,26 @@
 namespace hexmesh {
 namespace {
 
-using Matrix3x3 = std::array<std::array<double, 3>, 3>;
-
-/// Quadratic Lagrange polynomials of the points -1, 0, 1.
-std::array<double, 3> lagrange(double x) { return {x * (x - 1) / 2, 1 - x * x, x * (x + 1) / 2}; }
-
-/// T[i][q] = l_i of the parent at point q of the child in the given half of it; identity where nothing is merged.
-Matrix3x3 transfer(int factor, int half) {
-  if (factor == 1) return {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
-  Matrix3x3 t{};
-  for (int q = 0; q < 3; ++q) {
-    const auto l = lagrange((q - 1) / 2.0 + (half ? 0.5 : -0.5));
-    for (int i = 0; i < 3; ++i) t[i][q] = l[i];
-  }
-  return t;
+/// Integral of l_q over a full cell of volume 1: the product of Simpson's weights.
+double full_weight(int q) {
+  constexpr std::array<double, 3> simpson = {1 / 6.0, 4 / 6.0, 1 / 6.0};
+  return simpson[q % 3] * simpson[q / 3 % 3] * simpson[q / 9];
 }
 
-/// out_i = sum_q t[i][q] in_q along one axis of a 3x3x3 array; stride = 1, 3 or 9.
-Element::Weights apply_along(const Matrix3x3& t, int stride, const Element::Weights& in) {
-  Element::Weights out{};
-  for (int n = 0; n < num_rule_points; ++n) {
-    const int position = n / stride % 3;
-    const int line = n - position * stride;
-    for (int q = 0; q < 3; ++q) out[n] += t[position][q] * in[line + q * stride];
+/// Parent weights along one axis from those of a child in its lower or upper half: w_i = sum_q l_i(x_q) w_q, where the
+/// child's points -1, 0, 1 lie at -1, -1/2, 0 or at 0, 1/2, 1 of the parent.
+/// @param stride  of the axis in a 3x3x3 array: 1, 3 or 9
+void spread_along(int stride, bool upper, Element::Weights& w) {
+  for (int line = 0; line < num_rule_points; ++line) {
+    if (line / stride % 3 != 0) continue;
+    double& near = w[line + (upper ? 2 * stride : 0)];  // the end that child and parent share
+    double& far = w[line + (upper ? 0 : 2 * stride)];
+    double& middle = w[line + stride];
+    const double at_quarter = middle, at_center = far;
+    near += 0.375 * at_quarter;
+    middle = 0.75 * at_quarter + at_center;
+    far = -0.125 * at_quarter;
   }
-  return out;
 }
 
 Vec3 rule_point(int q) { return {q % 3 / 2.0, q / 3 % 3 / 2.0, q / 9 / 2.0}; }
@@ -52,11 +47,9 @@ double Element::mass() const { return sum(density); }
 double Element::total_bulk() const { return sum(bulk); }
 
 Element full_voxel(const Material& material, double volume) {
-  // The l_q integrate to Simpson's weights.
-  constexpr std::array<double, 3> simpson = {1 / 6.0, 4 / 6.0, 1 / 6.0};
   Element e;
   for (int q = 0; q < num_rule_points; ++q) {
-    const double w = volume * simpson[q % 3] * simpson[q / 3 % 3] * simpson[q / 9];
+    const double w = volume * full_weight(q);
     e.fill[q] = w;
     e.shear[q] = material.shear_modulus() * w;
     e.bulk[q] = material.bulk_modulus() * w;
@@ -68,13 +61,25 @@ Element full_voxel(const Material& material, double volume) {
 void add_child(Element& parent, const Element& child, int slot, const Index3& factor) {
   const auto add = [&](Element::Weights& to, Element::Weights from) {
     for (int d = 0, stride = 1; d < 3; ++d, stride *= 3)
-      from = apply_along(transfer(factor[d], corner_bit(slot, d)), stride, from);
+      if (factor[d] == 2) spread_along(stride, corner_bit(slot, d), from);
     for (int q = 0; q < num_rule_points; ++q) to[q] += from[q];
   };
   add(parent.shear, child.shear);
   add(parent.bulk, child.bulk);
   add(parent.density, child.density);
   add(parent.fill, child.fill);
+}
+
+Element spread_evenly(const Element& element) {
+  const double volume = element.volume(), shear = sum(element.shear), bulk = sum(element.bulk);
+  Element even = element;
+  for (int q = 0; q < num_rule_points; ++q) {
+    const double w = full_weight(q);
+    even.shear[q] = shear * w;
+    even.bulk[q] = bulk * w;
+    even.fill[q] = volume * w;
+  }
+  return even;
 }
 
 ElementMatrices::ElementMatrices(const Mat3& edges) {

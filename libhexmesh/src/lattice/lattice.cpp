@@ -5,9 +5,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <bit>
 #include <unordered_map>
 
 #include "hexmesh/core/error.h"
+#include "hexmesh/lattice/parts.h"
 
 namespace hexmesh {
 namespace {
@@ -65,22 +67,84 @@ std::pair<Grid, std::vector<std::uint16_t>> crop(const LabelVolume& volume, cons
   return {std::move(box), std::move(labels)};
 }
 
-Level finest_level(const Lattice& lattice) {
-  Level level;
-  std::vector<std::int32_t> element_of(lattice.segments.size(), -1);
+/// The materials of one segment's voxels, each distinct one once.
+class VoxelMaterials {
+public:
+  VoxelMaterials(Lattice& lattice, LatticeSegment& segment, const MaterialRule* rule, const IntensityVolume* intensity)
+      : lattice_(lattice), segment_(segment), rule_(rule), intensity_(intensity) {}
+
+  /// Number of the voxel's material in the lattice's list.
+  std::int32_t of(const Index3& voxel) {
+    const float grey = rule_ ? grey_value(voxel) : 0.0F;
+    const auto [entry, is_new] =
+        number_.try_emplace(std::bit_cast<std::uint32_t>(grey), static_cast<std::int32_t>(lattice_.materials.size()));
+    if (is_new) lattice_.materials.push_back({segment_.segment.label, rule_ ? material_at(grey) : *segment_.material});
+    if (rule_) {
+      const Material& m = lattice_.materials[static_cast<std::size_t>(entry->second)].material;
+      sum_.young += m.young;
+      sum_.poisson += m.poisson;
+      sum_.density += m.density;
+    }
+    ++count_;
+    return entry->second;
+  }
+
+  void finish() {
+    const auto n = static_cast<double>(count_);
+    if (rule_ && count_ > 0) segment_.material = Material{sum_.young / n, sum_.poisson / n, sum_.density / n};
+    segment_.num_voxels = count_;
+  }
+
+private:
+  float grey_value(const Index3& voxel) const {
+    const Vec3 position = lattice_.voxels.position(Vec3(voxel[0], voxel[1], voxel[2]));
+    const double value = value_at(*intensity_, position);
+    if (!std::isfinite(value))
+      throw Error(ErrorKind::input,
+                  fmt::format("segment '{}' has a voxel at ({:.1f}, {:.1f}, {:.1f}) mm where the scan has no grey "
+                              "value, expected a scan that covers it",
+                              segment_.segment.name, position[0], position[1], position[2]));
+    return static_cast<float>(value);
+  }
+
+  Material material_at(float grey) const {
+    const Material m = rule_->at(grey);
+    if (const std::string problem = material_problem(m); !problem.empty())
+      throw Error(ErrorKind::input,
+                  fmt::format("material of segment '{}' at grey value {}: {}", segment_.segment.name, grey, problem));
+    return m;
+  }
+
+  Lattice& lattice_;
+  LatticeSegment& segment_;
+  const MaterialRule* rule_;
+  const IntensityVolume* intensity_;
+  std::unordered_map<std::uint32_t, std::int32_t> number_;  ///< by the bits of the grey value
+  Material sum_;
+  std::size_t count_ = 0;
+};
+
+/// Level 0, and the lattice's materials.
+Level finest_level(Lattice& lattice, const GreyMaterials* grey) {
   const std::vector<std::int32_t> segment_of = material_index(lattice.segments);
+  std::vector<VoxelMaterials> materials;
+  for (LatticeSegment& s : lattice.segments) {
+    const bool varies = grey && grey->rules.contains(s.segment.label);
+    materials.emplace_back(lattice, s, varies ? &grey->rules.at(s.segment.label) : nullptr,
+                           varies ? grey->intensity : nullptr);
+  }
+  Level level;
   for (std::size_t n = 0; n < lattice.labels.size(); ++n) {
     const std::int32_t s = segment_of[lattice.labels[n]];
     if (s < 0) continue;
-    if (element_of[s] < 0) {
-      element_of[s] = static_cast<std::int32_t>(level.elements.size());
-      level.elements.push_back(full_voxel(*lattice.segments[s].material, lattice.voxels.voxel_volume()));
-    }
-    level.cells.push_back(lattice.voxels.index(n));
-    level.element.push_back(element_of[s]);
+    const Index3 voxel = lattice.voxels.index(n);
+    level.cells.push_back(voxel);
+    level.element.push_back(materials[static_cast<std::size_t>(s)].of(voxel));
     level.segment.push_back(lattice.labels[n]);
   }
   if (level.cells.empty()) throw Error(ErrorKind::input, "no voxel has a material, expected a segment with one");
+  for (std::size_t s = 0; s < materials.size(); ++s)
+    if (lattice.segments[s].material) materials[s].finish();
   return level;
 }
 
@@ -115,14 +179,10 @@ Level coarser_level(const Lattice& lattice, const Level& fine, VoxelCounts& coun
   std::unordered_map<Children, std::int32_t, HashChildren> known;
   for (const Children& children : merge.children) {
     Children pattern;
-    for (int slot = 0; slot < 8; ++slot) pattern[slot] = children[slot] < 0 ? -1 : fine.element[children[slot]];
-    const auto [entry, is_new] = known.try_emplace(pattern, static_cast<std::int32_t>(level.elements.size()));
-    if (is_new) {
-      Element parent;
-      for (int slot = 0; slot < 8; ++slot)
-        if (pattern[slot] >= 0) add_child(parent, fine.elements[pattern[slot]], slot, merge.factor);
-      level.elements.push_back(parent);
-    }
+    for (std::size_t slot = 0; slot < 8; ++slot)
+      pattern[slot] = children[slot] < 0 ? -1 : fine.element[static_cast<std::size_t>(children[slot])];
+    const auto [entry, is_new] = known.try_emplace(pattern, static_cast<std::int32_t>(level.children.size()));
+    if (is_new) level.children.push_back(pattern);
     level.element.push_back(entry->second);
   }
   const std::size_t num_segments = lattice.segments.size();
@@ -136,15 +196,26 @@ Level coarser_level(const Lattice& lattice, const Level& fine, VoxelCounts& coun
 }
 
 /// @param num_levels  0: merge until at most 16 cells are left
-void make_levels(Lattice& lattice, int num_levels) {
-  lattice.levels.assign(1, finest_level(lattice));
+void add_levels(Lattice& lattice, int num_levels) {
   VoxelCounts counts;
   while (num_levels > 0 ? static_cast<int>(lattice.levels.size()) < num_levels
                         : lattice.levels.back().cells.size() > 16)
     lattice.levels.push_back(coarser_level(lattice, lattice.levels.back(), counts));
+  count_filled(lattice.levels, lattice.materials.size());
+  count_parts(lattice);
 }
 
 }  // namespace
+
+const LatticeSegment& segment_named(const std::vector<LatticeSegment>& segments, const std::string& name) {
+  std::vector<std::string> names;
+  for (const LatticeSegment& s : segments) {
+    if (find_segment({s.segment}, name)) return s;
+    names.push_back(s.segment.name);
+  }
+  throw Error(ErrorKind::input,
+              fmt::format("unknown segment '{}', expected one of: {}", name, fmt::join(names, ", ")));
+}
 
 Vec3 Lattice::cell_size(int level) const {
   const Index3& n = levels.at(static_cast<std::size_t>(level)).voxels_per_cell;
@@ -153,62 +224,53 @@ Vec3 Lattice::cell_size(int level) const {
 
 Mat3 Lattice::cell_edges(int level) const { return voxels.direction() * cell_size(level).asDiagonal(); }
 
-std::vector<LatticeSegment> assign_materials(const LabelVolume& volume,
-                                             const std::map<std::string, MaterialChoice>& choices,
-                                             std::vector<std::string>& notes) {
-  std::vector<std::string> names;
-  for (const Segment& s : volume.segments) names.push_back(s.name);
-  for (const auto& [name, choice] : choices)
-    if (name != "*" && !find_segment(volume.segments, name))
-      throw Error(ErrorKind::input,
-                  fmt::format("material for unknown segment '{}', expected one of: {}", name, fmt::join(names, ", ")));
-  const std::vector<std::size_t> counts = count_voxels(volume);
-  std::vector<LatticeSegment> out;
-  for (std::size_t n = 0; n < volume.segments.size(); ++n) {
-    if (counts[n] == 0) continue;
-    const Segment& segment = volume.segments[n];
-    const auto all = choices.find("*");
-    MaterialChoice choice = all == choices.end() ? MaterialChoice{} : all->second;
-    for (const auto& [name, asked] : choices)
-      if (find_segment({segment}, name)) choice = asked;
-    LatticeSegment entry{segment, std::nullopt, counts[n]};
-    if (!choice.none) {
-      const Tissue* tissue = tissue_of(segment.name);
-      if (!tissue && !(choice.young_kpa && choice.poisson))
-        throw Error(ErrorKind::input,
-                    fmt::format("segment '{0}' has no material and its name no known tissue, expected --material "
-                                "{0}:young_kpa=...,poisson=... or {0}:none",
-                                segment.name));
-      Material material = tissue ? tissue->material : material_from_units(0, 0, 1000);
-      if (choice.young_kpa) material.young = *choice.young_kpa * 1e-3;
-      if (choice.poisson) material.poisson = *choice.poisson;
-      if (choice.density_kg_m3) material.density = *choice.density_kg_m3 * 1e-12;
-      check_material(material, segment.name);
-      if (!choice.young_kpa || !choice.poisson)
-        notes.push_back(fmt::format("segment '{}' takes the default of tissue '{}': {:g} kPa, nu {:g} ({})",
-                                    segment.name, tissue->name, material.young * 1e3, material.poisson,
-                                    tissue->source));
-      entry.material = material;
-    }
-    out.push_back(std::move(entry));
-  }
-  return out;
-}
-
-Lattice build_lattice(const LabelVolume& volume, std::vector<LatticeSegment> segments, const LatticeOptions& options) {
+Lattice build_lattice(const LabelVolume& volume, std::vector<LatticeSegment> segments, const LatticeOptions& options,
+                      const GreyMaterials* grey) {
   auto [box, labels] = crop(volume, segments, options.offset);
   for (int d = 0; d < 3; ++d)
     if (box.extent()[d] >= 65536)
       throw Error(ErrorKind::input,
                   fmt::format("the body spans {} voxels along axis {}, expected fewer than 65536", box.extent()[d], d));
-  Lattice lattice{std::move(box), std::move(labels), std::move(segments), {}, {}, {}};
-  make_levels(lattice, options.num_levels);
+  Lattice lattice{std::move(box), std::move(labels), std::move(segments), {}, {}, {}, {}};
+  lattice.levels.push_back(finest_level(lattice, grey));
+  add_levels(lattice, options.num_levels);
   return lattice;
 }
 
-Lattice rebuild_levels(Lattice lattice) {
-  make_levels(lattice, static_cast<int>(lattice.levels.size()));
+Lattice build_levels(Lattice lattice) {
+  const int num_levels = static_cast<int>(lattice.levels.size());
+  const std::vector<std::int32_t> segment_of = material_index(lattice.segments);
+  Level finest;
+  finest.element = std::move(lattice.levels.front().element);
+  for (std::size_t n = 0; n < lattice.labels.size(); ++n) {
+    if (segment_of[lattice.labels[n]] < 0) continue;
+    finest.cells.push_back(lattice.voxels.index(n));
+    finest.segment.push_back(lattice.labels[n]);
+  }
+  finest.element.resize(finest.cells.size());
+  lattice.levels.assign(1, std::move(finest));
+  add_levels(lattice, num_levels);
   return lattice;
+}
+
+void count_filled(std::vector<Level>& levels, std::size_t num_materials) {
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    Level& level = levels[l];
+    level.filled.assign(l == 0 ? num_materials : level.children.size(), l == 0 ? 1 : 0);
+    for (std::size_t e = 0; e < level.children.size(); ++e)
+      for (const std::int32_t child : level.children[e])
+        if (child >= 0) level.filled[e] += levels[l - 1].filled[static_cast<std::size_t>(child)];
+  }
+}
+
+std::vector<VoxelClass> classify_voxels(const Lattice& lattice) {
+  std::vector<VoxelClass> classes(lattice.labels.size(), VoxelClass::outside);
+  const std::vector<std::int32_t> segment_of = material_index(lattice.segments);
+  for (std::size_t n = 0; n < classes.size(); ++n)
+    if (segment_of[lattice.labels[n]] >= 0) classes[n] = VoxelClass::inside;
+  for (const ExposedFace& face : exposed_faces(lattice))
+    classes[lattice.voxels.offset(face.voxel)] = VoxelClass::boundary;
+  return classes;
 }
 
 std::vector<ExposedFace> exposed_faces(const Lattice& lattice) {

@@ -58,25 +58,35 @@ Embedding CellLocator::locate(const Vec3& voxel_index) const {
   }
   if (const std::int32_t cell = cell_at(home); cell >= 0) return embed(cell, voxel_index);
 
+  // Shell after shell around the home cell; a cell in shell r is at least r - 1 shortest edges away.
+  Vec3 size;
+  for (int d = 0; d < 3; ++d) size[d] = voxels_per_cell_[static_cast<std::size_t>(d)] * voxels_.spacing()[d];
+  const int reach = std::max(2, static_cast<int>(std::ceil(embedding_reach / size.minCoeff())));
   Embedding nearest;
   double least = std::numeric_limits<double>::infinity();
-  for (int k = -2; k <= 2; ++k)
-    for (int j = -2; j <= 2; ++j)
-      for (int i = -2; i <= 2; ++i) {
-        const std::int32_t cell = cell_at({home[0] + i, home[1] + j, home[2] + k});
-        if (cell < 0) continue;
-        const Embedding e = embed(cell, voxel_index);
-        double distance = 0;
-        for (int d = 0; d < 3; ++d) {
-          const double outside = std::max({0.0, -e.local[d], e.local[d] - 1}) * voxels_per_cell_[d];
-          distance += std::pow(outside * voxels_.spacing()[d], 2);
-        }
-        if (distance < least) {
-          least = distance;
-          nearest = e;
+  for (int shell = 1; shell <= reach && (shell - 1) * size.minCoeff() < least; ++shell)
+    for (int k = -shell; k <= shell; ++k)
+      for (int j = -shell; j <= shell; ++j) {
+        const bool on_shell = std::max(std::abs(j), std::abs(k)) == shell;
+        for (int i = -shell; i <= shell; i += on_shell ? 1 : 2 * shell) {
+          const std::int32_t cell = cell_at({home[0] + i, home[1] + j, home[2] + k});
+          if (cell < 0) continue;
+          const Embedding e = embed(cell, voxel_index);
+          if (distance(e) < least) {
+            least = distance(e);
+            nearest = e;
+          }
         }
       }
-  return nearest;
+  return least <= std::max(embedding_reach, 2 * size.maxCoeff()) ? nearest : Embedding{};
+}
+
+double CellLocator::distance(const Embedding& e) const {
+  Vec3 outside;
+  for (int d = 0; d < 3; ++d)
+    outside[d] = std::max({0.0, -e.local[d], e.local[d] - 1}) * voxels_per_cell_[static_cast<std::size_t>(d)] *
+                 voxels_.spacing()[d];
+  return outside.norm();
 }
 
 }  // namespace hexmesh

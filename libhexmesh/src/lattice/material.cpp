@@ -15,16 +15,19 @@ Material material_from_units(double young_kpa, double poisson, double density_kg
   return {young_kpa * 1e-3, poisson, density_kg_m3 * 1e-12};
 }
 
-void check_material(const Material& material, const std::string& segment) {
+std::string material_problem(const Material& material) {
   if (!(std::isfinite(material.young) && material.young > 0))
-    throw Error(ErrorKind::input,
-                fmt::format("material of segment '{}': young_kpa is {}, expected > 0", segment, material.young * 1e3));
+    return fmt::format("young_kpa is {}, expected > 0", material.young * 1e3);
   if (!(material.poisson > -1 && material.poisson < 0.5))
-    throw Error(ErrorKind::input, fmt::format("material of segment '{}': poisson is {}, expected within (-1, 0.5)",
-                                              segment, material.poisson));
+    return fmt::format("poisson is {}, expected within (-1, 0.5)", material.poisson);
   if (!(std::isfinite(material.density) && material.density >= 0))
-    throw Error(ErrorKind::input, fmt::format("material of segment '{}': density_kg_m3 is {}, expected >= 0", segment,
-                                              material.density * 1e12));
+    return fmt::format("density_kg_m3 is {}, expected >= 0", material.density * 1e12);
+  return {};
+}
+
+void check_material(const Material& material, const std::string& segment) {
+  if (const std::string problem = material_problem(material); !problem.empty())
+    throw Error(ErrorKind::input, fmt::format("material of segment '{}': {}", segment, problem));
 }
 
 const std::vector<Tissue>& known_tissues() {

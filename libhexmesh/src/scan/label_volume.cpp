@@ -7,10 +7,13 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <set>
 
 #include "hexmesh/core/error.h"
+#include "hexmesh/lattice/shape.h"
 
 namespace hexmesh {
 namespace {
@@ -93,6 +96,32 @@ const Segment& resolve(const std::vector<Segment>& segments, const std::string& 
 }
 
 }  // namespace
+
+double value_at(const IntensityVolume& volume, const Vec3& position) {
+  constexpr double at_center = 1e-3;
+  const Grid& grid = volume.grid;
+  const Vec3 index = grid.continuous_index(position);
+  Index3 base;
+  Vec3 s;
+  for (std::size_t d = 0; d < 3; ++d) {
+    const double i = index[static_cast<Eigen::Index>(d)];
+    if (!(i >= -0.5 && i <= grid.extent()[d] - 0.5)) return std::numeric_limits<double>::quiet_NaN();
+    const double nearest = std::round(i);
+    const double clamped = std::clamp(std::abs(i - nearest) < at_center ? nearest : i, 0.0, grid.extent()[d] - 1.0);
+    base[d] = std::min(static_cast<std::int32_t>(clamped), std::max(grid.extent()[d] - 2, 0));
+    s[static_cast<Eigen::Index>(d)] = clamped - base[d];
+  }
+  const NodeWeights weights = shape_functions(s);
+  double value = 0;
+  for (int a = 0; a < num_cell_nodes; ++a) {
+    if (weights[a] == 0) continue;
+    Index3 v = base;
+    for (std::size_t d = 0; d < 3; ++d)
+      v[d] = std::min(v[d] + corner_bit(a, static_cast<int>(d)), grid.extent()[d] - 1);
+    value += weights[a] * static_cast<double>(volume.values[grid.offset(v)]);
+  }
+  return value;
+}
 
 std::vector<std::size_t> count_voxels(const LabelVolume& volume) {
   std::vector<std::size_t> by_label(65536);

@@ -2,13 +2,13 @@
 #include "hexmesh/surface/extract.h"
 
 #include <vtkFlyingEdges3D.h>
-#include <vtkIdList.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
-#include <vtkPolyData.h>
 #include <vtkWindowedSincPolyDataFilter.h>
 
 #include <algorithm>
+
+#include "from_vtk.h"
 
 namespace hexmesh {
 namespace {
@@ -27,45 +27,29 @@ void fill_mask(const Lattice& lattice, std::uint16_t label, vtkImageData& mask) 
   }
 }
 
-void append(vtkPolyData& mesh, const Grid& voxels, std::uint16_t label, TriangleSurface& surface) {
-  const auto first = static_cast<std::int32_t>(surface.points.size());
-  for (vtkIdType p = 0; p < mesh.GetNumberOfPoints(); ++p)
-    surface.points.push_back(voxels.position(Vec3::Map(mesh.GetPoint(p))));
-  vtkNew<vtkIdList> ids;
-  for (vtkIdType c = 0; c < mesh.GetNumberOfCells(); ++c) {
-    mesh.GetCellPoints(c, ids);
-    std::array<std::int32_t, 3> triangle;
-    for (int a = 0; a < 3; ++a)
-      triangle[static_cast<std::size_t>(a)] = first + static_cast<std::int32_t>(ids->GetId(a));
-    surface.triangles.push_back(triangle);
-    surface.segment.push_back(label);
-  }
-}
-
 }  // namespace
 
-TriangleSurface extract_surface(const Lattice& lattice) {
-  TriangleSurface surface;
-  for (const LatticeSegment& s : lattice.segments) {
-    if (!s.material) continue;
-    vtkNew<vtkImageData> mask;
-    fill_mask(lattice, s.segment.label, *mask);
-    vtkNew<vtkFlyingEdges3D> contour;
-    contour->SetInputData(mask);
-    contour->SetValue(0, 0.5);
-    contour->ComputeNormalsOff();
-    contour->ComputeGradientsOff();
-    contour->ComputeScalarsOff();
-    vtkNew<vtkWindowedSincPolyDataFilter> smooth;
-    smooth->SetInputConnection(contour->GetOutputPort());
-    smooth->SetNumberOfIterations(20);
-    smooth->SetPassBand(0.05);
-    smooth->NormalizeCoordinatesOn();
-    smooth->NonManifoldSmoothingOn();
-    smooth->BoundarySmoothingOff();
-    smooth->Update();
-    append(*smooth->GetOutput(), lattice.voxels, s.segment.label, surface);
-  }
+TriangleSurface extract_surface(const Lattice& lattice, std::uint16_t label) {
+  vtkNew<vtkImageData> mask;
+  fill_mask(lattice, label, *mask);
+  vtkNew<vtkFlyingEdges3D> contour;
+  contour->SetInputData(mask);
+  contour->SetValue(0, 0.5);
+  contour->ComputeNormalsOff();
+  contour->ComputeGradientsOff();
+  contour->ComputeScalarsOff();
+  vtkNew<vtkWindowedSincPolyDataFilter> smooth;
+  smooth->SetInputConnection(contour->GetOutputPort());
+  smooth->SetNumberOfIterations(20);
+  smooth->SetPassBand(0.05);
+  smooth->NormalizeCoordinatesOn();
+  smooth->NonManifoldSmoothingOn();
+  smooth->BoundarySmoothingOff();
+  smooth->Update();
+
+  TriangleSurface surface = from_vtk(*smooth->GetOutput());
+  for (Vec3& p : surface.points) p = lattice.voxels.position(p);
+  surface.segment.assign(surface.triangles.size(), label);
   return surface;
 }
 

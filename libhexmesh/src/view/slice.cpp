@@ -84,7 +84,7 @@ SliceRenderer::SliceRenderer(const Result& result, const IntensityVolume* scan, 
   for (std::size_t n = 0; n < result.labels.size(); n += 7) {
     if (result.labels[n] == 0) continue;
     const Index3 v = result.voxels.index(n);
-    inside.push_back(static_cast<float>(value_at(result.voxels.position(Vec3(v[0], v[1], v[2])))));
+    inside.push_back(static_cast<float>(value_at(*scan_, result.voxels.position(Vec3(v[0], v[1], v[2])))));
   }
   double low = 0, high = 1;
   if (!inside.empty()) {
@@ -107,32 +107,6 @@ std::uint16_t SliceRenderer::label_at(const Vec3& rest) const {
   Index3 voxel;
   for (int d = 0; d < 3; ++d) voxel[static_cast<std::size_t>(d)] = static_cast<std::int32_t>(std::lround(index[d]));
   return result_.voxels.contains(voxel) ? result_.labels[result_.voxels.offset(voxel)] : std::uint16_t{0};
-}
-
-double SliceRenderer::value_at(const Vec3& rest) const {
-  // Trilinear between voxel centres, constant beyond the outermost.
-  const Grid& grid = scan_->grid;
-  const Vec3 index = grid.continuous_index(rest);
-  Index3 base;
-  Vec3 s;
-  for (int d = 0; d < 3; ++d) {
-    const auto e = static_cast<std::size_t>(d);
-    if (index[d] < -0.5 || index[d] > grid.extent()[e] - 0.5) return std::numeric_limits<double>::quiet_NaN();
-    const double clamped = std::clamp(index[d], 0.0, grid.extent()[e] - 1.0);
-    base[e] = std::min(static_cast<std::int32_t>(clamped), std::max(grid.extent()[e] - 2, 0));
-    s[d] = clamped - base[e];
-  }
-  const NodeWeights weights = shape_functions(s);
-  double value = 0;
-  for (int a = 0; a < num_cell_nodes; ++a) {
-    Index3 v = base;
-    for (int d = 0; d < 3; ++d) {
-      const auto e = static_cast<std::size_t>(d);
-      v[e] = std::min(v[e] + corner_bit(a, d), grid.extent()[e] - 1);
-    }
-    value += weights[a] * static_cast<double>(scan_->values[grid.offset(v)]);
-  }
-  return value;
 }
 
 std::uint8_t SliceRenderer::grey(double value) const {
@@ -216,7 +190,7 @@ Canvas SliceRenderer::draw(const Frame& f, const std::vector<Vec3>& rest) const 
       Rgb& pixel = canvas.at(column, row);
       const Vec3 here = f.at(column, row);
       if (labels[n] != 0 && scan_) {
-        pixel.fill(grey(value_at(rest[n])));
+        pixel.fill(grey(value_at(*scan_, rest[n])));
       } else if (labels[n] != 0) {
         const Vec3 lines = rest[n] / rest_grid_mm;
         const double from_line = (lines - lines.array().round().matrix()).cwiseAbs().minCoeff() * rest_grid_mm;
@@ -224,7 +198,7 @@ Canvas SliceRenderer::draw(const Frame& f, const std::vector<Vec3>& rest) const 
         const Rgb color = color_of_label_[labels[n]].value_or(Rgb{200, 200, 200});
         for (std::size_t c = 0; c < 3; ++c) pixel[c] = static_cast<std::uint8_t>(brightness * color[c]);
       } else if (scan_ && label_at(here) == 0) {
-        pixel.fill(static_cast<std::uint8_t>(surroundings_brightness * grey(value_at(here))));
+        pixel.fill(static_cast<std::uint8_t>(surroundings_brightness * grey(value_at(*scan_, here))));
       }
     }
   // Outlines: pixels whose label differs from the one to the right or below.

@@ -25,20 +25,23 @@ namespace {
 /// VTK_HEXAHEDRON walks each face in a circle.
 constexpr std::array<std::size_t, 8> vtk_order = {0, 1, 3, 2, 4, 5, 7, 6};
 
+/// @param displacement  empty: at rest, no such data
 void set_points(vtkPointSet& set, const std::vector<Vec3>& rest, const std::vector<Vec3>& displacement, Shape shape) {
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
   points->SetNumberOfPoints(static_cast<vtkIdType>(rest.size()));
+  for (std::size_t n = 0; n < rest.size(); ++n) {
+    const bool moves = shape == Shape::deformed && !displacement.empty();
+    const Vec3 p = moves ? Vec3(rest[n] + displacement[n]) : rest[n];
+    points->SetPoint(static_cast<vtkIdType>(n), p.data());
+  }
+  set.SetPoints(points);
+  if (displacement.empty()) return;
   vtkNew<vtkDoubleArray> moved;
   moved->SetName("displacement");
   moved->SetNumberOfComponents(3);
   moved->SetNumberOfTuples(static_cast<vtkIdType>(rest.size()));
-  for (std::size_t n = 0; n < rest.size(); ++n) {
-    const Vec3 p = shape == Shape::deformed ? Vec3(rest[n] + displacement[n]) : rest[n];
-    points->SetPoint(static_cast<vtkIdType>(n), p.data());
-    moved->SetTuple(static_cast<vtkIdType>(n), displacement[n].data());
-  }
-  set.SetPoints(points);
+  for (std::size_t n = 0; n < rest.size(); ++n) moved->SetTuple(static_cast<vtkIdType>(n), displacement[n].data());
   set.GetPointData()->SetVectors(moved);
 }
 

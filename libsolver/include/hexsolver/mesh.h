@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hexmesh/lattice/lattice.h"
+#include "hexmesh/lattice/nodes.h"
 
 namespace hexsolver {
 
@@ -21,7 +22,7 @@ using hexmesh::Vec3;
 /// Values at nodes: (x, y, z) of node 0, of node 1, ...; length 3 num_nodes.
 using NodeVector = Eigen::VectorXd;
 
-using CellNodes = std::array<std::int32_t, 8>;
+using hexmesh::CellNodes;
 
 /// The cells of one level and the nodes they hang on.
 class Mesh {
@@ -32,17 +33,17 @@ public:
   Mesh(std::vector<Index3> cells, const Mat3& edges, const Vec3& corner);
 
   std::size_t num_cells() const noexcept { return cells_.size(); }
-  std::size_t num_nodes() const noexcept { return nodes_.size(); }
-  std::size_t num_dofs() const noexcept { return 3 * nodes_.size(); }
+  std::size_t num_nodes() const noexcept { return numbering_.nodes.size(); }
+  std::size_t num_dofs() const noexcept { return 3 * numbering_.nodes.size(); }
 
   const std::vector<Index3>& cells() const noexcept { return cells_; }
-  const std::vector<CellNodes>& cell_nodes() const noexcept { return cell_nodes_; }
-  const std::vector<Index3>& nodes() const noexcept { return nodes_; }  ///< lattice index of each node
+  const std::vector<CellNodes>& cell_nodes() const noexcept { return numbering_.cell_nodes; }
+  const std::vector<Index3>& nodes() const noexcept { return numbering_.nodes; }  ///< lattice index of each node
   const Mat3& edges() const noexcept { return edges_; }
 
   /// Rest position of a node [mm].
   Vec3 position(std::size_t node) const {
-    return corner_ + edges_ * Vec3(nodes_[node][0], nodes_[node][1], nodes_[node][2]);
+    return corner_ + edges_ * Vec3(nodes()[node][0], nodes()[node][1], nodes()[node][2]);
   }
 
   /// f(cell) for every cell, in parallel: no two cells at once share a node, and the order in which the cells of a
@@ -62,20 +63,19 @@ public:
   CellVector gather(std::size_t cell, const NodeVector& x) const {
     CellVector v;
     for (int a = 0; a < 8; ++a)
-      v.segment<3>(3 * a) = x.segment<3>(3 * static_cast<Eigen::Index>(cell_nodes_[cell][static_cast<std::size_t>(a)]));
+      v.segment<3>(3 * a) = x.segment<3>(3 * static_cast<Eigen::Index>(cell_nodes()[cell][static_cast<std::size_t>(a)]));
     return v;
   }
 
   void scatter_add(std::size_t cell, const CellVector& v, NodeVector& y) const {
     for (int a = 0; a < 8; ++a)
-      y.segment<3>(3 * static_cast<Eigen::Index>(cell_nodes_[cell][static_cast<std::size_t>(a)])) +=
+      y.segment<3>(3 * static_cast<Eigen::Index>(cell_nodes()[cell][static_cast<std::size_t>(a)])) +=
           v.segment<3>(3 * a);
   }
 
 private:
   std::vector<Index3> cells_;
-  std::vector<CellNodes> cell_nodes_;
-  std::vector<Index3> nodes_;
+  hexmesh::NodeNumbering numbering_;
   Mat3 edges_;
   Vec3 corner_;
   std::vector<std::pair<std::size_t, std::size_t>> slabs_;  ///< ranges of cells, one layer k each, gaps kept empty

@@ -59,10 +59,16 @@ struct MaterialOverride {
   std::optional<double> young_kpa, poisson, density_kg_m3;
 };
 
+enum class Stiffness {
+  exact,   ///< K_parent = sum L^T K_child L: soft where a cell is empty
+  uniform  ///< the fill-weighted full cell, for comparison
+};
+
 /// A scene file. Units inside: mm, N, MPa.
 struct Scene {
   Strain strain = Strain::corotational;
   Volumetric volumetric = Volumetric::mean;
+  Stiffness stiffness = Stiffness::exact;
   std::optional<int> level;  ///< mechanical level; nothing = the finest of at most 20000 cells
   double tolerance = 1e-8;
   std::map<std::string, MaterialOverride> materials;

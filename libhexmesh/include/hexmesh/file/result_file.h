@@ -7,10 +7,12 @@
 #include <vector>
 
 #include "hexmesh/lattice/lattice.h"
+#include "hexmesh/lattice/nodes.h"
 
 namespace hexmesh {
 
-inline constexpr int result_version = 1;
+inline constexpr int result_version = 2;
+inline constexpr const char* result_format = "hexmesh result";  ///< as its header says
 
 /// The points that one condition of the scene holds.
 struct ConditionPoints {
@@ -19,7 +21,7 @@ struct ConditionPoints {
   std::vector<Vec3> displacement;  ///< [mm]
 };
 
-/// A solved lattice: all that is needed to export pictures without the lattice file.
+/// A level at rest or solved: all that is needed to export pictures without the lattice file.
 struct Result {
   Grid voxels;                        ///< the lattice's box at scan resolution
   std::vector<std::uint16_t> labels;  ///< shape (voxels.num_voxels())
@@ -27,9 +29,9 @@ struct Result {
   int level = 0;  ///< the mechanical level
   Index3 voxels_per_cell = {1, 1, 1};
   std::vector<Index3> cells;                               ///< shape (num_cells)
-  std::vector<std::array<std::int32_t, 8>> cell_nodes;     ///< shape (num_cells, 8), node order of shape.h
+  std::vector<CellNodes> cell_nodes;                       ///< shape (num_cells, 8), node order of shape.h
   std::vector<Vec3> nodes;                                 ///< rest positions [mm]
-  std::vector<Vec3> displacement;                          ///< per node [mm]
+  std::vector<Vec3> displacement;                          ///< per node [mm]; empty at rest
   std::vector<std::uint16_t> segment;                      ///< label of each cell
   std::map<std::string, std::vector<double>> cell_fields;  ///< e.g. fill [1], strain_energy_density [N/mm^2]
   TriangleSurface surface;                                 ///< rest positions
@@ -38,6 +40,9 @@ struct Result {
   std::string report;                ///< JSON
   std::vector<std::string> history;  ///< command lines, oldest first
 };
+
+/// A level before anything is solved: geometry, segments, surface and the cell fields fill and parts (see parts.h).
+Result rest_state(const Lattice& lattice, int level);
 
 /// @throws Error{output}
 void write_result(const Result& result, const std::filesystem::path& path);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "hexmesh/lattice/element.h"
-#include "hexmesh/lattice/material.h"
+#include "hexmesh/lattice/material_rule.h"
 #include "hexmesh/lattice/merge.h"
 #include "hexmesh/scan/label_volume.h"
 #include "hexmesh/surface/triangle_surface.h"
@@ -17,18 +17,41 @@ namespace hexmesh {
 /// A segment of the lattice. Without a material it is not solved on and only serves boundary conditions.
 struct LatticeSegment {
   Segment segment;
-  std::optional<Material> material;
+  std::optional<Material> material;  ///< the mean over its voxels where it follows the grey values
   std::size_t num_voxels = 0;
+  std::string source;  ///< where the material's values come from
+};
+
+/// The segment of that name (case does not matter).
+/// @throws Error{input} naming those that there are
+const LatticeSegment& segment_named(const std::vector<LatticeSegment>& segments, const std::string& name);
+
+/// What a full voxel may consist of.
+struct VoxelMaterial {
+  std::uint16_t label = 0;  ///< the segment it occurs in
+  Material material;
 };
 
 /// The cells of one resolution. Level 0 = voxels; each next level merges two cells along some or all axes.
+///
+/// Cells alike share one element. An element is known by its children, the elements of the next finer level; those of
+/// level 0 are the lattice's materials. Their integrals follow by recursion (see element_tree.h).
 struct Level {
   Index3 merge = {1, 1, 1};            ///< cells of the finer level per cell along each axis
   Index3 voxels_per_cell = {1, 1, 1};  ///< level-0 cells per cell along each axis
   std::vector<Index3> cells;           ///< shape (num_cells), sorted, i fastest; index within the lattice's box
-  std::vector<std::int32_t> element;   ///< shape (num_cells), into elements: cells alike share one
+  std::vector<std::int32_t> element;   ///< shape (num_cells), the element of each cell
   std::vector<std::uint16_t> segment;  ///< shape (num_cells), label with most voxels in the cell
-  std::vector<Element> elements;       ///< the distinct contents
+  std::vector<std::uint16_t> parts;    ///< shape (num_cells), pieces of material in the cell (see parts.h)
+  std::vector<Children> children;      ///< shape (num_elements), elements of the finer level by slot; empty at level 0
+  std::vector<std::int64_t> filled;    ///< shape (num_elements), voxels with material
+
+  /// Filled part of a cell's volume, in (0, 1].
+  double fill(std::size_t cell) const {
+    const Index3& n = voxels_per_cell;
+    return static_cast<double>(filled[static_cast<std::size_t>(element[cell])]) / (1.0 * n[0] * n[1] * n[2]);
+  }
+  bool is_boundary(std::size_t cell) const { return fill(cell) < 1; }
 };
 
 /// The outer face of a material voxel, towards background or a segment without material.
@@ -43,8 +66,9 @@ struct Lattice {
   Grid voxels;                           ///< the box of all chosen segments at scan resolution
   std::vector<std::uint16_t> labels;     ///< shape (voxels.num_voxels()), 0 = background
   std::vector<LatticeSegment> segments;  ///< ascending by label
+  std::vector<VoxelMaterial> materials;  ///< what voxels consist of: the elements of level 0
   std::vector<Level> levels;             ///< may hold only some levels when read from a file; the others are empty
-  TriangleSurface surface;               ///< picture surface of every segment with material
+  TriangleSurface surface;               ///< picture surfaces, bound to the cells by their positions
   std::vector<std::string> history;      ///< command lines that made it, oldest first
 
   Vec3 cell_size(int level) const;   ///< edges of a cell [mm]
@@ -57,28 +81,24 @@ struct LatticeOptions {
   Index3 offset = {0, 0, 0};  ///< shift of the lattice against the body, in voxels; each >= 0
 };
 
-/// What a segment is made of, as asked by the user; without a value the named tissue default is taken.
-struct MaterialChoice {
-  bool none = false;  ///< the segment only serves boundary conditions
-  std::optional<double> young_kpa, poisson, density_kg_m3;
-};
-
-/// Materials of all segments that occur in the volume.
-/// @param choices  by segment name, "*" for all that are not named; a name that is not a segment is an error
-/// @param notes    receives one line for each default that was taken
-/// @throws Error{input} naming a segment without material or with one out of bounds
-std::vector<LatticeSegment> assign_materials(const LabelVolume& volume,
-                                             const std::map<std::string, MaterialChoice>& choices,
-                                             std::vector<std::string>& notes);
-
 /// Level 0 from the voxels with material, the others by merging: K_parent = sum_c L_c^T K_c L_c.
 /// The surface stays empty (see surface/extract.h).
-/// @throws Error{input} if no voxel has a material
+/// @param grey  the segments whose material follows the grey values; none if nullptr
+/// @throws Error{input} if no voxel has a material, or naming a segment whose grey values give a material out of bounds
 Lattice build_lattice(const LabelVolume& volume, std::vector<LatticeSegment> segments,
-                      const LatticeOptions& options = {});
+                      const LatticeOptions& options = {}, const GreyMaterials* grey = nullptr);
 
-/// The levels made anew from the lattice's voxels and its segments' materials, as many as it has.
-Lattice rebuild_levels(Lattice lattice);
+/// The same voxels, materials and element numbers at level 0 with all levels made anew, as many as there were.
+/// @pre level 0 is there
+Lattice build_levels(Lattice lattice);
+
+/// Voxels with material per element of each level, from the children.
+void count_filled(std::vector<Level>& levels, std::size_t num_materials);
+
+enum class VoxelClass : std::uint8_t { outside, inside, boundary };  ///< boundary: material with an exposed face
+
+/// Class of each voxel of the lattice's box; cells are inside or boundary by Level::is_boundary.
+std::vector<VoxelClass> classify_voxels(const Lattice& lattice);
 
 /// All exposed voxel faces, in the order of the voxels.
 std::vector<ExposedFace> exposed_faces(const Lattice& lattice);

@@ -14,6 +14,9 @@ struct Embedding {
   Vec3 local = Vec3::Zero();  ///< position in the cell, [0, 1]^3; outside only for points that no cell holds
 };
 
+/// How far from the material a point may lie and still move with it [mm].
+inline constexpr double embedding_reach = 10;
+
 /// Finds the cell of one level that holds a point.
 class CellLocator {
 public:
@@ -23,7 +26,7 @@ public:
   CellLocator(const Grid& voxels, const Index3& voxels_per_cell, std::span<const Index3> cells);
 
   /// @param voxel_index  continuous voxel index in the box
-  /// The cell that holds the point; else the nearest within two cells, extrapolating; else cell = -1.
+  /// The cell that holds the point; else the nearest within two cells or `embedding_reach`, extrapolating; else -1.
   Embedding locate(const Vec3& voxel_index) const;
   Embedding locate_position(const Vec3& position) const { return locate(voxels_.continuous_index(position)); }
 
@@ -35,6 +38,7 @@ public:
 
 private:
   std::int32_t cell_at(const Index3& cell) const;
+  double distance(const Embedding& e) const;
   Embedding embed(std::int32_t cell, const Vec3& voxel_index) const;
 
   Grid voxels_;

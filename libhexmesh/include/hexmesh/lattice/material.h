@@ -21,6 +21,9 @@ struct Material {
 /// @param density_kg_m3  rho [kg/m^3]
 Material material_from_units(double young_kpa, double poisson, double density_kg_m3);
 
+/// What is out of bounds, "young_kpa is 0, expected > 0"; empty if nothing is.
+std::string material_problem(const Material& material);
+
 /// @param segment  named in the message
 /// @throws Error{input} if E, nu or rho breaks its bound
 void check_material(const Material& material, const std::string& segment);

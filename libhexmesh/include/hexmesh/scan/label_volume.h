@@ -30,6 +30,10 @@ struct IntensityVolume {
   std::vector<float> values;  ///< shape (grid.num_voxels()), i fastest
 };
 
+/// The grey value at a position [mm]: trilinear between voxel centres, constant beyond the outermost ones, NaN outside
+/// the volume. Within a thousandth of a voxel of a centre it is that voxel's own.
+double value_at(const IntensityVolume& volume, const Vec3& position);
+
 /// Voxels of each segment, in the order of `volume.segments`.
 std::vector<std::size_t> count_voxels(const LabelVolume& volume);
 

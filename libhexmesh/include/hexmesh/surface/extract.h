@@ -5,8 +5,9 @@
 
 namespace hexmesh {
 
-/// A smooth closed surface around every segment with material: flying edges (a marching cubes), then windowed-sinc
-/// smoothing, which keeps the volume.
-TriangleSurface extract_surface(const Lattice& lattice);
+/// A smooth closed surface around one segment: flying edges (a marching cubes), then windowed-sinc smoothing, which
+/// keeps the volume.
+/// @param label  of the segment
+TriangleSurface extract_surface(const Lattice& lattice, std::uint16_t label);
 
 }  // namespace hexmesh

@@ -16,4 +16,10 @@ struct TriangleSurface {
   std::vector<std::uint16_t> segment;                  ///< label of each triangle
 };
 
+/// The triangles of one segment with the points they use.
+TriangleSurface of_segment(const TriangleSurface& surface, std::uint16_t label);
+
+/// Add another surface's triangles.
+void append(TriangleSurface& to, const TriangleSurface& surface);
+
 }  // namespace hexmesh

@@ -43,7 +43,6 @@ private:
   std::vector<Vec3> rest_positions_before(const Frame& frame) const;
   std::vector<Vec3> rest_positions_after(const Frame& frame) const;
   std::uint16_t label_at(const Vec3& rest) const;
-  double value_at(const Vec3& rest) const;
   std::uint8_t grey(double value) const;
 
   const Result& result_;

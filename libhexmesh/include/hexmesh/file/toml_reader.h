@@ -7,16 +7,31 @@
 #define TOML_EXCEPTIONS 1
 #include <toml++/toml.h>
 
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "hexmesh/core/error.h"
-#include "hexsolver/mesh.h"
+#include "hexmesh/core/grid.h"
 
-namespace hexsolver {
+namespace hexmesh {
+
+/// @param display_name  of the file in messages
+/// @throws Error{input} "file:line:column: what the parser says"
+inline toml::table parse_toml(const std::filesystem::path& path, const std::string& display_name) {
+  try {
+    return toml::parse_file(path.string());
+  } catch (const toml::parse_error& e) {
+    throw Error(ErrorKind::input, fmt::format("{}:{}:{}: {}", display_name, e.source().begin.line,
+                                              e.source().begin.column, e.description()));
+  }
+}
 
 /// Reads one TOML table and answers for every key: its type, its range, and that none is left over.
 /// Each error is "file:line:column: key, value, what was expected".
@@ -26,7 +41,7 @@ public:
   TomlReader(const toml::table& table, std::string file, std::string name)
       : table_(table), file_(std::move(file)), name_(std::move(name)) {}
 
-  bool has(const std::string& key) const { return table_.contains(key); }
+  bool is_table(const std::string& key) const { return table_.get(key) && table_.get(key)->is_table(); }
 
   std::optional<double> number(const std::string& key, double low, double high, const std::string& expected) {
     const toml::node* node = take(key);
@@ -42,6 +57,13 @@ public:
     const auto* value = node->as_integer();
     if (!value || value->get() < low || value->get() > high) fail(*node, key, expected);
     return static_cast<int>(value->get());
+  }
+
+  std::optional<bool> flag(const std::string& key) {
+    const toml::node* node = take(key);
+    if (!node) return std::nullopt;
+    if (!node->is_boolean()) fail(*node, key, "true or false");
+    return node->as_boolean()->get();
   }
 
   std::optional<std::string> text(const std::string& key, const std::string& expected) {
@@ -67,14 +89,18 @@ public:
   std::optional<std::vector<double>> numbers(const std::string& key, std::size_t count, const std::string& expected) {
     const toml::node* node = take(key);
     if (!node) return std::nullopt;
+    return numbers_of(*node, key, count, expected);
+  }
+
+  /// [[a, b], [c, d], ...], each of `count` numbers; empty if the key is absent.
+  std::vector<std::vector<double>> rows(const std::string& key, std::size_t count, const std::string& expected) {
+    std::vector<std::vector<double>> out;
+    const toml::node* node = take(key);
+    if (!node) return out;
     const toml::array* array = node->as_array();
-    if (!array || array->size() != count) fail(*node, key, expected);
-    std::vector<double> values;
-    for (const toml::node& item : *array) {
-      if (!item.is_number() || !std::isfinite(*item.value<double>())) fail(item, key, expected);
-      values.push_back(*item.value<double>());
-    }
-    return values;
+    if (!array || array->empty()) fail(*node, key, expected);
+    for (const toml::node& row : *array) out.push_back(numbers_of(row, key, count, expected));
+    return out;
   }
 
   std::optional<Vec3> vector(const std::string& key, const std::string& expected) {
@@ -116,7 +142,7 @@ public:
   void finish() const {
     for (const auto& [key, node] : table_) {
       if (taken_.contains(std::string(key.str()))) continue;
-      throw hexmesh::Error(hexmesh::ErrorKind::input,
+      throw Error(ErrorKind::input,
                            fmt::format("{}: unknown key '{}', expected one of: {}", at(key.source().begin),
                                        path(std::string(key.str())), fmt::join(asked_, ", ")));
     }
@@ -126,7 +152,7 @@ public:
   std::string where() const { return at(table_.source().begin); }
 
   [[noreturn]] void fail_here(const std::string& message) const {
-    throw hexmesh::Error(hexmesh::ErrorKind::input, fmt::format("{}: {}", where(), message));
+    throw Error(ErrorKind::input, fmt::format("{}: {}", where(), message));
   }
 
 private:
@@ -134,6 +160,18 @@ private:
     taken_.insert(key);
     if (std::find(asked_.begin(), asked_.end(), key) == asked_.end()) asked_.push_back(key);
     return table_.get(key);
+  }
+
+  std::vector<double> numbers_of(const toml::node& node, const std::string& key, std::size_t count,
+                                 const std::string& expected) const {
+    const toml::array* array = node.as_array();
+    if (!array || array->size() != count) fail(node, key, expected);
+    std::vector<double> values;
+    for (const toml::node& item : *array) {
+      if (!item.is_number() || !std::isfinite(*item.value<double>())) fail(item, key, expected);
+      values.push_back(*item.value<double>());
+    }
+    return values;
   }
 
   std::string path(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
@@ -146,7 +184,7 @@ private:
   [[noreturn]] void fail(const toml::node& node, const std::string& key, const std::string& expected) const {
     std::ostringstream value;
     node.visit([&](const auto& n) { value << n; });
-    throw hexmesh::Error(hexmesh::ErrorKind::input, fmt::format("{}: {} is {}, expected {}", at(node.source().begin),
+    throw Error(ErrorKind::input, fmt::format("{}: {} is {}, expected {}", at(node.source().begin),
                                                                 path(key), value.str(), expected));
   }
 
@@ -157,4 +195,4 @@ private:
   std::vector<std::string> asked_;
 };
 
-}  // namespace hexsolver
+}  // namespace hexmesh

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <vector>
 
-namespace hexsolver {
+namespace hexmesh {
 
 /// Sets of numbers joined pair by pair.
 class Partition {
@@ -20,14 +20,16 @@ public:
     }
     return n;
   }
-  void join(std::int32_t a, std::int32_t b) {
+  /// @returns whether they were apart
+  bool join(std::int32_t a, std::int32_t b) {
     a = root(a);
     b = root(b);
     parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    return a != b;
   }
 
 private:
   std::vector<std::int32_t> parent_;
 };
 
-}  // namespace hexsolver
+}  // namespace hexmesh

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "hexmesh/file/material_file.h"
+#include "hexmesh/lattice/assign.h"
+#include "support/bodies.h"
+#include "support/files.h"
+
+using namespace hexmesh;
+using namespace testing_support;
+
+namespace {
+
+LabelVolume one_voxel(const std::string& name) {
+  LabelVolume volume = make_volume({1, 1, 1}, {1, 1, 1}, [](const Index3&) { return 1; });
+  volume.segments[0].name = name;
+  return volume;
+}
+
+std::map<std::string, MaterialChoice> parse(const std::string& toml) {
+  const TemporaryFolder folder;
+  write_text(folder / "m.toml", toml);
+  return read_materials(folder / "m.toml", "m.toml");
+}
+
+std::string error_of(const std::string& toml) {
+  return message_of(ErrorKind::input, [&] { parse(toml); });
+}
+
+}  // namespace
+
+TEST(Assign, ASegmentWithoutMaterialOrKnownTissueIsNamed) {
+  const LabelVolume volume = one_voxel("gallbladder");
+  EXPECT_NE(message_of(ErrorKind::input, [&] { assign_materials(volume, {}); }).find("'gallbladder'"),
+            std::string::npos);
+  const std::string unknown = message_of(ErrorKind::input, [&] { assign_materials(volume, {{"spleen", {}}}); });
+  EXPECT_NE(unknown.find("unknown segment 'spleen', expected one of: gallbladder"), std::string::npos) << unknown;
+  MaterialChoice all;
+  all.young_kpa = 5.0;
+  all.poisson = 0.4;
+  EXPECT_DOUBLE_EQ(assign_materials(volume, {{"*", all}}).segments[0].material->young, 5e-3);
+}
+
+TEST(Assign, OutOfBoundsNamesTheSegment) {
+  const LabelVolume volume = one_voxel("liver");
+  for (const auto& [young, poisson] : std::vector<std::pair<double, double>>{{0, 0.3}, {-1, 0.3}, {5, 0.5}, {5, -1}}) {
+    MaterialChoice choice;
+    choice.young_kpa = young;
+    choice.poisson = poisson;
+    EXPECT_NE(message_of(ErrorKind::input, [&] { assign_materials(volume, {{"liver", choice}}); }).find("'liver'"),
+              std::string::npos);
+  }
+}
+
+TEST(Assign, TissuesFillInWhatIsNotGivenAndSaySo) {
+  const LabelVolume volume = one_voxel("liver");
+  MaterialChoice choice;
+  choice.tissue = "muscle";
+  choice.poisson = 0.4;
+  const AssignedMaterials m = assign_materials(volume, {{"liver", choice}});
+  EXPECT_DOUBLE_EQ(m.segments[0].material->young, 12e-3);
+  EXPECT_DOUBLE_EQ(m.segments[0].material->poisson, 0.4);
+  EXPECT_NE(m.segments[0].source.find("Bensamoun"), std::string::npos);
+  EXPECT_EQ(m.notes.size(), 1U);
+  choice.tissue = "cheese";
+  EXPECT_NE(message_of(ErrorKind::input, [&] { assign_materials(volume, {{"liver", choice}}); })
+                .find("unknown tissue 'cheese', expected one of: tumour, vessel"),
+            std::string::npos);
+}
+
+TEST(MaterialFile, ReadsNumbersTissuesLawsAndNone) {
+  const auto choices = parse(
+      "[material.liver]\nyoung_kpa = 5\npoisson = 0.3\n"
+      "[material.duct]\ntissue = 'vessel'\n"
+      "[material.gallbladder]\nnone = true\n"
+      "[material.femur]\npoisson = 0.3\n"
+      "density_kg_m3 = { offset = 1000, slope = 0.8, min = 300 }\n"
+      "young_kpa = { of = 'density_kg_m3', factor = 1e-3, exponent = 1.49 }\n"
+      "[material.'rib 1']\nyoung_kpa = { points = [[0, 1], [100, 3]] }\n");
+  EXPECT_EQ(std::get<double>(*choices.at("liver").young_kpa), 5);
+  EXPECT_EQ(choices.at("duct").tissue, "vessel");
+  EXPECT_TRUE(choices.at("gallbladder").none);
+  const MaterialRule femur{*choices.at("femur").young_kpa, *choices.at("femur").poisson,
+                           *choices.at("femur").density_kg_m3};
+  const Material m = femur.at(500);
+  EXPECT_NEAR(m.density, 1400e-12, 1e-24);
+  EXPECT_NEAR(m.young, 1e-6 * std::pow(1400, 1.49), 1e-15);
+  EXPECT_NEAR(femur.at(-5000).density, 300e-12, 1e-24);
+  EXPECT_EQ(std::get<GreyLaw>(*choices.at("rib 1").young_kpa)(50), 2);
+}
+
+TEST(MaterialFile, MistakesAreNamedWithTheirPlace) {
+  EXPECT_NE(error_of("[material.liver]\nyung_kpa = 5\n").find("m.toml:2:1: unknown key 'material.liver.yung_kpa'"),
+            std::string::npos);
+  EXPECT_NE(error_of("[material.liver]\nyoung_kpa = 'soft'\n").find("m.toml:2:"), std::string::npos);
+  EXPECT_NE(error_of("[material.a]\nyoung_kpa = { slope = 1, exponent = 2 }\n").find("this is no law"),
+            std::string::npos);
+  EXPECT_NE(error_of("[material.a]\nyoung_kpa = { points = [[0, 1], [0, 2]] }\n").find("ascending"),
+            std::string::npos);
+  EXPECT_NE(error_of("[material.a]\nyoung_kpa = { slope = 1, min = 2, max = 1 }\n").find("min <= max"),
+            std::string::npos);
+  EXPECT_NE(error_of("[material.a]\ndensity_kg_m3 = { slope = 1, of = 'density_kg_m3' }\n").find("unknown key"),
+            std::string::npos);
+  EXPECT_NE(error_of("[material.a]\nnone = true\npoisson = 0.3\n").find("expected it alone"), std::string::npos);
+}

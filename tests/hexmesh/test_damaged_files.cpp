@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Built with AddressSanitizer and UndefinedBehaviorSanitizer, whatever the rest is built with.
+#include <gtest/gtest.h>
+
+#include "hexmesh/core/error.h"
+#include "hexmesh/file/lattice_file.h"
+#include "hexmesh/file/result_file.h"
+#include "support/files.h"
+
+using namespace hexmesh;
+using namespace testing_support;
+
+namespace {
+
+Lattice small_lattice() {
+  const Grid grid({5, 4, 3}, {1, 1, 2});
+  LabelVolume volume{grid, std::vector<std::uint16_t>(grid.num_voxels()), {{1, "liver"}, {2, "tumour"}}};
+  for (std::size_t n = 0; n < volume.labels.size(); ++n) volume.labels[n] = n % 7 == 0 ? 0 : n % 5 == 0 ? 2 : 1;
+  const Material soft = material_from_units(5, 0.3, 1000), stiff = material_from_units(50, 0.4, 1100);
+  Lattice lattice = build_lattice(volume, {{volume.segments[0], soft, 0, "given"}, {volume.segments[1], stiff, 0, "x"}},
+                                  {3, {0, 0, 0}});
+  lattice.surface.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  lattice.surface.triangles = {{0, 1, 2}};
+  lattice.surface.segment = {1};
+  lattice.history = {"hexscan a", "hexmesh build b"};
+  return lattice;
+}
+
+/// All that a reader gives, as one text.
+std::string content(const Lattice& l) {
+  std::string text;
+  const auto add = [&](const auto& values) {
+    if (!values.empty()) text.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(values[0]));
+    text += '|';
+  };
+  const auto add_vector = [&](const Vec3& v) { text.append(reinterpret_cast<const char*>(v.data()), sizeof(Vec3)); };
+  add_vector(l.voxels.origin());
+  add_vector(l.voxels.spacing());
+  for (int d = 0; d < 3; ++d) add_vector(l.voxels.direction().col(d));
+  add(l.labels);
+  for (const LatticeSegment& s : l.segments) {
+    text += s.segment.name + '|' + s.source + '|' + std::to_string(s.segment.label) + std::to_string(s.num_voxels);
+    add(s.segment.color);
+    if (s.material) text += std::to_string(s.material->young) + std::to_string(s.material->poisson);
+  }
+  for (const VoxelMaterial& m : l.materials) add(std::vector{m.material.young, m.material.poisson, m.material.density});
+  for (const Level& level : l.levels) {
+    add(level.cells);
+    add(level.element);
+    add(level.segment);
+    add(level.parts);
+    add(level.children);
+    add(std::vector{level.merge, level.voxels_per_cell});
+  }
+  for (const Vec3& p : l.surface.points) add_vector(p);
+  add(l.surface.triangles);
+  add(l.surface.segment);
+  for (const std::string& line : l.history) text += line + '|';
+  return text;
+}
+
+std::string content(const Result& r) {
+  Lattice l{r.voxels, r.labels, r.segments, {}, {}, r.surface, r.history};
+  Level level;
+  level.cells = r.cells;
+  level.segment = r.segment;
+  level.voxels_per_cell = r.voxels_per_cell;
+  l.levels = {level};
+  std::string text = content(l) + r.report + std::to_string(r.level);
+  for (const CellNodes& n : r.cell_nodes) text.append(reinterpret_cast<const char*>(n.data()), sizeof(n));
+  for (const auto& points : {r.nodes, r.displacement, r.surface_displacement})
+    for (const Vec3& p : points) text.append(reinterpret_cast<const char*>(p.data()), sizeof(Vec3));
+  for (const auto& [name, values] : r.cell_fields) {
+    text += name;
+    for (const double v : values) text += std::to_string(v);
+  }
+  for (const ConditionPoints& c : r.conditions) text += c.name + std::to_string(c.points.size());
+  return text;
+}
+
+/// Every byte flipped and the file cut everywhere: refused by name, or read as it was.
+template <class Read>
+void damage(const std::string& name, const TemporaryFolder& folder, Read&& read) {
+  const std::string bytes = read_text(folder / name);
+  const std::string expected = read(folder / name);
+  std::size_t refused = 0, harmless = 0;
+  const auto try_one = [&](const std::string& damaged, const std::string& what) {
+    write_text(folder / "damaged", damaged);
+    try {
+      EXPECT_EQ(read(folder / "damaged"), expected) << what;
+      ++harmless;
+    } catch (const Error& e) {
+      EXPECT_NE(std::string(e.what()).find("damaged"), std::string::npos) << what << ": " << e.what();
+      ++refused;
+    }
+  };
+  for (std::size_t size = 0; size < bytes.size(); size += 1 + bytes.size() / 150)
+    try_one(bytes.substr(0, size), "cut to " + std::to_string(size));
+  EXPECT_EQ(harmless, 0U) << "cut files";
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    std::string damaged = bytes;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x55);
+    try_one(damaged, "byte " + std::to_string(at));
+  }
+  printf("%zu bytes: %zu damaged files refused, %zu read as they were (bytes that hold nothing)\n", bytes.size(),
+         refused, harmless);
+}
+
+}  // namespace
+
+TEST(DamagedFiles, LatticesAreRefusedOrReadRight) {
+  const TemporaryFolder folder;
+  write_lattice(small_lattice(), folder / "lattice");
+  damage("lattice", folder, [](const auto& path) { return content(read_lattice(path)); });
+}
+
+TEST(DamagedFiles, ResultsAreRefusedOrReadRight) {
+  const TemporaryFolder folder;
+  Result result = rest_state(small_lattice(), 1);
+  result.displacement.assign(result.nodes.size(), Vec3(1, 2, 3));
+  result.surface_displacement.assign(result.surface.points.size(), Vec3(1, 2, 3));
+  result.conditions = {{"held", {{1, 2, 3}}, {{0, 0, 0}}}};
+  result.report = "{}";
+  write_result(result, folder / "result");
+  damage("result", folder, [](const auto& path) { return content(read_result(path)); });
+}

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "lattice_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "hexmesh/lattice/nodes.h"
+
+namespace hextools {
+namespace {
+
+using hexmesh::Lattice;
+using nlohmann::json;
+
+/// Cells that join what is apart, the worst first.
+json joined_cells(const Lattice& lattice, int number) {
+  constexpr std::size_t most = 100;
+  const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(number)];
+  std::vector<std::size_t> joined;
+  for (std::size_t c = 0; c < level.cells.size(); ++c)
+    if (level.parts[c] > 1) joined.push_back(c);
+  std::stable_sort(joined.begin(), joined.end(),
+                   [&](std::size_t a, std::size_t b) { return level.parts[a] > level.parts[b]; });
+  json list = json::array();
+  for (std::size_t n = 0; n < std::min(joined.size(), most); ++n) {
+    const hexmesh::Index3& c = level.cells[joined[n]];
+    const hexmesh::Vec3 center =
+        lattice.corner() + lattice.cell_edges(number) * hexmesh::Vec3(c[0] + 0.5, c[1] + 0.5, c[2] + 0.5);
+    list.push_back({{"parts", level.parts[joined[n]]}, {"center_mm", {center[0], center[1], center[2]}}});
+  }
+  return list;
+}
+
+json describe_level(const Lattice& lattice, int number) {
+  const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(number)];
+  const hexmesh::Vec3 size = lattice.cell_size(number);
+  std::size_t boundary = 0, joined = 0;
+  double least = 1;
+  for (std::size_t c = 0; c < level.cells.size(); ++c) {
+    boundary += level.is_boundary(c);
+    joined += level.parts[c] > 1;
+    least = std::min(least, level.fill(c));
+  }
+  return {{"level", number},
+          {"cells", level.cells.size()},
+          {"nodes", hexmesh::number_nodes(level.cells).nodes.size()},
+          {"boundary_cells", boundary},
+          {"unique_matrices", level.filled.size()},
+          {"joined_cells", joined},
+          {"joined", joined_cells(lattice, number)},
+          {"smallest_fill", least},
+          {"cell_mm", {size[0], size[1], size[2]}}};
+}
+
+json describe_segment(const Lattice& lattice, const hexmesh::LatticeSegment& s) {
+  const double voxel_ml = lattice.voxels.voxel_volume() / 1000;
+  const double volume = static_cast<double>(s.num_voxels) * voxel_ml;
+  json entry = {{"name", s.segment.name}, {"label", s.segment.label}, {"volume_ml", volume}};
+  if (!s.material) return entry;
+  const hexmesh::Material& m = *s.material;
+  entry["young_kpa"] = m.young * 1e3;
+  entry["poisson"] = m.poisson;
+  entry["density_kg_m3"] = m.density * 1e12;
+  entry["mass_g"] = volume * 1e3 * m.density * 1e6;
+  entry["source"] = s.source;
+  double low = std::numeric_limits<double>::infinity(), high = 0;
+  std::size_t count = 0;
+  for (const hexmesh::VoxelMaterial& of_voxel : lattice.materials) {
+    if (of_voxel.label != s.segment.label) continue;
+    low = std::min(low, of_voxel.material.young * 1e3);
+    high = std::max(high, of_voxel.material.young * 1e3);
+    ++count;
+  }
+  entry["materials"] = count;
+  if (count > 1) entry["young_kpa_range"] = {low, high};
+  return entry;
+}
+
+}  // namespace
+
+nlohmann::json describe(const Lattice& lattice) {
+  json report;
+  for (int n = 0; n < static_cast<int>(lattice.levels.size()); ++n)
+    report["levels"].push_back(describe_level(lattice, n));
+  for (const hexmesh::LatticeSegment& s : lattice.segments)
+    report["segments"].push_back(describe_segment(lattice, s));
+  const std::vector<hexmesh::VoxelClass> classes = hexmesh::classify_voxels(lattice);
+  const auto count = [&](hexmesh::VoxelClass which) { return std::count(classes.begin(), classes.end(), which); };
+  report["voxels"] = {{"outside", count(hexmesh::VoxelClass::outside)},
+                      {"inside", count(hexmesh::VoxelClass::inside)},
+                      {"boundary", count(hexmesh::VoxelClass::boundary)}};
+  const hexmesh::Vec3& spacing = lattice.voxels.spacing();
+  report["voxel_mm"] = {spacing[0], spacing[1], spacing[2]};
+  for (const hexmesh::LatticeSegment& s : lattice.segments) {
+    const auto& labels = lattice.surface.segment;
+    if (const auto n = std::count(labels.begin(), labels.end(), s.segment.label); n > 0)
+      report["surfaces"].push_back({{"segment", s.segment.name}, {"triangles", n}});
+  }
+  report["history"] = lattice.history;
+  return report;
+}
+
+std::string table(const nlohmann::json& report) {
+  std::string out = fmt::format("{:<6}{:>11}{:>11}{:>11}{:>9}{:>8}   cell [mm]\n", "level", "cells", "nodes", "boundary",
+                                "unique", "joined");
+  for (const json& l : report["levels"])
+    out += fmt::format("{:<6}{:>11}{:>11}{:>11}{:>9}{:>8}   {:.4g} x {:.4g} x {:.4g}\n", l["level"].get<int>(),
+                       l["cells"].get<std::size_t>(), l["nodes"].get<std::size_t>(),
+                       l["boundary_cells"].get<std::size_t>(), l["unique_matrices"].get<std::size_t>(),
+                       l["joined_cells"].get<std::size_t>(), l["cell_mm"][0].get<double>(),
+                       l["cell_mm"][1].get<double>(), l["cell_mm"][2].get<double>());
+  for (const json& s : report["segments"]) {
+    out += fmt::format("segment {} '{}': {:.1f} mL", s["label"].get<int>(), s["name"].get<std::string>(),
+                       s["volume_ml"].get<double>());
+    if (!s.contains("young_kpa")) {
+      out += ", no material\n";
+      continue;
+    }
+    out += fmt::format(", E {:.4g} kPa", s["young_kpa"].get<double>());
+    if (s.contains("young_kpa_range"))
+      out += fmt::format(" on average ({:.4g} to {:.4g}, {} materials)", s["young_kpa_range"][0].get<double>(),
+                         s["young_kpa_range"][1].get<double>(), s["materials"].get<std::size_t>());
+    out += fmt::format(", nu {:.4g}, {:.1f} g\n", s["poisson"].get<double>(), s["mass_g"].get<double>());
+  }
+  return out;
+}
+
+void note_joined(const json& report, const Console& console) {
+  for (auto level = report["levels"].rbegin(); level != report["levels"].rend(); ++level) {
+    const auto joined = (*level)["joined_cells"].get<std::size_t>();
+    if (joined == 0 || 10 * joined > (*level)["cells"].get<std::size_t>()) continue;
+    const json& worst = (*level)["joined"][0];
+    console.note(fmt::format(
+        "level {}: {} cells join material that is not connected inside them, e.g. {} parts at ({:.1f}, {:.1f}, {:.1f}) "
+        "mm; a finer level keeps it apart (see 'joined' in the report, or 'parts' in hexexport --lattice)",
+        (*level)["level"].get<int>(), joined, worst["parts"].get<int>(), worst["center_mm"][0].get<double>(),
+        worst["center_mm"][1].get<double>(), worst["center_mm"][2].get<double>()));
+    return;
+  }
+}
+
+}  // namespace hextools
