@@ -128,15 +128,16 @@ std::string table(const nlohmann::json& report) {
 }
 
 void note_joined(const json& report, const Console& console) {
-  for (auto level = report["levels"].rbegin(); level != report["levels"].rend(); ++level) {
-    const auto joined = (*level)["joined_cells"].get<std::size_t>();
-    if (joined == 0 || 10 * joined > (*level)["cells"].get<std::size_t>()) continue;
-    const json& worst = (*level)["joined"][0];
+  for (const json& level : report["levels"]) {
+    const auto joined = level["joined_cells"].get<std::size_t>();
+    if (joined == 0) continue;
+    const json& worst = level["joined"][0];
     console.note(fmt::format(
-        "level {}: {} cells join material that is not connected inside them, e.g. {} parts at ({:.1f}, {:.1f}, {:.1f}) "
-        "mm; a finer level keeps it apart (see 'joined' in the report, or 'parts' in hexexport --lattice)",
-        (*level)["level"].get<int>(), joined, worst["parts"].get<int>(), worst["center_mm"][0].get<double>(),
-        worst["center_mm"][1].get<double>(), worst["center_mm"][2].get<double>()));
+        "level {}: {} of {} cells join material that is not connected inside them, e.g. {} parts at ({:.1f}, {:.1f}, "
+        "{:.1f}) mm; coarser levels join more (all: 'joined' in the report, 'parts' in hexexport --lattice)",
+        level["level"].get<int>(), joined, level["cells"].get<std::size_t>(), worst["parts"].get<int>(),
+        worst["center_mm"][0].get<double>(), worst["center_mm"][1].get<double>(),
+        worst["center_mm"][2].get<double>()));
     return;
   }
 }

@@ -15,7 +15,7 @@ nlohmann::json describe(const hexmesh::Lattice& lattice);
 /// The same as a table for reading.
 std::string table(const nlohmann::json& report);
 
-/// Where cells of a level join what is apart, for the coarsest level where fewer than one in ten do: there it matters.
+/// The finest level with cells that join what is apart.
 void note_joined(const nlohmann::json& report, const Console& console);
 
 }  // namespace hextools

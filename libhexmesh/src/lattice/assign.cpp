@@ -25,17 +25,24 @@ struct NamedRule {
   std::string source;
 };
 
-/// Names of the quantities that the user did not give.
-std::vector<std::string> left_open(const MaterialChoice& choice) {
-  std::vector<std::string> names;
-  if (!choice.young_kpa) names.emplace_back("young_kpa");
-  if (!choice.poisson) names.emplace_back("poisson");
-  if (!choice.density_kg_m3) names.emplace_back("density_kg_m3");
-  return names;
+bool is_complete(const MaterialChoice& choice) { return choice.young_kpa && choice.poisson && choice.density_kg_m3; }
+
+/// Which values come from the tissue, and from where the tissue has them.
+std::string source_of(const MaterialChoice& choice, const Tissue* tissue) {
+  std::vector<std::string> sources;
+  if (!choice.young_kpa || !choice.poisson)
+    sources.push_back(fmt::format("{}: {}",
+                                  choice.young_kpa ? "poisson"
+                                  : choice.poisson ? "young_kpa"
+                                                   : "young_kpa and poisson",
+                                  tissue->source));
+  if (!choice.density_kg_m3)
+    sources.push_back(fmt::format("density_kg_m3: {}", tissue ? density_source : "that of water"));
+  return fmt::format("{}{}", tissue ? fmt::format("tissue '{}', ", tissue->name) : "", fmt::join(sources, "; "));
 }
 
 NamedRule make_rule(const std::string& segment, const MaterialChoice& choice) {
-  constexpr double water = 1000;  // kg/m^3, where only the density is left open
+  constexpr double water = 1000;  // kg/m^3
   const Tissue* tissue = find_tissue(segment, choice);
   if (!tissue && !(choice.young_kpa && choice.poisson))
     throw Error(ErrorKind::input,
@@ -43,14 +50,9 @@ NamedRule make_rule(const std::string& segment, const MaterialChoice& choice) {
                             "{0}:young_kpa=...,poisson=... or {0}:none",
                             segment));
   const Material m = tissue ? tissue->material : material_from_units(0, 0, water);
-  NamedRule out{{choice.young_kpa.value_or(m.young * 1e3), choice.poisson.value_or(m.poisson),
-                 choice.density_kg_m3.value_or(m.density * 1e12)},
-                "given"};
-  const std::vector<std::string> open = left_open(choice);
-  if (open.empty()) return out;
-  out.source = fmt::format("{} of tissue '{}' ({}){}", fmt::join(open, ", "), tissue ? tissue->name : "water",
-                           tissue ? tissue->source : "density of water", open.size() < 3 ? ", the rest given" : "");
-  return out;
+  return {{choice.young_kpa.value_or(m.young * 1e3), choice.poisson.value_or(m.poisson),
+           choice.density_kg_m3.value_or(m.density * 1e12)},
+          is_complete(choice) ? "given" : source_of(choice, tissue)};
 }
 
 }  // namespace
@@ -81,7 +83,7 @@ AssignedMaterials assign_materials(const LabelVolume& volume, const std::map<std
       } else {
         entry.material = rule.at(0);
         check_material(*entry.material, segment.name);
-        if (!left_open(choice).empty())
+        if (!is_complete(choice))
           out.notes.push_back(fmt::format("segment '{}': {:g} kPa, nu {:g}, {:g} kg/m^3: {}", segment.name,
                                           entry.material->young * 1e3, entry.material->poisson,
                                           entry.material->density * 1e12, source));

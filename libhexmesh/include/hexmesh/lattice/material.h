@@ -33,8 +33,11 @@ struct Tissue {
   std::string name;
   std::vector<std::string> words;  ///< lower-case parts of segment names that mean this tissue
   Material material;
-  std::string source;
+  std::string source;  ///< of the stiffness; soft tissue is taken as nearly incompressible, nu = 0.45
 };
+
+/// Source of the densities of all tissues.
+inline constexpr const char* density_source = "ICRU Report 44 (1989)";
 
 /// Named defaults, most specific words first.
 const std::vector<Tissue>& known_tissues();
