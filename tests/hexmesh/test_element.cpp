@@ -169,17 +169,15 @@ TEST(Element, AFullParentIsTheBigCell) {
   EXPECT_LT((ElementMatrices(edges).stiffness(e) - expected).norm(), single_cell * expected.norm());
 }
 
-TEST(Element, OneFullChildOfFourMakesTheParentAnisotropic) {
-  // The paper's figure 4 in three dimensions: a layer of four children, one of them full.
-  Element e;
-  add_child(e, full_voxel(soft, 1), 0, {2, 2, 1});
-  const Mat3 edges = Vec3(2, 2, 1).asDiagonal();
-  const CellMatrix k = ElementMatrices(edges).stiffness(e);
-  const CellMatrix full = textbook_stiffness(soft, edges) / 4;
-  // The corner in the full child is stiffer than a quarter of the full cell, the one across is far softer.
-  EXPECT_GT(k(0, 0), 2 * full(0, 0));
-  EXPECT_LT(k(9, 9), 0.3 * full(9, 9));
-  EXPECT_GT(k(9, 9), 0);
+TEST(Element, SpreadEvenlyIsTheFillWeightedFullCell) {
+  Element half;
+  for (const int slot : {0, 1, 2, 3}) add_child(half, full_voxel(soft, 3), slot, {2, 2, 2});
+  const Mat3 edges = Vec3(2, 3, 4).asDiagonal();
+  const CellMatrix expected = textbook_stiffness(soft, edges) / 2;
+  const Element even = spread_evenly(half);
+  EXPECT_LT((ElementMatrices(edges).stiffness(even) - expected).norm(), single_cell * expected.norm());
+  EXPECT_NEAR(even.volume(), half.volume(), single_cell * half.volume());
+  EXPECT_EQ(even.density, half.density);
 }
 
 TEST(Element, MassIsSplitOverTheNodesByDensityNotByStiffness) {
