@@ -46,28 +46,7 @@ Result moved(const Lattice& lattice, int level, const Mat3& gradient, const Vec3
   return r;
 }
 
-double enclosed_volume(const TriangleSurface& s, std::uint16_t label) {
-  double volume = 0;
-  for (std::size_t t = 0; t < s.triangles.size(); ++t)
-    if (s.segment[t] == label) {
-      const auto& [a, b, c] = s.triangles[t];
-      const auto p = [&](int n) { return s.points[static_cast<std::size_t>(n)]; };
-      volume += p(a).dot(p(b).cross(p(c))) / 6;
-    }
-  return volume;
-}
-
 }  // namespace
-
-TEST(Surface, IsClosedOutwardAndEnclosesTheSegment) {
-  const Lattice lattice = bitten_ball({1, 1, 2}, {0, 0, 0}, random_rotation(9));
-  for (const std::uint16_t label : {std::uint16_t{1}, std::uint16_t{2}}) {
-    const TriangleSurface surface = extract_surface(lattice, label);
-    const double voxels = 2.0 * static_cast<double>(std::count(lattice.labels.begin(), lattice.labels.end(), label));
-    // Marching cubes cuts the voxels' corners; at a few voxels' radius that is some per cent.
-    EXPECT_NEAR(enclosed_volume(surface, label), voxels, 0.12 * voxels);
-  }
-}
 
 TEST(VtkExport, HexahedraReadBackWithPositiveJacobiansAndTheSameNumbers) {
   const TemporaryFolder folder;

@@ -94,9 +94,12 @@ nlohmann::json describe(const Lattice& lattice) {
   const hexmesh::Vec3& spacing = lattice.voxels.spacing();
   report["voxel_mm"] = {spacing[0], spacing[1], spacing[2]};
   for (const hexmesh::LatticeSegment& s : lattice.segments) {
-    const auto& labels = lattice.surface.segment;
-    if (const auto n = std::count(labels.begin(), labels.end(), s.segment.label); n > 0)
-      report["surfaces"].push_back({{"segment", s.segment.name}, {"triangles", n}});
+    const hexmesh::TriangleSurface surface = hexmesh::of_segment(lattice.surface, s.segment.label);
+    if (surface.triangles.empty()) continue;
+    report["surfaces"].push_back({{"segment", s.segment.name},
+                                  {"triangles", surface.triangles.size()},
+                                  {"open_edges", hexmesh::count_open_edges(surface)},
+                                  {"volume_ml", hexmesh::enclosed_volume(surface) / 1000}});
   }
   report["history"] = lattice.history;
   return report;

@@ -4,6 +4,7 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Bounded_normal_change_filter.h>
@@ -57,6 +58,8 @@ TriangleSurface decimate(const TriangleSurface& surface, std::size_t num_triangl
   const simplification::Count_stop_predicate<Mesh> stop(num_triangles * 3 / 2);  // edges of a closed surface
   const simplification::Bounded_normal_change_filter<> filter;
   simplification::edge_collapse(mesh, stop, CGAL::parameters::filter(filter));
+  mesh.collect_garbage();
+  processing::experimental::remove_self_intersections(mesh, CGAL::parameters::preserve_genus(false));
   return to_surface(mesh, surface.segment.front());
 }
 

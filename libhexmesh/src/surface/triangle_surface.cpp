@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexmesh/surface/triangle_surface.h"
 
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <map>
+
 namespace hexmesh {
 
 TriangleSurface of_segment(const TriangleSurface& surface, std::uint16_t label) {
@@ -21,6 +25,29 @@ TriangleSurface of_segment(const TriangleSurface& surface, std::uint16_t label) 
     out.segment.push_back(label);
   }
   return out;
+}
+
+double enclosed_volume(const TriangleSurface& surface) {
+  if (surface.points.empty()) return 0;
+  // Against the first point, so that little is lost far from the origin.
+  const Vec3 base = surface.points.front();
+  double volume = 0;
+  for (const auto& [a, b, c] : surface.triangles) {
+    const auto p = [&](std::int32_t n) -> Vec3 { return surface.points[static_cast<std::size_t>(n)] - base; };
+    volume += p(a).dot(p(b).cross(p(c))) / 6;
+  }
+  return volume;
+}
+
+std::size_t count_open_edges(const TriangleSurface& surface) {
+  std::map<std::pair<std::int32_t, std::int32_t>, int> balance;  // low to high point counts 1, back -1
+  for (const auto& t : surface.triangles)
+    for (std::size_t a = 0; a < 3; ++a) {
+      const std::int32_t from = t[a], to = t[(a + 1) % 3];
+      balance[std::minmax(from, to)] += from < to ? 1 : -1;
+    }
+  return static_cast<std::size_t>(
+      std::count_if(balance.begin(), balance.end(), [](const auto& edge) { return edge.second != 0; }));
 }
 
 void append(TriangleSurface& to, const TriangleSurface& surface) {

@@ -19,6 +19,12 @@ struct TriangleSurface {
 /// The triangles of one segment with the points they use.
 TriangleSurface of_segment(const TriangleSurface& surface, std::uint16_t label);
 
+/// Enclosed volume [mm^3], positive for triangles that are counter-clockwise seen from outside.
+double enclosed_volume(const TriangleSurface& surface);
+
+/// Edges with no triangle, or none of the opposite sense, on the other side; 0 for a closed surface.
+std::size_t count_open_edges(const TriangleSurface& surface);
+
 /// Add another surface's triangles.
 void append(TriangleSurface& to, const TriangleSurface& surface);
 
