@@ -5,11 +5,13 @@
 #include <algorithm>
 
 #include "hexmesh/scan/label_volume.h"
+#include "hexmesh/scan/resample.h"
 #include "support/bodies.h"
 #include "support/files.h"
 
 using namespace hexmesh;
 using testing_support::make_volume;
+using testing_support::random_rotation;
 using testing_support::message_of;
 
 namespace {
@@ -104,4 +106,29 @@ TEST(LabelVolume, OverlayRefusesAnotherGrid) {
   const LabelVolume b = make_volume({2, 2, 2}, {1, 1, 2}, [](const Index3&) { return 1; });
   std::size_t overlap = 0;
   EXPECT_NE(message_of(ErrorKind::input, [&] { overlay(a, b, overlap); }).find("different grids"), std::string::npos);
+}
+
+TEST(Resample, KeepsTheBodyWhereItIs) {
+  // Boxes of whole millimetres on a 1 x 1 x 2.5 mm grid, for cells of 3 mm: voxels of 0.75 x 0.75 x 3 mm.
+  const Mat3 direction = random_rotation(5);
+  const LabelVolume volume = make_volume(
+      {30, 24, 20}, {1, 1, 2.5},
+      [](const Index3& v) { return v[0] >= 6 && v[0] < 24 && v[1] >= 3 && v[1] < 21 && v[2] >= 6 && v[2] < 12; },
+      direction, {5, 6, 7});
+  const LabelVolume fine = resample_for_cells(volume, 3);
+  EXPECT_LT((fine.grid.spacing() - Vec3(0.75, 0.75, 3)).norm(), 1e-12);
+  const Vec3 corner = Vec3::Constant(-0.5);
+  EXPECT_LT((fine.grid.position(corner) - volume.grid.position(corner)).norm(), 1e-9);
+  for (std::size_t n = 0; n < fine.labels.size(); ++n) {
+    const Index3 v = fine.grid.index(n);
+    const Vec3 old = volume.grid.continuous_index(fine.grid.position(Vec3(v[0], v[1], v[2])));
+    const Index3 nearest = {static_cast<std::int32_t>(std::lround(old[0])), static_cast<std::int32_t>(std::lround(old[1])),
+                            static_cast<std::int32_t>(std::lround(old[2]))};
+    const bool inside = volume.grid.contains(nearest) && volume.labels[volume.grid.offset(nearest)] != 0;
+    ASSERT_EQ(fine.labels[n] != 0, inside) << n;
+  }
+  EXPECT_NE(message_of(ErrorKind::usage, [&] { resample_for_cells(volume, 0); }).find("cell size is 0 mm"),
+            std::string::npos);
+  EXPECT_NE(message_of(ErrorKind::usage, [&] { resample_for_cells(volume, 1e-4); }).find("at most 2^31"),
+            std::string::npos);
 }

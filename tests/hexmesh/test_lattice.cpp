@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <map>
+#include <random>
 #include <set>
 
 #include "hexmesh/lattice/check.h"
@@ -16,6 +17,32 @@ using namespace testing_support;
 namespace {
 
 constexpr double whole_body = 1e-9, single_cell = 1e-12;  // relative
+
+/// Each level's cells flooded one by one through voxels that share a node.
+void expect_flooded_parts(const Lattice& lattice) {
+  for (const Level& level : lattice.levels) {
+    std::map<Index3, std::set<Index3>> left;
+    const Index3& n = level.voxels_per_cell;
+    for (const Index3& v : lattice.levels[0].cells) left[{v[0] / n[0], v[1] / n[1], v[2] / n[2]}].insert(v);
+    for (std::size_t c = 0; c < level.cells.size(); ++c) {
+      std::set<Index3>& voxels = left[level.cells[c]];
+      int parts = 0;
+      for (; !voxels.empty(); ++parts) {
+        std::vector<Index3> front = {*voxels.begin()};
+        voxels.erase(voxels.begin());
+        while (!front.empty()) {
+          const Index3 v = front.back();
+          front.pop_back();
+          for (int k = -1; k <= 1; ++k)
+            for (int j = -1; j <= 1; ++j)
+              for (int i = -1; i <= 1; ++i)
+                if (const Index3 next = {v[0] + i, v[1] + j, v[2] + k}; voxels.erase(next) > 0) front.push_back(next);
+        }
+      }
+      EXPECT_EQ(level.parts[c], parts);
+    }
+  }
+}
 
 struct Case {
   Vec3 spacing;
@@ -103,31 +130,7 @@ TEST_P(LatticeLevels, ALinearFieldStoresTheSameEnergyAtEveryLevel) {
     }
 }
 
-TEST_P(LatticeLevels, PartsAreThoseOfAFloodFill) {
-  // Each level's cells flooded one by one through voxels that share a node.
-  for (const Level& level : lattice.levels) {
-    std::map<Index3, std::set<Index3>> left;
-    const Index3& n = level.voxels_per_cell;
-    for (const Index3& v : lattice.levels[0].cells) left[{v[0] / n[0], v[1] / n[1], v[2] / n[2]}].insert(v);
-    for (std::size_t c = 0; c < level.cells.size(); ++c) {
-      std::set<Index3>& voxels = left[level.cells[c]];
-      int parts = 0;
-      for (; !voxels.empty(); ++parts) {
-        std::vector<Index3> front = {*voxels.begin()};
-        voxels.erase(voxels.begin());
-        while (!front.empty()) {
-          const Index3 v = front.back();
-          front.pop_back();
-          for (int k = -1; k <= 1; ++k)
-            for (int j = -1; j <= 1; ++j)
-              for (int i = -1; i <= 1; ++i)
-                if (const Index3 next = {v[0] + i, v[1] + j, v[2] + k}; voxels.erase(next) > 0) front.push_back(next);
-        }
-      }
-      EXPECT_EQ(level.parts[c], parts);
-    }
-  }
-}
+TEST_P(LatticeLevels, PartsAreThoseOfAFloodFill) { expect_flooded_parts(lattice); }
 
 TEST_P(LatticeLevels, EveryVoxelIsInTheCellOfItsIndex) {
   for (const Level& level : lattice.levels) {
@@ -212,6 +215,16 @@ TEST(Lattice, PartsOfCheckeredCellsAndOfTheTwoArmsOfAC) {
   EXPECT_EQ(c[1].parts, std::vector<std::uint16_t>(8, 1));
   EXPECT_EQ(c[2].parts, (std::vector<std::uint16_t>{1, 2}));
   EXPECT_EQ(c[3].parts, std::vector<std::uint16_t>{1});
+}
+
+TEST(Lattice, PartsOfScatteredVoxelsAreThoseOfAFloodFill) {
+  std::mt19937 random(3);
+  for (const int one_in : {3, 6, 12}) {
+    const LabelVolume volume =
+        make_volume({21, 18, 15}, {1, 1, 2}, [&](const Index3&) { return random() % one_in == 0; });
+    expect_flooded_parts(
+        build_lattice(volume, {{volume.segments[0], material_from_units(1, 0.3, 1000), 0, ""}}, {5, {0, 0, 0}}));
+  }
 }
 
 TEST(Lattice, VoxelsAreOutsideInsideOrBoundary) {
