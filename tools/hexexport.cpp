@@ -32,8 +32,7 @@ Result read_input(const Options& o, const Console& console) {
     throw Error(ErrorKind::usage, "--csv and --deformed go with a result, but the input is a lattice file");
   const int count = hexmesh::count_levels(input.path());
   const int level = std::max(o.level, 0);
-  if (level >= count)
-    throw Error(ErrorKind::input, fmt::format("level is {}, expected 0 to {}", level, count - 1));
+  if (level >= count) throw Error(ErrorKind::input, fmt::format("level is {}, expected 0 to {}", level, count - 1));
   console.note(fmt::format("level {} of {}", level, count));
   return hexmesh::rest_state(hexmesh::read_lattice(input.path(), {level}), level);
 }
@@ -71,21 +70,21 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
 
 int main(int argc, char** argv) {
   auto o = std::make_shared<Options>();
-  return run_tool(argc, argv,
-                  {"hexexport", "Export a result, or a lattice before anything is solved, to the files that ParaView opens.",
-                   "hexexport liver.hexresult --lattice liver.vtu --surface liver.vtp",
-                   [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
-                     app.add_option("input", o->input, "Result file of hexsolve or lattice file of hexmesh; - is standard input")
-                         ->required();
-                     app.add_option("--level", o->level, "Level of a lattice file to export; 0 = voxels [default: 0]")
-                         ->check(CLI::Range(0, 30));
-                     app.add_option("--lattice", o->lattice,
-                                    "Hexahedra (.vtu): displacement, fill, parts, segment, strain_energy_density [N/mm^2]");
-                     app.add_option("--surface", o->surface, "Embedded surface (.vtp): displacement, segment");
-                     app.add_option("--csv", o->csv, "node,x,y,z,ux,uy,uz [mm, LPS] of the lattice nodes (.csv)");
-                     app.add_flag(
-                         "--deformed", o->deformed,
-                         "Move the points; by default files hold the rest shape with the displacement as data");
-                     return [=, &common, &console] { return run(*o, common, console); };
-                   }});
+  return run_tool(
+      argc, argv,
+      {"hexexport", "Export a result, or a lattice before anything is solved, to the files that ParaView opens.",
+       "hexexport liver.hexresult --lattice liver.vtu --surface liver.vtp",
+       [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
+         app.add_option("input", o->input, "Result file of hexsolve or lattice file of hexmesh; - is standard input")
+             ->required();
+         app.add_option("--level", o->level, "Level of a lattice file to export; 0 = voxels [default: 0]")
+             ->check(CLI::Range(0, 30));
+         app.add_option("--lattice", o->lattice,
+                        "Hexahedra (.vtu): displacement, fill, parts, segment, strain_energy_density [N/mm^2]");
+         app.add_option("--surface", o->surface, "Embedded surface (.vtp): displacement, segment");
+         app.add_option("--csv", o->csv, "node,x,y,z,ux,uy,uz [mm, LPS] of the lattice nodes (.csv)");
+         app.add_flag("--deformed", o->deformed,
+                      "Move the points; by default files hold the rest shape with the displacement as data");
+         return [=, &common, &console] { return run(*o, common, console); };
+       }});
 }

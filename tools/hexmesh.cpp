@@ -143,9 +143,10 @@ private:
     surface = hexmesh::decimate(surface, wanted->second);
     const std::size_t crossing = hexmesh::count_self_intersections(surface);
     if (crossing > 0)
-      notes.push_back(fmt::format("warning: surface of '{}' with {} triangles crosses itself in {} pairs of triangles; more "
-                                   "triangles may help",
-                                   s.segment.name, surface.triangles.size(), crossing));
+      notes.push_back(
+          fmt::format("warning: surface of '{}' with {} triangles crosses itself in {} pairs of triangles; more "
+                      "triangles may help",
+                      s.segment.name, surface.triangles.size(), crossing));
     return surface;
   }
 
@@ -179,9 +180,10 @@ hexmesh::LabelVolume read_voxels(const Options& o, Notes& notes) {
   const double before = volume(labels);
   labels = hexmesh::resample_for_cells(labels, o.cell_size);
   const hexmesh::Vec3& s = labels.grid.spacing();
-  notes.push_back(fmt::format("resampled to voxels of {:.4g} x {:.4g} x {:.4g} mm for cells of {:g} mm: {:.2f} mL of "
-                           "{:.2f} mL",
-                           s[0], s[1], s[2], o.cell_size, volume(labels), before));
+  notes.push_back(
+      fmt::format("resampled to voxels of {:.4g} x {:.4g} x {:.4g} mm for cells of {:g} mm: {:.2f} mL of "
+                  "{:.2f} mL",
+                  s[0], s[1], s[2], o.cell_size, volume(labels), before));
   return labels;
 }
 
@@ -192,8 +194,9 @@ Lattice build(const Options& o, Notes& notes) {
   notes.insert(notes.end(), materials.notes.begin(), materials.notes.end());
   if (materials.rules.empty()) {
     if (!o.intensity.empty())
-      throw Error(ErrorKind::usage, "--intensity is given but no material follows the grey values, expected a law in "
-                                    "--materials");
+      throw Error(ErrorKind::usage,
+                  "--intensity is given but no material follows the grey values, expected a law in "
+                  "--materials");
     return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice);
   }
   if (o.intensity.empty())
@@ -267,8 +270,8 @@ int run_check(const Options& o) {
   }
   fmt::print("{}", o.as_json ? report.dump(2) + "\n" : text);
   if (!broken.empty())
-    throw Error(ErrorKind::input, fmt::format("lattice file '{}' breaks {} of {} properties: {}, expected none", o.input,
-                                              broken.size(), findings.size(), fmt::join(broken, ", ")));
+    throw Error(ErrorKind::input, fmt::format("lattice file '{}' breaks {} of {} properties: {}, expected none",
+                                              o.input, broken.size(), findings.size(), fmt::join(broken, ", ")));
   return 0;
 }
 
@@ -314,9 +317,10 @@ int main(int argc, char** argv) {
          build->add_option("--levels", o->lattice.num_levels, "Number of levels; 0 = until at most 16 cells are left")
              ->check(CLI::Range(0, 20))
              ->capture_default_str();
-         build->add_option("--cell-size", o->cell_size,
-                           "Edge of cubic cells that some level has exactly [mm]; the voxels are resampled once for "
-                           "it. Without it nothing is resampled")
+         build
+             ->add_option("--cell-size", o->cell_size,
+                          "Edge of cubic cells that some level has exactly [mm]; the voxels are resampled once for "
+                          "it. Without it nothing is resampled")
              ->check(CLI::PositiveNumber);
          build->add_option("--offset", o->lattice.offset, "i,j,k: shift of the lattice against the body [voxels]")
              ->delimiter(',')

@@ -181,7 +181,8 @@ int main(int argc, char** argv) {
          phantom->add_option("name", o->phantom, "Which phantom")->required()->check(CLI::IsMember(names));
          phantom->add_option("--set", o->settings,
                              "KEY=NUMBER of a solid: its sizes [mm], rotate_x, rotate_y, rotate_z [degrees], shift_x, "
-                             "shift_y, shift_z [mm]. Sizes" + sizes);
+                             "shift_y, shift_z [mm]. Sizes" +
+                                 sizes);
          phantom->add_option("--spacing", o->spacing, "Edge of the cubic voxels [mm], 0.25 to 10")
              ->check(CLI::Range(0.25, 10.0))
              ->capture_default_str();

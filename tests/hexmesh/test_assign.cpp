@@ -47,7 +47,11 @@ TEST(Assign, OutOfBoundsNamesTheSegment) {
     MaterialChoice choice;
     choice.young_kpa = young;
     choice.poisson = poisson;
-    EXPECT_NE(message_of(ErrorKind::input, [&] { assign_materials(volume, {{"liver", choice}}); }).find("'liver'"),
+    EXPECT_NE(message_of(ErrorKind::input,
+                         [&] {
+                           assign_materials(volume, {{"liver", choice}});
+                         })
+                  .find("'liver'"),
               std::string::npos);
   }
 }
@@ -63,7 +67,10 @@ TEST(Assign, TissuesFillInWhatIsNotGivenAndSaySo) {
   EXPECT_NE(m.segments[0].source.find("Bensamoun"), std::string::npos);
   EXPECT_EQ(m.notes.size(), 1U);
   choice.tissue = "cheese";
-  EXPECT_NE(message_of(ErrorKind::input, [&] { assign_materials(volume, {{"liver", choice}}); })
+  EXPECT_NE(message_of(ErrorKind::input,
+                       [&] {
+                         assign_materials(volume, {{"liver", choice}});
+                       })
                 .find("unknown tissue 'cheese', expected one of: tumour, vessel"),
             std::string::npos);
 }
@@ -95,8 +102,7 @@ TEST(MaterialFile, MistakesAreNamedWithTheirPlace) {
   EXPECT_NE(error_of("[material.liver]\nyoung_kpa = 'soft'\n").find("m.toml:2:"), std::string::npos);
   EXPECT_NE(error_of("[material.a]\nyoung_kpa = { slope = 1, exponent = 2 }\n").find("this is no law"),
             std::string::npos);
-  EXPECT_NE(error_of("[material.a]\nyoung_kpa = { points = [[0, 1], [0, 2]] }\n").find("ascending"),
-            std::string::npos);
+  EXPECT_NE(error_of("[material.a]\nyoung_kpa = { points = [[0, 1], [0, 2]] }\n").find("ascending"), std::string::npos);
   EXPECT_NE(error_of("[material.a]\nyoung_kpa = { slope = 1, min = 2, max = 1 }\n").find("min <= max"),
             std::string::npos);
   EXPECT_NE(error_of("[material.a]\ndensity_kg_m3 = { slope = 1, of = 'density_kg_m3' }\n").find("unknown key"),

@@ -100,7 +100,8 @@ TEST(LatticeFile, RefusesNewerOtherAndMissingFilesByName) {
   const TemporaryFolder folder;
   write_lattice(small_lattice(), folder / "a");
   set_version(folder / "a", lattice_version + 1);
-  EXPECT_NE(message_of(ErrorKind::input, [&] { read_lattice(folder / "a"); }).find("has version 3, expected 2: it was made by a newer tool"),
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_lattice(folder / "a"); })
+                .find("has version 3, expected 2: it was made by a newer tool"),
             std::string::npos);
   set_version(folder / "a", lattice_version - 1);
   EXPECT_NE(message_of(ErrorKind::input, [&] { read_lattice(folder / "a"); }).find("an older tool, make it again"),

@@ -11,8 +11,8 @@
 
 using namespace hexmesh;
 using testing_support::make_volume;
-using testing_support::random_rotation;
 using testing_support::message_of;
+using testing_support::random_rotation;
 
 namespace {
 
@@ -122,7 +122,8 @@ TEST(Resample, KeepsTheBodyWhereItIs) {
   for (std::size_t n = 0; n < fine.labels.size(); ++n) {
     const Index3 v = fine.grid.index(n);
     const Vec3 old = volume.grid.continuous_index(fine.grid.position(Vec3(v[0], v[1], v[2])));
-    const Index3 nearest = {static_cast<std::int32_t>(std::lround(old[0])), static_cast<std::int32_t>(std::lround(old[1])),
+    const Index3 nearest = {static_cast<std::int32_t>(std::lround(old[0])),
+                            static_cast<std::int32_t>(std::lround(old[1])),
                             static_cast<std::int32_t>(std::lround(old[2]))};
     const bool inside = volume.grid.contains(nearest) && volume.labels[volume.grid.offset(nearest)] != 0;
     ASSERT_EQ(fine.labels[n] != 0, inside) << n;

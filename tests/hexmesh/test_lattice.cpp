@@ -55,7 +55,8 @@ void PrintTo(const Case& c, std::ostream* out) {
 
 class LatticeLevels : public testing::TestWithParam<Case> {
 protected:
-  const Lattice lattice = (GetParam().grey ? grey_ball : bitten_ball)(GetParam().spacing, {1, 2, 3}, random_rotation(11));
+  const Lattice lattice =
+      (GetParam().grey ? grey_ball : bitten_ball)(GetParam().spacing, {1, 2, 3}, random_rotation(11));
 
   double voxel_sum(const std::function<double(const Material&)>& f) const {
     double sum = 0;
@@ -88,8 +89,7 @@ TEST_P(LatticeLevels, EveryCellIsTheSumOfItsVoxels) {
         const Index3& ijk = lattice.levels[0].cells[v];
         const Index3& n = level.voxels_per_cell;
         if (Index3{ijk[0] / n[0], ijk[1] / n[1], ijk[2] / n[2]} != level.cells[c]) continue;
-        const Material& m =
-            lattice.materials[static_cast<std::size_t>(lattice.levels[0].element[v])].material;
+        const Material& m = lattice.materials[static_cast<std::size_t>(lattice.levels[0].element[v])].material;
         const double mu = m.shear_modulus(), lambda = m.bulk_modulus() - 2 * mu / 3;
         for (int q = 0; q < 8; ++q) {
           Vec3 s;
@@ -103,8 +103,8 @@ TEST_P(LatticeLevels, EveryCellIsTheSumOfItsVoxels) {
             for (int b = 0; b < 8; ++b) {
               const Vec3 ga = g.row(a), gb = g.row(b);
               expected.block<3, 3>(3 * a, 3 * b) +=
-                  voxel / 8 * (lambda * ga * gb.transpose() + mu * gb * ga.transpose() +
-                               mu * ga.dot(gb) * Mat3::Identity());
+                  voxel / 8 *
+                  (lambda * ga * gb.transpose() + mu * gb * ga.transpose() + mu * ga.dot(gb) * Mat3::Identity());
             }
         }
       }
@@ -182,8 +182,8 @@ TEST(Lattice, TheLabelOfACellIsThatOfMostOfItsVoxels) {
 
 TEST(Lattice, SegmentsWithoutMaterialAreNoCellsButStayBehindFaces) {
   const LabelVolume volume = make_volume({3, 1, 1}, {1, 1, 1}, [](const Index3& v) { return v[0] == 1 ? 2 : 1; });
-  const Lattice lattice = build_lattice(
-      volume, {{volume.segments[0], material_from_units(1, 0.3, 1000), 0, ""}, {volume.segments[1], std::nullopt, 0, ""}});
+  const Lattice lattice = build_lattice(volume, {{volume.segments[0], material_from_units(1, 0.3, 1000), 0, ""},
+                                                 {volume.segments[1], std::nullopt, 0, ""}});
   EXPECT_EQ(lattice.levels[0].cells.size(), 2U);
   int towards_second = 0;
   for (const ExposedFace& face : exposed_faces(lattice)) towards_second += face.neighbour == 2;
@@ -207,11 +207,14 @@ TEST(Lattice, PartsOfCheckeredCellsAndOfTheTwoArmsOfAC) {
         build_lattice(volume, {{volume.segments[0], material_from_units(1, 0.3, 1000), 0, ""}}, {4, {0, 0, 0}});
     return lattice.levels;
   };
-  const auto corners = parts_of(make_volume({2, 2, 2}, {1, 1, 1}, [](const Index3& v) { return v[0] == v[1] && v[1] == v[2]; }));
+  const auto corners =
+      parts_of(make_volume({2, 2, 2}, {1, 1, 1}, [](const Index3& v) { return v[0] == v[1] && v[1] == v[2]; }));
   EXPECT_EQ(corners.back().parts, std::vector<std::uint16_t>{1});
-  const auto apart = parts_of(make_volume({4, 1, 1}, {1, 1, 1}, [](const Index3& v) { return v[0] == 0 || v[0] == 3; }));
+  const auto apart =
+      parts_of(make_volume({4, 1, 1}, {1, 1, 1}, [](const Index3& v) { return v[0] == 0 || v[0] == 3; }));
   EXPECT_EQ(apart[2].parts, std::vector<std::uint16_t>{2});
-  const auto c = parts_of(make_volume({8, 4, 1}, {1, 1, 1}, [](const Index3& v) { return v[0] < 1 || v[1] == 0 || v[1] == 3; }));
+  const auto c =
+      parts_of(make_volume({8, 4, 1}, {1, 1, 1}, [](const Index3& v) { return v[0] < 1 || v[1] == 0 || v[1] == 3; }));
   EXPECT_EQ(c[1].parts, std::vector<std::uint16_t>(8, 1));
   EXPECT_EQ(c[2].parts, (std::vector<std::uint16_t>{1, 2}));
   EXPECT_EQ(c[3].parts, std::vector<std::uint16_t>{1});
@@ -247,10 +250,12 @@ TEST(Lattice, CheckFindsWhatIsWrong) {
   EXPECT_TRUE(broken([](Lattice& l) { l.labels[l.labels.size() / 2] = 0; }).contains("cells are those of the voxels"));
   EXPECT_TRUE(broken([](Lattice& l) { ++l.levels[1].segment[3]; }).contains("labels are those of the voxels"));
   EXPECT_TRUE(broken([](Lattice& l) { ++l.levels[2].parts[0]; }).contains("parts are those of the voxels"));
-  EXPECT_TRUE(broken([](Lattice& l) { std::swap(l.levels[1].element[0], l.levels[1].element[5]); })
-                  .contains("elements are those of the children"));
-  EXPECT_TRUE(broken([](Lattice& l) { std::swap(l.levels[1].children[0], l.levels[1].children[9]); })
-                  .contains("volume of the cells is that of the voxels"));
+  EXPECT_TRUE(broken([](Lattice& l) {
+                std::swap(l.levels[1].element[0], l.levels[1].element[5]);
+              }).contains("elements are those of the children"));
+  EXPECT_TRUE(broken([](Lattice& l) {
+                std::swap(l.levels[1].children[0], l.levels[1].children[9]);
+              }).contains("volume of the cells is that of the voxels"));
 }
 
 TEST(Lattice, OverridesOfAMaterialNeedNoNewLevels) {
@@ -297,8 +302,7 @@ TEST(GreyValues, OutOfBoundsOrMissingAreNamed) {
       build_lattice(volume, {{volume.segments[0], Material{}, 0, ""}}, {}, &grey);
     });
   };
-  EXPECT_NE(build({volume.grid, {50, -20}})
-                .find("'femur' at grey value -20: young_kpa is -20, expected > 0"),
+  EXPECT_NE(build({volume.grid, {50, -20}}).find("'femur' at grey value -20: young_kpa is -20, expected > 0"),
             std::string::npos);
   EXPECT_NE(build({Grid({1, 1, 1}, {1, 1, 1}), {50}}).find("'femur' has a voxel at (1.0, 0.0, 0.0) mm"),
             std::string::npos);

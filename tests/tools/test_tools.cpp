@@ -104,7 +104,8 @@ TEST_F(Tools, BadInputExits3) {
   expect_failure("hexslice planes liver.hexmesh -o a", 3, {"hexmesh lattice", "hexmesh result"});
   expect_failure("hexmesh surface liver.hexmesh --segment spleen -o a.stl", 3, {"'spleen'", "liver, tumour, vessel"});
   write_text(*folder / "bad.toml", "[material.liver]\nyoung_kpa = { slope = 'steep' }\n");
-  expect_failure("hexmesh build liver.nrrd --materials bad.toml -o a", 3, {"bad.toml:2:", "material.liver.young_kpa.slope"});
+  expect_failure("hexmesh build liver.nrrd --materials bad.toml -o a", 3,
+                 {"bad.toml:2:", "material.liver.young_kpa.slope"});
 }
 
 TEST_F(Tools, MaterialsFollowTheGreyValuesOfTheScan) {
@@ -123,7 +124,9 @@ TEST_F(Tools, ALatticeCanBeLookedAtBeforeItIsSolved) {
   ASSERT_EQ(run("hexexport liver.hexmesh --level 2 --lattice level2.vtu --surface rest.vtp").exit_code, 0);
   ASSERT_EQ(run("hexmesh surface liver.hexmesh --segment tumour -o tumour.stl").exit_code, 0);
   ASSERT_EQ(run("hexmesh build liver.nrrd --embed tumour=tumour.stl --surface liver=500 --surface vessel=0 "
-                "-o surfaces.hexmesh --report surfaces.json").exit_code, 0);
+                "-o surfaces.hexmesh --report surfaces.json")
+                .exit_code,
+            0);
   const json surfaces = json::parse(read_text(*folder / "surfaces.json"))["surfaces"];
   ASSERT_EQ(surfaces.size(), 2U);
   EXPECT_NEAR(surfaces[0]["triangles"], 500, 2);

@@ -57,9 +57,10 @@ TEST(CoarseCell, OneFullChildOfFourMakesItAnisotropic) {
   const Eigen::Matrix2d corner = k.block<2, 2>(0, 0);
   const double ratio = along.dot(corner * along) / aside.dot(corner * aside);
   EXPECT_GT(std::abs(ratio - 1), 0.1);
-  printf("one full child of four: stiffness at its corner %.4g, at the corner across %.4g, averaged law %.4g N/mm; "
-         "at its corner along / across the diagonal %.3g\n",
-         near, across, averaged(0, 0), ratio);
+  printf(
+      "one full child of four: stiffness at its corner %.4g, at the corner across %.4g, averaged law %.4g N/mm; "
+      "at its corner along / across the diagonal %.3g\n",
+      near, across, averaged(0, 0), ratio);
   RecordProperty("near_over_averaged", std::to_string(near / averaged(0, 0)));
   RecordProperty("across_over_averaged", std::to_string(across / averaged(0, 0)));
 }
@@ -78,13 +79,14 @@ TEST(CoarseCell, ACBendsMoreThanItsAverage) {
   const NodeWeights masses = matrices.lumped_mass(cell);
   const CellVector nonuniform = under_gravity(matrices.stiffness(cell), masses);
   const CellVector averaged = under_gravity(matrices.stiffness(spread_evenly(cell)), masses);
-  const auto tip = [](const CellVector& u) { return -u[3 * 3 + 1]; };      // node (1, 1, 0)
+  const auto tip = [](const CellVector& u) { return -u[3 * 3 + 1]; };            // node (1, 1, 0)
   const auto tilt = [&](const CellVector& u) { return tip(u) + u[3 * 2 + 1]; };  // against node (0, 1, 0)
   EXPECT_GT(tip(nonuniform), 1.2 * tip(averaged));
   EXPECT_GT(tilt(nonuniform), tilt(averaged));
-  printf("C of one cell, fill %.3g: tip sinks by %.4g mm and %.4g mm against the spine with the non-uniform law, by "
-         "%.4g mm and %.4g mm with the averaged one\n",
-         lattice.levels.back().fill(0), tip(nonuniform), tilt(nonuniform), tip(averaged), tilt(averaged));
+  printf(
+      "C of one cell, fill %.3g: tip sinks by %.4g mm and %.4g mm against the spine with the non-uniform law, by "
+      "%.4g mm and %.4g mm with the averaged one\n",
+      lattice.levels.back().fill(0), tip(nonuniform), tilt(nonuniform), tip(averaged), tilt(averaged));
   RecordProperty("tip_nonuniform_mm", std::to_string(tip(nonuniform)));
   RecordProperty("tip_averaged_mm", std::to_string(tip(averaged)));
 }

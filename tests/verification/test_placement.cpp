@@ -60,7 +60,8 @@ TEST_P(BeamPlacement, VolumeMassAndInertiaAreThoseOfTheBeam) {
   beam.rotation = GetParam().rotation;
   beam.shift = GetParam().shift;
   const LabelVolume volume = solid_phantom(beam);
-  const Lattice lattice = build_lattice(volume, {{volume.segments[0], material_from_units(100, 0.3, 1000), 0, "given"}});
+  const Lattice lattice =
+      build_lattice(volume, {{volume.segments[0], material_from_units(100, 0.3, 1000), 0, "given"}});
 
   constexpr double radians = std::numbers::pi / 180;
   const Mat3 rotation = (Eigen::AngleAxisd(beam.rotation[2] * radians, Vec3::UnitZ()) *
@@ -68,8 +69,7 @@ TEST_P(BeamPlacement, VolumeMassAndInertiaAreThoseOfTheBeam) {
                          Eigen::AngleAxisd(beam.rotation[0] * radians, Vec3::UnitX()))
                             .toRotationMatrix();
   const double expected_mass = size.prod() * 1e-9;
-  const Mat3 expected_second =
-      expected_mass / 12 * rotation * size.cwiseAbs2().asDiagonal() * rotation.transpose();
+  const Mat3 expected_second = expected_mass / 12 * rotation * size.cwiseAbs2().asDiagonal() * rotation.transpose();
   double volume_error = 0, inertia_error = 0;
   for (int level = 0; level < static_cast<int>(lattice.levels.size()); ++level) {
     const Moments m(lattice, level);

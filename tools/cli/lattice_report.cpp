@@ -84,8 +84,7 @@ nlohmann::json describe(const Lattice& lattice) {
   json report;
   for (int n = 0; n < static_cast<int>(lattice.levels.size()); ++n)
     report["levels"].push_back(describe_level(lattice, n));
-  for (const hexmesh::LatticeSegment& s : lattice.segments)
-    report["segments"].push_back(describe_segment(lattice, s));
+  for (const hexmesh::LatticeSegment& s : lattice.segments) report["segments"].push_back(describe_segment(lattice, s));
   const std::vector<hexmesh::VoxelClass> classes = hexmesh::classify_voxels(lattice);
   const auto count = [&](hexmesh::VoxelClass which) { return std::count(classes.begin(), classes.end(), which); };
   report["voxels"] = {{"outside", count(hexmesh::VoxelClass::outside)},
@@ -106,8 +105,8 @@ nlohmann::json describe(const Lattice& lattice) {
 }
 
 std::string table(const nlohmann::json& report) {
-  std::string out = fmt::format("{:<6}{:>11}{:>11}{:>11}{:>9}{:>8}   cell [mm]\n", "level", "cells", "nodes", "boundary",
-                                "unique", "joined");
+  std::string out = fmt::format("{:<6}{:>11}{:>11}{:>11}{:>9}{:>8}   cell [mm]\n", "level", "cells", "nodes",
+                                "boundary", "unique", "joined");
   for (const json& l : report["levels"])
     out += fmt::format("{:<6}{:>11}{:>11}{:>11}{:>9}{:>8}   {:.4g} x {:.4g} x {:.4g}\n", l["level"].get<int>(),
                        l["cells"].get<std::size_t>(), l["nodes"].get<std::size_t>(),
@@ -139,8 +138,7 @@ void note_joined(const json& report, const Console& console) {
         "level {}: {} of {} cells join material that is not connected inside them, e.g. {} parts at ({:.1f}, {:.1f}, "
         "{:.1f}) mm; coarser levels join more (all: 'joined' in the report, 'parts' in hexexport --lattice)",
         level["level"].get<int>(), joined, level["cells"].get<std::size_t>(), worst["parts"].get<int>(),
-        worst["center_mm"][0].get<double>(), worst["center_mm"][1].get<double>(),
-        worst["center_mm"][2].get<double>()));
+        worst["center_mm"][0].get<double>(), worst["center_mm"][1].get<double>(), worst["center_mm"][2].get<double>()));
     return;
   }
 }

@@ -13,7 +13,6 @@
 namespace hexmesh {
 namespace {
 
-
 constexpr hsize_t packed_size = 24 * 25 / 2;
 
 std::string level_group(int level) { return fmt::format("/levels/{}", level); }
@@ -40,7 +39,9 @@ struct StoredMatrices {
                                  {"lumped_mass", 8, {}}}};
 
   StoredMatrices(const ElementMatrices& matrices, const std::vector<Element>& elements) {
-    const auto append = [](std::vector<double>& to, const auto& from) { to.insert(to.end(), from.begin(), from.end()); };
+    const auto append = [](std::vector<double>& to, const auto& from) {
+      to.insert(to.end(), from.begin(), from.end());
+    };
     for (const Element& e : elements) {
       append_packed(matrices.stiffness(e), sets[0].values);
       append_packed(matrices.deviatoric(e), sets[1].values);
@@ -113,7 +114,8 @@ std::vector<Children> read_children(const hdf5::Reader& file, int number, const 
     for (std::size_t slot = 0; slot < 8; ++slot) {
       const std::int32_t child = values[8 * e + slot];
       bool has_slot = true;
-      for (std::size_t d = 0; d < 3; ++d) has_slot &= merge[d] == 2 || corner_bit(static_cast<int>(slot), static_cast<int>(d)) == 0;
+      for (std::size_t d = 0; d < 3; ++d)
+        has_slot &= merge[d] == 2 || corner_bit(static_cast<int>(slot), static_cast<int>(d)) == 0;
       if (child < -1 || child >= static_cast<std::int64_t>(num_finer) || (child >= 0 && !has_slot))
         file.fail(fmt::format("has child {} in slot {} of '{}', expected -1 to {}", child, slot, name,
                               has_slot ? static_cast<std::int64_t>(num_finer) - 1 : -1));
@@ -182,9 +184,8 @@ Lattice read_lattice(const std::filesystem::path& path, const std::vector<int>& 
   auto [grid, labels] = hdf5::read_voxels(file);
   std::vector<LatticeSegment> segments = hdf5::read_segments(file);
   std::vector<VoxelMaterial> materials = read_materials(file, segments);
-  Lattice lattice{std::move(grid),      std::move(labels), std::move(segments),
-                  std::move(materials), {},                hdf5::read_surface(file),
-                  std::move(history)};
+  Lattice lattice{std::move(grid),          std::move(labels), std::move(segments), std::move(materials), {},
+                  hdf5::read_surface(file), std::move(history)};
   const int count = count_levels(file);
   const int coarsest = levels.empty() ? count - 1 : *std::max_element(levels.begin(), levels.end());
   lattice.levels.resize(static_cast<std::size_t>(count));

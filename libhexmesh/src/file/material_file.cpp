@@ -16,8 +16,8 @@ std::vector<std::pair<double, double>> read_points(TomlReader& table) {
     points.emplace_back(pair[0], pair[1]);
   for (std::size_t n = 1; n < points.size(); ++n)
     if (!(points[n].first > points[n - 1].first))
-      table.fail_here(fmt::format("points has x = {} after {}, expected ascending x", points[n].first,
-                                  points[n - 1].first));
+      table.fail_here(
+          fmt::format("points has x = {} after {}, expected ascending x", points[n].first, points[n - 1].first));
   if (points.size() == 1) table.fail_here("points has one pair, expected two or more");
   return points;
 }

@@ -157,8 +157,8 @@ std::vector<Finding> check_lattice(const Lattice& lattice) {
       if (material) errors.add_full(matrices, e, *material, cell_volume);
     }
     findings.push_back({"volume of the cells is that of the voxels", l, relative(level_volume, volume), whole_body});
-    findings.push_back({"mass of the cells is that of the voxels", l, mass > 0 ? relative(level_mass, mass) : level_mass,
-                        whole_body});
+    findings.push_back(
+        {"mass of the cells is that of the voxels", l, mass > 0 ? relative(level_mass, mass) : level_mass, whole_body});
     findings.push_back({"energy of a linear field is the body's", l, relative(level_energy, energy), whole_body});
     findings.push_back({"rigid motions take no force", l, errors.rigid, single_cell});
     findings.push_back({"energy of a linear field, each cell", l, errors.energy, single_cell});

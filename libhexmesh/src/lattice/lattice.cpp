@@ -213,8 +213,7 @@ const LatticeSegment& segment_named(const std::vector<LatticeSegment>& segments,
     if (find_segment({s.segment}, name)) return s;
     names.push_back(s.segment.name);
   }
-  throw Error(ErrorKind::input,
-              fmt::format("unknown segment '{}', expected one of: {}", name, fmt::join(names, ", ")));
+  throw Error(ErrorKind::input, fmt::format("unknown segment '{}', expected one of: {}", name, fmt::join(names, ", ")));
 }
 
 Vec3 Lattice::cell_size(int level) const {

@@ -7,8 +7,7 @@ namespace hexmesh {
 namespace {
 
 Index3 corner_of(const Index3& cell, int a) {
-  return {cell[0] + corner_bit(a, 0), cell[1] + corner_bit(a, 1),
-          cell[2] + corner_bit(a, 2)};
+  return {cell[0] + corner_bit(a, 0), cell[1] + corner_bit(a, 1), cell[2] + corner_bit(a, 2)};
 }
 
 }  // namespace

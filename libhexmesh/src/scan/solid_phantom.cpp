@@ -34,9 +34,8 @@ Solid make_solid(const std::string& name, const Sizes& size) {
   }
   if (name == "cylinder") {
     const double radius = of("radius"), height = of("height");
-    return {{2 * radius, 2 * radius, height}, [=](const Vec3& p) {
-              return p.head<2>().norm() < radius && p[2] >= -height / 2 && p[2] < height / 2;
-            }};
+    return {{2 * radius, 2 * radius, height},
+            [=](const Vec3& p) { return p.head<2>().norm() < radius && p[2] >= -height / 2 && p[2] < height / 2; }};
   }
   const Vec3 extent(of("length"), of("width"), of("height"));
   if (name == "c-shape") {

@@ -42,8 +42,7 @@ TriangleSurface to_surface(Mesh& mesh, std::uint16_t label) {
   for (const auto f : mesh.faces()) {
     std::array<std::int32_t, 3> triangle{};
     std::size_t a = 0;
-    for (const auto v : mesh.vertices_around_face(mesh.halfedge(f)))
-      triangle[a++] = static_cast<std::int32_t>(v.idx());
+    for (const auto v : mesh.vertices_around_face(mesh.halfedge(f))) triangle[a++] = static_cast<std::int32_t>(v.idx());
     surface.triangles.push_back(triangle);
   }
   surface.segment.assign(surface.triangles.size(), label);

@@ -57,8 +57,7 @@ TriangleSurface read_soup(const std::filesystem::path& path) {
   for (const Point& p : points) surface.points.emplace_back(p.x(), p.y(), p.z());
   for (const auto& polygon : polygons) {
     for (const std::size_t n : polygon)
-      if (n >= points.size())
-        fail(path, fmt::format("has a face with point {}, expected below {}", n, points.size()));
+      if (n >= points.size()) fail(path, fmt::format("has a face with point {}, expected below {}", n, points.size()));
     for (std::size_t a = 2; a < polygon.size(); ++a)
       surface.triangles.push_back({static_cast<std::int32_t>(polygon[0]), static_cast<std::int32_t>(polygon[a - 1]),
                                    static_cast<std::int32_t>(polygon[a])});

@@ -63,7 +63,8 @@ public:
   CellVector gather(std::size_t cell, const NodeVector& x) const {
     CellVector v;
     for (int a = 0; a < 8; ++a)
-      v.segment<3>(3 * a) = x.segment<3>(3 * static_cast<Eigen::Index>(cell_nodes()[cell][static_cast<std::size_t>(a)]));
+      v.segment<3>(3 * a) =
+          x.segment<3>(3 * static_cast<Eigen::Index>(cell_nodes()[cell][static_cast<std::size_t>(a)]));
     return v;
   }
 

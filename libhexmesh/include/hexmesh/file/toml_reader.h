@@ -142,9 +142,8 @@ public:
   void finish() const {
     for (const auto& [key, node] : table_) {
       if (taken_.contains(std::string(key.str()))) continue;
-      throw Error(ErrorKind::input,
-                           fmt::format("{}: unknown key '{}', expected one of: {}", at(key.source().begin),
-                                       path(std::string(key.str())), fmt::join(asked_, ", ")));
+      throw Error(ErrorKind::input, fmt::format("{}: unknown key '{}', expected one of: {}", at(key.source().begin),
+                                                path(std::string(key.str())), fmt::join(asked_, ", ")));
     }
   }
 
@@ -184,8 +183,8 @@ private:
   [[noreturn]] void fail(const toml::node& node, const std::string& key, const std::string& expected) const {
     std::ostringstream value;
     node.visit([&](const auto& n) { value << n; });
-    throw Error(ErrorKind::input, fmt::format("{}: {} is {}, expected {}", at(node.source().begin),
-                                                                path(key), value.str(), expected));
+    throw Error(ErrorKind::input,
+                fmt::format("{}: {} is {}, expected {}", at(node.source().begin), path(key), value.str(), expected));
   }
 
   const toml::table& table_;

@@ -40,8 +40,8 @@ Element full_voxel(const Material& material, double volume);
 /// @param factor  children per parent along each axis, 1 or 2
 void add_child(Element& parent, const Element& child, int slot, const Index3& factor);
 
-/// The averaged law that the paper compares with: shear, bulk and fill of the element spread evenly over its cell, which
-/// makes K the fill-weighted stiffness of the full cell. The density stays where it is.
+/// The averaged law that the paper compares with: shear, bulk and fill of the element spread evenly over its cell,
+/// which makes K the fill-weighted stiffness of the full cell. The density stays where it is.
 Element spread_evenly(const Element& element);
 
 /// Forms the matrices of the elements of one level, whose cells all have the same edges.

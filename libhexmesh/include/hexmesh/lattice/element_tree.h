@@ -8,8 +8,8 @@
 
 namespace hexmesh {
 
-/// Forms the elements of a lattice from the materials of its voxels: w_parent = sum_c T_c w_child, level by level, which
-/// is K_parent = sum_c L_c^T K_c L_c for every matrix of element.h.
+/// Forms the elements of a lattice from the materials of its voxels: w_parent = sum_c T_c w_child, level by level,
+/// which is K_parent = sum_c L_c^T K_c L_c for every matrix of element.h.
 ///
 /// An element is formed when it is asked for; those that many cells share are kept, so that all levels together cost
 /// about one visit of every voxel and memory stays small where every cell is unique.

@@ -23,10 +23,10 @@ Phantom liver_phantom(double spacing);
 
 /// A simple solid for studies of size and placement.
 struct SolidPhantom {
-  std::string name = "beam";        ///< of solid_phantoms()
-  double spacing = 2;               ///< edge of the cubic voxels [mm]
-  Vec3 rotation = Vec3::Zero();     ///< about x, then y, then z through the solid's centre [degrees]
-  Vec3 shift = Vec3::Zero();        ///< against the voxels [mm]
+  std::string name = "beam";           ///< of solid_phantoms()
+  double spacing = 2;                  ///< edge of the cubic voxels [mm]
+  Vec3 rotation = Vec3::Zero();        ///< about x, then y, then z through the solid's centre [degrees]
+  Vec3 shift = Vec3::Zero();           ///< against the voxels [mm]
   std::map<std::string, double> size;  ///< [mm] by name; what is not given has its default
 };
 

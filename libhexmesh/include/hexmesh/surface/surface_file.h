@@ -7,8 +7,8 @@
 
 namespace hexmesh {
 
-/// Read triangles (polygons are split) from OBJ, STL, PLY, OFF or VTP, told by the name's ending. Coordinates are LPS in
-/// mm, unless one of the first lines says SPACE=RAS, as 3D Slicer writes it.
+/// Read triangles (polygons are split) from OBJ, STL, PLY, OFF or VTP, told by the name's ending. Coordinates are LPS
+/// in mm, unless one of the first lines says SPACE=RAS, as 3D Slicer writes it.
 /// @throws Error{input}
 TriangleSurface read_surface(const std::filesystem::path& path);
 
