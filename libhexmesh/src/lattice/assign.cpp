@@ -47,7 +47,7 @@ NamedRule make_rule(const std::string& segment, const MaterialChoice& choice) {
   if (!tissue && !(choice.young_kpa && choice.poisson))
     throw Error(ErrorKind::input,
                 fmt::format("segment '{0}' has no material and its name no known tissue, expected --material "
-                            "{0}:young_kpa=...,poisson=... or {0}:none",
+                            "'{0}:young_kpa=...,poisson=...' or '{0}:none'",
                             segment));
   const Material m = tissue ? tissue->material : material_from_units(0, 0, water);
   return {{choice.young_kpa.value_or(m.young * 1e3), choice.poisson.value_or(m.poisson),
