@@ -25,7 +25,6 @@ LinearOutcome solve_linear(const Elastic& elastic, const Constraints& constraint
   LinearOutcome outcome;
   while (r.norm() > target && outcome.iterations < max_iterations) {
     preconditioner.apply(r, z);
-    constraints.project(z);
     const double rz_next = r.dot(z);
     if (!(rz_next > 0)) {
       outcome.positive = false;
@@ -84,10 +83,11 @@ NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constr
     }
     ++report.iterations;
 
-    // Solve as sharply as the next residual can use; a linear problem at once.
-    const double forcing = elastic.is_linear() ? options.tolerance
-                           : supports_hold ? std::clamp(now.relative * 10, 0.1 * options.tolerance / now.relative, 0.05)
-                                           : std::max(1e-3, 0.1 * options.tolerance);
+    // Solve as sharply as the next residual can use; a linear problem at once, and what is then left but once more.
+    const double needed = 0.1 * options.tolerance / now.relative;
+    const double forcing = elastic.is_linear() ? (supports_hold ? std::min(needed, 0.1) : options.tolerance)
+                           : supports_hold     ? std::clamp(now.relative * 10, needed, 0.05)
+                                               : std::max(1e-3, 0.1 * options.tolerance);
     NodeVector step;
     int linear_iterations = 0;
     for (bool solved = false; !solved;) {

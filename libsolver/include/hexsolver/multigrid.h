@@ -22,11 +22,12 @@ struct Hierarchy {
   Hierarchy(Mesh finest, const Vec3& corner, std::size_t coarsest_dofs = 2000);
 };
 
-/// One symmetric V-cycle as a preconditioner for the Hessian with supports.
+/// One symmetric V-cycle as a preconditioner for P A P, A the Hessian and P the projection of the constraints.
 ///
 /// Coarse operators are Galerkin products, cell by cell: K_parent = sum_c L_c^T K_c L_c of the current cell Hessians,
-/// so no global matrix exists but the coarsest. The supports enter as w H^T H, cell-local and exact on every level
-/// (H_coarse = H P). Smoother: Chebyshev polynomial of degree 3 on 3x3 block Jacobi.
+/// so no global matrix exists but the coarsest. The finest level works in the range of P, where the supports hold
+/// exactly; coarser ones see them as w H^T H, cell-local and exact there (H_coarse = H P). Smoother: Chebyshev polynomial
+/// of degree 5 on 3x3 block Jacobi.
 class Multigrid {
 public:
   /// All three must outlive this.
@@ -36,7 +37,7 @@ public:
   /// False where the coarsest matrix or a smoother's block is not positive definite: the Hessian is indefinite.
   bool is_positive() const noexcept { return positive_; }
 
-  /// z = M^-1 r
+  /// z = M^-1 r in the range of P, for r in it
   void apply(const NodeVector& r, NodeVector& z) const;
 
 private:
