@@ -40,6 +40,8 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
                                  {"points", c.points},
                                  {"misfit_mm", c.misfit_mm},
                                  {"reaction_n", {c.reaction_n[0], c.reaction_n[1], c.reaction_n[2]}}});
+  for (const hexsolver::ForceReport& f : r.forces)
+    out["forces"].push_back({{"name", f.name}, {"total_n", {f.total_n[0], f.total_n[1], f.total_n[2]}}});
   out["strain_energy_n_mm"] = r.strain_energy_n_mm;
   out["min_jacobian"] = r.min_jacobian;
   out["inverted_cells"] = r.inverted_cells;

@@ -48,13 +48,18 @@ struct Problem {
         hierarchy(
             Mesh(lattice.levels[static_cast<std::size_t>(number)].cells, lattice.cell_edges(number), lattice.corner()),
             lattice.corner()),
-        constraints(mesh(), select_points(scene, lattice, number, mesh())) {}
+        selector(lattice, number, mesh()),
+        constraints(mesh(), select_points(scene, selector)),
+        forces(external_forces(scene, lattice, number, mesh(), selector, force_totals)) {}
 
   const Mesh& mesh() const { return hierarchy.meshes.front(); }
 
   int level;
   Hierarchy hierarchy;
+  Selector selector;
   Constraints constraints;
+  std::vector<Vec3> force_totals;  ///< of each [[force]], then of gravity [N]
+  NodeVector forces;               ///< on the nodes [N]; empty if there are none
 };
 
 std::vector<hexmesh::Element> scene_elements(const Lattice& lattice, const Scene& scene, int level) {
@@ -130,8 +135,8 @@ NewtonReport solve_level(const Problem& problem, Elastic& elastic, const NewtonO
   while (true) {
     const double target = std::min(1.0, reached + step);
     NodeVector trial = has_start ? u : good;
-    NewtonReport report = minimize(problem.hierarchy, elastic, problem.constraints, target, options, trial,
-                                   [&](int iteration, double residual, int linear) {
+    NewtonReport report = minimize(problem.hierarchy, elastic, problem.constraints, problem.forces, target, options,
+                                   trial, [&](int iteration, double residual, int linear) {
                                      if (progress) progress(problem.level, target, iteration, residual, linear);
                                    });
     total.iterations += report.iterations;
@@ -226,6 +231,10 @@ void report_conditions(const Scene& scene, const Problem& problem, const Elastic
                        SolveReport& report) {
   NodeVector gradient, magnitude;
   elastic.gradient(u, gradient, magnitude);
+  if (problem.forces.size() > 0) gradient -= report.load_fraction * problem.forces;
+  for (std::size_t n = 0; n < problem.force_totals.size(); ++n)
+    report.forces.push_back(
+        {n < scene.forces.size() ? scene.forces[n].name : "gravity", report.load_fraction * problem.force_totals[n]});
   const std::vector<Vec3> forces = problem.constraints.multipliers(gradient);
   const std::vector<double> miss = misfits(problem.constraints, scene, u, report.load_fraction);
   for (std::size_t c = 0; c < scene.conditions.size(); ++c)
@@ -266,8 +275,11 @@ Result solve_equilibrium(const Lattice& lattice, const Scene& scene, int level, 
 
   // Lattice nodes of a coarser level are other points: there the faces stand for them.
   Scene coarse_scene = scene;
-  for (Condition& c : coarse_scene.conditions)
-    if (c.selection.on == SurfacePoints::nodes) c.selection.on = SurfacePoints::faces;
+  const auto by_faces = [](Selection& s) {
+    if (s.on == SurfacePoints::nodes) s.on = SurfacePoints::faces;
+  };
+  for (Condition& c : coarse_scene.conditions) by_faces(c.selection);
+  for (Force& f : coarse_scene.forces) by_faces(f.selection);
 
   NodeVector u;
   std::unique_ptr<const Problem> previous;

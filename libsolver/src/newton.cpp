@@ -55,23 +55,54 @@ struct Residual {
   double relative = 0;
 };
 
-/// |P g| over the sum of absolute cell forces; forces of the size of rounding errors count as balanced.
-Residual residual_at(const Elastic& elastic, const Constraints& constraints, const NodeVector& u, double tolerance) {
-  Residual residual;
-  NodeVector magnitude;
-  elastic.gradient(u, residual.gradient, magnitude);
-  constraints.project(residual.gradient);
-  residual.relative = residual.gradient.norm() / (magnitude.norm() + elastic.rounding() / tolerance);
-  return residual;
-}
+/// Elastic energy less the work of the external forces, in the range of P.
+class Objective {
+public:
+  Objective(const Elastic& elastic, const Constraints& constraints, const NodeVector& forces, double fraction,
+            double tolerance)
+      : elastic_(elastic), constraints_(constraints), tolerance_(tolerance) {
+    if (forces.size() > 0) forces_ = fraction * forces;
+  }
+
+  double energy(const NodeVector& u) const { return elastic_.energy(u) - work(u); }
+
+  /// By how much energies may differ by rounding alone.
+  double energy_rounding(const NodeVector& u, const NodeVector& step) const {
+    return 1e-13 * (std::abs(energy(u)) + std::abs(work(u))) + elastic_.rounding() * step.lpNorm<Eigen::Infinity>();
+  }
+
+  /// |P g| over the sum of absolute cell forces and loads; forces of the size of rounding errors count as balanced.
+  Residual residual(const NodeVector& u) const {
+    Residual residual;
+    NodeVector magnitude;
+    elastic_.gradient(u, residual.gradient, magnitude);
+    if (forces_.size() > 0) {
+      residual.gradient -= forces_;
+      magnitude += forces_.cwiseAbs();
+    }
+    constraints_.project(residual.gradient);
+    residual.relative = residual.gradient.norm() / (magnitude.norm() + elastic_.rounding() / tolerance_);
+    return residual;
+  }
+
+private:
+  double work(const NodeVector& u) const { return forces_.size() > 0 ? forces_.dot(u) : 0; }
+
+  const Elastic& elastic_;
+  const Constraints& constraints_;
+  NodeVector forces_;
+  double tolerance_;
+};
 
 }  // namespace
 
-NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constraints& constraints, double fraction,
-                      const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress) {
+NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constraints& constraints,
+                      const NodeVector& forces, double fraction, const NewtonOptions& options, NodeVector& u,
+                      const NewtonProgress& progress) {
+  const Objective objective(elastic, constraints, forces, fraction, options.tolerance);
   NewtonReport report;
   Hessian which = Hessian::clamped;
-  Residual now = residual_at(elastic, constraints, u, options.tolerance);
+  Residual now = objective.residual(u);
   NodeVector support_step = constraints.lift(u, fraction);
   bool supports_hold = support_step.lpNorm<Eigen::Infinity>() < 1e-9;
   while (report.iterations < options.max_iterations) {
@@ -114,19 +145,19 @@ NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constr
 
     if (!supports_hold) {
       u += support_step + step;
-      now = residual_at(elastic, constraints, u, options.tolerance);
+      now = objective.residual(u);
     } else {
-      const double energy = elastic.energy(u);
+      const double energy = objective.energy(u);
       const double slope = now.gradient.dot(step);
       double length = 1;
       Residual next;
       NodeVector trial;
       while (true) {
         trial = u + length * step;
-        next = residual_at(elastic, constraints, trial, options.tolerance);
+        next = objective.residual(trial);
         // Near the solution energies differ by rounding only.
-        const double slack = 1e-13 * std::abs(energy) + elastic.rounding() * step.lpNorm<Eigen::Infinity>();
-        if (elastic.energy(trial) <= energy + 1e-4 * length * slope + slack) break;
+        const double slack = objective.energy_rounding(u, step);
+        if (objective.energy(trial) <= energy + 1e-4 * length * slope + slack) break;
         length /= 2;
         if (length < 1e-4) {
           report.reason = "no step lowers the energy";

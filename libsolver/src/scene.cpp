@@ -143,6 +143,25 @@ Condition read_condition(TomlReader table, const std::string& kind, const std::f
   return c;
 }
 
+Force read_force(TomlReader table, const std::filesystem::path& folder, std::size_t number) {
+  Force f;
+  f.where = table.where();
+  f.name = table.text("name", "a name").value_or(fmt::format("force {}", number));
+  const Markup* line = nullptr;
+  std::vector<Markup> markups;
+  f.selection = read_selection(table, folder, line, markups, "force");
+  const auto newton = table.vector("newton", "three numbers [x, y, z], LPS, N");
+  const auto pressure = table.number("pressure_kpa", -infinity, infinity, "a pressure in kPa");
+  table.finish();
+  if (newton.has_value() == pressure.has_value())
+    table.fail_here("[[force]] expects either newton = [x, y, z] in total or pressure_kpa");
+  if (pressure && f.selection.on != SurfacePoints::faces)
+    table.fail_here("pressure_kpa goes with on = \"faces\", expected that");
+  if (newton) f.total = *newton;
+  f.pressure = pressure.value_or(0) * 1e-3;
+  return f;
+}
+
 }  // namespace
 
 Scene read_scene(const std::filesystem::path& path, const std::string& display_name,
@@ -167,6 +186,14 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
     std::size_t number = 0;
     for (const TomlReader& table : reader.tables(kind))
       scene.conditions.push_back(read_condition(table, kind, folder, ++number));
+  }
+  std::size_t number = 0;
+  for (const TomlReader& table : reader.tables("force")) scene.forces.push_back(read_force(table, folder, ++number));
+  if (auto gravity = reader.table("gravity", "a table written [gravity]")) {
+    const auto g = gravity->vector("m_s2", "three numbers [x, y, z], LPS, m/s^2");
+    gravity->finish();
+    if (!g) gravity->fail_here("[gravity] has no m_s2, expected m_s2 = [x, y, z]");
+    scene.gravity = *g * 1e3;
   }
   reader.finish();
   return scene;

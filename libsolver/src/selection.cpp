@@ -8,22 +8,33 @@
 #include <limits>
 
 #include "hexmesh/core/error.h"
+#include "hexmesh/lattice/element_tree.h"
 #include "hexmesh/lattice/locator.h"
 
 namespace hexsolver {
-namespace {
 
 using hexmesh::Embedding;
 using hexmesh::Error;
 using hexmesh::ErrorKind;
 
-/// A point of the embedded surface that conditions may select.
-struct Candidate {
+/// A point of the embedded surface that may be selected.
+struct Selector::Candidate {
   Vec3 position;
   Embedding embedding;
   std::vector<std::uint16_t> neighbours;  ///< labels behind the exposed faces it stands for
+  Vec3 area = Vec3::Zero();
 };
 
+namespace {
+
+/// Outward area vector of a voxel's face [mm^2]; see hexmesh::ExposedFace::side.
+Vec3 area_vector(const hexmesh::Grid& voxels, std::uint8_t side) {
+  const int axis = side / 2;
+  const double area = voxels.voxel_volume() / voxels.spacing()[axis];
+  return (side % 2 ? area : -area) * voxels.direction().col(axis);
+}
+
+template <class Candidate>
 std::vector<Candidate> face_candidates(const hexmesh::Lattice& lattice, const hexmesh::CellLocator& locator,
                                        bool whole_voxels) {
   std::vector<Candidate> out;
@@ -38,11 +49,13 @@ std::vector<Candidate> face_candidates(const hexmesh::Lattice& lattice, const he
     }
     const Vec3 index = whole_voxels ? Vec3(face.voxel[0], face.voxel[1], face.voxel[2]) : hexmesh::face_index(face);
     out.push_back({lattice.voxels.position(index), locator.in_cell_of_voxel(face.voxel, index), {face.neighbour}});
+    if (!whole_voxels) out.back().area = area_vector(lattice.voxels, face.side);
   }
   return out;
 }
 
 /// Nodes that touch a missing cell or one that is not full.
+template <class Candidate>
 std::vector<Candidate> node_candidates(const hexmesh::Lattice& lattice, int level, const Mesh& mesh) {
   const hexmesh::Level& cells = lattice.levels[static_cast<std::size_t>(level)];
   std::vector<int> full_cells(mesh.num_nodes());
@@ -64,6 +77,7 @@ std::vector<Candidate> node_candidates(const hexmesh::Lattice& lattice, int leve
   return out;
 }
 
+template <class Candidate>
 std::size_t nearest(const std::vector<Candidate>& candidates, const Vec3& point) {
   std::size_t best = 0;
   for (std::size_t n = 1; n < candidates.size(); ++n)
@@ -71,16 +85,16 @@ std::size_t nearest(const std::vector<Candidate>& candidates, const Vec3& point)
   return best;
 }
 
-void select_ball(const Ball& ball, const Condition& condition, const std::vector<Candidate>& candidates,
-                 std::vector<char>& chosen) {
+template <class Candidate>
+void select_ball(const Ball& ball, const Selection& selection, const std::string& what,
+                 const std::vector<Candidate>& candidates, std::vector<char>& chosen) {
   const std::size_t closest = nearest(candidates, ball.center);
   const double distance = (candidates[closest].position - ball.center).norm();
-  if (distance > condition.selection.max_distance)
+  if (distance > selection.max_distance)
     throw Error(ErrorKind::geometry,
-                fmt::format("condition '{}' ({}): its point [{:g}, {:g}, {:g}] is {:.1f} mm from the nearest surface "
-                            "point, expected at most max_distance_mm = {:g}",
-                            condition.name, condition.where, ball.center[0], ball.center[1], ball.center[2], distance,
-                            condition.selection.max_distance));
+                fmt::format("{}: its point [{:g}, {:g}, {:g}] is {:.1f} mm from the nearest surface point, expected at "
+                            "most max_distance_mm = {:g}",
+                            what, ball.center[0], ball.center[1], ball.center[2], distance, selection.max_distance));
   if (ball.radius == 0) {
     chosen[closest] = 1;
     return;
@@ -89,23 +103,22 @@ void select_ball(const Ball& ball, const Condition& condition, const std::vector
     if ((candidates[n].position - ball.center).norm() <= ball.radius) chosen[n] = 1;
 }
 
-std::uint16_t label_of(const Condition& condition, const hexmesh::Lattice& lattice) {
+std::uint16_t label_of(const std::string& segment, const std::string& what, const hexmesh::Lattice& lattice) {
   std::vector<std::string> names;
   for (const hexmesh::LatticeSegment& s : lattice.segments) {
-    if (s.segment.name == condition.selection.segment) return s.segment.label;
+    if (s.segment.name == segment) return s.segment.label;
     names.push_back(s.segment.name);
   }
   throw Error(ErrorKind::input,
-              fmt::format("condition '{}' ({}): unknown segment '{}', expected one of: {}", condition.name,
-                          condition.where, condition.selection.segment, fmt::join(names, ", ")));
+              fmt::format("{}: unknown segment '{}', expected one of: {}", what, segment, fmt::join(names, ", ")));
 }
 
-std::vector<char> choose(const Condition& condition, const hexmesh::Lattice& lattice,
+template <class Candidate>
+std::vector<char> choose(const Selection& s, const std::string& what, const hexmesh::Lattice& lattice,
                          const std::vector<Candidate>& candidates) {
-  const Selection& s = condition.selection;
   std::vector<char> chosen(candidates.size());
-  for (const Ball& ball : s.balls) select_ball(ball, condition, candidates, chosen);
-  const std::uint16_t label = s.segment.empty() ? std::uint16_t{0} : label_of(condition, lattice);
+  for (const Ball& ball : s.balls) select_ball(ball, s, what, candidates, chosen);
+  const std::uint16_t label = s.segment.empty() ? std::uint16_t{0} : label_of(s.segment, what, lattice);
   for (std::size_t n = 0; n < candidates.size(); ++n) {
     const Vec3& p = candidates[n].position;
     if (s.box && (s.box->to_box * (p - s.box->center)).lpNorm<Eigen::Infinity>() <= 1 + 1e-9) chosen[n] = 1;
@@ -116,9 +129,9 @@ std::vector<char> choose(const Condition& condition, const hexmesh::Lattice& lat
   return chosen;
 }
 
-std::string nothing_selected(const Condition& condition, const hexmesh::Lattice& lattice,
+template <class Candidate>
+std::string nothing_selected(const Selection& s, const std::string& what, const hexmesh::Lattice& lattice,
                              const std::vector<Candidate>& candidates) {
-  const Selection& s = condition.selection;
   std::string detail = "expected at least one point of the surface";
   if (s.balls.size() == 1) {
     const Vec3& center = s.balls[0].center;
@@ -134,37 +147,101 @@ std::string nothing_selected(const Condition& condition, const hexmesh::Lattice&
   } else if (!s.segment.empty() && lattice.segments.size() > 1) {
     detail = fmt::format("no material touches segment '{}' (one with a material of its own?)", s.segment);
   }
-  return fmt::format("condition '{}' ({}) selects no point: {}", condition.name, condition.where, detail);
+  return fmt::format("{} selects no point: {}", what, detail);
 }
 
 }  // namespace
 
-std::vector<ConstraintPoint> select_points(const Scene& scene, const hexmesh::Lattice& lattice, int level,
-                                           const Mesh& mesh) {
-  const hexmesh::Level& cells = lattice.levels[static_cast<std::size_t>(level)];
-  const hexmesh::CellLocator locator(lattice.voxels, cells.voxels_per_cell, cells.cells);
-  std::array<std::vector<Candidate>, 3> candidates;
-  const auto of_kind = [&](SurfacePoints on) -> const std::vector<Candidate>& {
-    auto& list = candidates[static_cast<std::size_t>(on)];
-    if (list.empty())
-      list = on == SurfacePoints::nodes ? node_candidates(lattice, level, mesh)
-                                        : face_candidates(lattice, locator, on == SurfacePoints::voxels);
-    return list;
-  };
+Selector::Selector(const hexmesh::Lattice& lattice, int level, const Mesh& mesh)
+    : lattice_(lattice), level_(level), mesh_(mesh) {}
 
+Selector::~Selector() = default;
+
+const std::vector<Selector::Candidate>& Selector::candidates(SurfacePoints on) {
+  std::vector<Candidate>& list = candidates_[static_cast<std::size_t>(on)];
+  if (!list.empty()) return list;
+  if (on == SurfacePoints::nodes) {
+    list = node_candidates<Candidate>(lattice_, level_, mesh_);
+  } else {
+    const hexmesh::Level& cells = lattice_.levels[static_cast<std::size_t>(level_)];
+    const hexmesh::CellLocator locator(lattice_.voxels, cells.voxels_per_cell, cells.cells);
+    list = face_candidates<Candidate>(lattice_, locator, on == SurfacePoints::voxels);
+  }
+  return list;
+}
+
+std::vector<SurfacePoint> Selector::select(const Selection& selection, const std::string& what) {
+  const std::vector<Candidate>& list = candidates(selection.on);
+  const std::vector<char> chosen = choose(selection, what, lattice_, list);
+  if (std::count(chosen.begin(), chosen.end(), 1) == 0)
+    throw Error(ErrorKind::geometry, nothing_selected(selection, what, lattice_, list));
+  std::vector<SurfacePoint> points;
+  for (std::size_t n = 0; n < list.size(); ++n)
+    if (chosen[n])
+      points.push_back({list[n].embedding.cell, hexmesh::shape_functions(list[n].embedding.local), list[n].area});
+  return points;
+}
+
+std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selector) {
   std::vector<ConstraintPoint> points;
   for (std::size_t c = 0; c < scene.conditions.size(); ++c) {
     const Condition& condition = scene.conditions[c];
-    const std::vector<Candidate>& list = of_kind(condition.selection.on);
-    const std::vector<char> chosen = choose(condition, lattice, list);
-    if (std::count(chosen.begin(), chosen.end(), 1) == 0)
-      throw Error(ErrorKind::geometry, nothing_selected(condition, lattice, list));
-    for (std::size_t n = 0; n < list.size(); ++n)
-      if (chosen[n])
-        points.push_back({static_cast<std::int32_t>(c), list[n].embedding.cell,
-                          hexmesh::shape_functions(list[n].embedding.local), condition.by, condition.axes});
+    const std::string what = fmt::format("condition '{}' ({})", condition.name, condition.where);
+    for (const SurfacePoint& p : selector.select(condition.selection, what))
+      points.push_back({static_cast<std::int32_t>(c), p.cell, p.weights, condition.by, condition.axes});
   }
   return points;
+}
+
+namespace {
+
+void add_force(const Mesh& mesh, const SurfacePoint& point, const Vec3& force, NodeVector& out) {
+  const CellNodes& nodes = mesh.cell_nodes()[static_cast<std::size_t>(point.cell)];
+  for (int a = 0; a < 8; ++a)
+    out.segment<3>(3 * Eigen::Index{nodes[static_cast<std::size_t>(a)]}) += point.weights[a] * force;
+}
+
+/// @returns the total [N]
+Vec3 add_surface_force(const Force& force, const Mesh& mesh, Selector& selector, NodeVector& out) {
+  const std::string what = fmt::format("force '{}' ({})", force.name, force.where);
+  const std::vector<SurfacePoint> points = selector.select(force.selection, what);
+  const bool by_area = force.selection.on == SurfacePoints::faces;
+  double whole = 0;
+  for (const SurfacePoint& p : points) whole += by_area ? p.area.norm() : 1;
+  Vec3 total = Vec3::Zero();
+  for (const SurfacePoint& p : points) {
+    const Vec3 share = (by_area ? p.area.norm() : 1) / whole * force.total - force.pressure * p.area;
+    add_force(mesh, p, share, out);
+    total += share;
+  }
+  return total;
+}
+
+/// @returns the total [N]
+Vec3 add_gravity(const Vec3& gravity, const hexmesh::Lattice& lattice, int level, const Mesh& mesh, NodeVector& out) {
+  const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
+  std::vector<NodeWeights> masses;
+  for (const hexmesh::Element& e : hexmesh::form_elements(lattice, level)) masses.push_back(matrices.lumped_mass(e));
+  double mass = 0;
+  const std::vector<std::int32_t>& element = lattice.levels[static_cast<std::size_t>(level)].element;
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
+    const NodeWeights& m = masses[static_cast<std::size_t>(element[c])];
+    add_force(mesh, {static_cast<std::int32_t>(c), m, Vec3::Zero()}, gravity, out);
+    mass += m.sum();
+  }
+  return mass * gravity;
+}
+
+}  // namespace
+
+NodeVector external_forces(const Scene& scene, const hexmesh::Lattice& lattice, int level, const Mesh& mesh,
+                           Selector& selector, std::vector<Vec3>& totals) {
+  const bool has_gravity = scene.gravity != Vec3::Zero();
+  if (scene.forces.empty() && !has_gravity) return {};
+  NodeVector out = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
+  for (const Force& force : scene.forces) totals.push_back(add_surface_force(force, mesh, selector, out));
+  if (has_gravity) totals.push_back(add_gravity(scene.gravity, lattice, level, mesh, out));
+  return out;
 }
 
 }  // namespace hexsolver

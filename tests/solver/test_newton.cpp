@@ -25,7 +25,7 @@ Solved solve(const Lattice& lattice, int level, Strain strain, const std::functi
   Solved out{{}, NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()))};
   NewtonOptions options;
   options.tolerance = tolerance;
-  out.report = minimize(hierarchy, body.elastic, constraints, 1, options, out.u);
+  out.report = minimize(hierarchy, body.elastic, constraints, {}, 1, options, out.u);
   return out;
 }
 
@@ -85,7 +85,7 @@ TEST(Newton, AStretchedBarHasTheForceAndTheNarrowingOfHookesLaw) {
   NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()));
   NewtonOptions options;
   options.tolerance = 1e-11;
-  ASSERT_TRUE(minimize(hierarchy, body.elastic, constraints, 1, options, u).converged);
+  ASSERT_TRUE(minimize(hierarchy, body.elastic, constraints, {}, 1, options, u).converged);
   const NodeVector expected = sample(body.mesh, [](const Vec3& x) -> Vec3 {
     const Vec3 q = x + Vec3::Constant(0.5);
     return {0.01 * q[0], -0.003 * q[1], -0.003 * q[2]};
@@ -124,7 +124,7 @@ TEST(Newton, MissingSupportsAreNoSuccess) {
   const Hierarchy hierarchy(body.mesh, lattice.corner(), 50);
   const Constraints constraints(body.mesh, {});
   NodeVector u = noise(body.mesh.num_dofs(), 0.1, 3);
-  const NewtonReport report = minimize(hierarchy, body.elastic, constraints, 1, {}, u);
+  const NewtonReport report = minimize(hierarchy, body.elastic, constraints, {}, 1, {}, u);
   if (report.converged) {
     NodeVector g, magnitude;
     body.elastic.gradient(u, g, magnitude);

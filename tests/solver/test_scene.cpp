@@ -132,3 +132,22 @@ TEST(Markup, WhatIsNoMarkupIsNamed) {
   EXPECT_NE(message_of(ErrorKind::input, [&] { read_markup(folder / "none.mrk.json"); }).find("none.mrk.json"),
             std::string::npos);
 }
+
+TEST(Scene, ForcesAndGravityAreReadInTheirUnits) {
+  const TemporaryFolder folder;
+  write_text(
+      folder / "s.toml",
+      "[[force]]\npoint_mm = [0, 0, 0]\nnewton = [1, 2, 3]\n[[force]]\nname = 'probe'\n"
+      "halfspace = { point_mm = [0, 0, 0], normal = [0, 0, 1] }\npressure_kpa = 4\n[gravity]\nm_s2 = [0, 9.81, 0]\n");
+  const Scene scene = read_scene(folder / "s.toml", "s.toml");
+  ASSERT_EQ(scene.forces.size(), 2U);
+  EXPECT_EQ(scene.forces[0].name, "force 1");
+  EXPECT_EQ(scene.forces[0].total, Vec3(1, 2, 3));
+  EXPECT_DOUBLE_EQ(scene.forces[1].pressure, 4e-3);
+  EXPECT_DOUBLE_EQ(scene.gravity[1], 9810);
+  EXPECT_NE(error_of("[[force]]\npoint_mm = [0, 0, 0]\n").find("s.toml:1:1: [[force]] expects either newton"),
+            std::string::npos);
+  EXPECT_NE(error_of("[[force]]\npoint_mm = [0, 0, 0]\non = 'nodes'\npressure_kpa = 1\n").find("on = \"faces\""),
+            std::string::npos);
+  EXPECT_NE(error_of("[gravity]\nmm_s2 = [0, 0, 1]\n").find("unknown key 'gravity.mm_s2'"), std::string::npos);
+}

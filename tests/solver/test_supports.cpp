@@ -36,6 +36,11 @@ Condition fix_ball(const Vec3& center, double radius) {
   return c;
 }
 
+std::vector<ConstraintPoint> selected(const Scene& scene, const Lattice& lattice, int level, const Mesh& mesh) {
+  Selector selector(lattice, level, mesh);
+  return select_points(scene, selector);
+}
+
 }  // namespace
 
 TEST(Supports, NothingHeldIsToldWithAllSixMotions) {
@@ -90,7 +95,7 @@ TEST(Selection, APointFarFromTheBodyIsNamedWithItsDistance) {
   const Body body(lattice, 0, Strain::cauchy);
   Scene scene;
   scene.conditions = {fix_ball({-50.5, 4.5, 4.5}, 3)};
-  const std::string message = message_of(ErrorKind::geometry, [&] { select_points(scene, lattice, 0, body.mesh); });
+  const std::string message = message_of(ErrorKind::geometry, [&] { selected(scene, lattice, 0, body.mesh); });
   EXPECT_NE(message.find("condition 'held' (s.toml:1:1)"), std::string::npos) << message;
   EXPECT_NE(message.find("50.0 mm"), std::string::npos) << message;
 }
@@ -100,9 +105,9 @@ TEST(Selection, ABallTakesItsFacesAndRadiusZeroTheNearest) {
   const Body body(lattice, 1, Strain::cauchy);
   Scene scene;
   scene.conditions = {fix_ball({-0.5, 4, 4}, 1.01)};
-  EXPECT_EQ(select_points(scene, lattice, 1, body.mesh).size(), 5U);
+  EXPECT_EQ(selected(scene, lattice, 1, body.mesh).size(), 5U);
   scene.conditions[0].selection.balls[0].radius = 0;
-  const auto one = select_points(scene, lattice, 1, body.mesh);
+  const auto one = selected(scene, lattice, 1, body.mesh);
   ASSERT_EQ(one.size(), 1U);
   Vec3 position = Vec3::Zero();
   for (int a = 0; a < 8; ++a)
@@ -121,9 +126,9 @@ TEST(Selection, TheBoundaryWithASegmentWithoutMaterialIsFound) {
   Condition c;
   c.selection.segment = "segment_2";
   scene.conditions = {c};
-  EXPECT_EQ(select_points(scene, lattice, 0, body.mesh).size(), 9U);
+  EXPECT_EQ(selected(scene, lattice, 0, body.mesh).size(), 9U);
   scene.conditions[0].selection.segment = "vena_cava";
-  EXPECT_NE(message_of(ErrorKind::input, [&] { select_points(scene, lattice, 0, body.mesh); })
+  EXPECT_NE(message_of(ErrorKind::input, [&] { selected(scene, lattice, 0, body.mesh); })
                 .find("expected one of: segment_1, segment_2"),
             std::string::npos);
 }

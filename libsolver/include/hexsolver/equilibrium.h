@@ -18,6 +18,11 @@ struct ConditionReport {
   Vec3 reaction_n = Vec3::Zero();  ///< force of the support on the body [N]
 };
 
+struct ForceReport {
+  std::string name;
+  Vec3 total_n = Vec3::Zero();  ///< [N]
+};
+
 /// One of the levels passed on the way from the coarsest.
 struct LevelReport {
   int level = 0;
@@ -29,7 +34,7 @@ struct LevelReport {
 struct SolveReport {
   bool converged = false;
   std::string reason;
-  double load_fraction = 0;  ///< of the prescribed displacements, 1 where converged
+  double load_fraction = 0;  ///< of the prescribed displacements and forces, 1 where converged
   double relative_residual = 0;
   double constraint_violation_mm = 0;
   double strain_energy_n_mm = 0;
@@ -37,6 +42,7 @@ struct SolveReport {
   std::size_t inverted_cells = 0;
   std::size_t kept_directions = 0;
   std::vector<ConditionReport> conditions;
+  std::vector<ForceReport> forces;  ///< each [[force]], then gravity if there is any
   std::vector<LevelReport> levels;  ///< coarse to fine, the last is the mechanical level
   double setup_seconds = 0, solve_seconds = 0;
 };

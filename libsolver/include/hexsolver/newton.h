@@ -11,8 +11,8 @@
 namespace hexsolver {
 
 struct NewtonOptions {
-  double tolerance = 1e-8;  ///< on the relative residual |P g| / |sum of absolute cell forces|
-  int max_iterations = 40;
+  double tolerance = 1e-8;  ///< on the relative residual |P g| / |sum of absolute cell forces and loads|
+  int max_iterations = 25;  ///< what converges takes 4 to 12
   int max_linear_iterations = 500;  ///< per Newton step
 };
 
@@ -27,12 +27,15 @@ struct NewtonReport {
 /// What is called after every Newton step: iteration, relative residual, linear iterations of the step.
 using NewtonProgress = std::function<void(int, double, int)>;
 
-/// Minimise the elastic energy under H u = fraction * c by Newton's method from u.
+/// Minimise the elastic energy less the work of the external forces, W(u) - fraction * f . u, under H u = fraction * c
+/// by Newton's method from u.
 ///
 /// Each step solves the linearised problem by conjugate gradients in the subspace that leaves the supports alone,
 /// preconditioned by one V-cycle; a step along which the Hessian is not positive falls back to its Gauss-Newton part;
 /// a backtracking line search keeps the energy falling once the supports hold.
-NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constraints& constraints, double fraction,
-                      const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress = {});
+/// @param forces  f on the nodes [N]; empty = none
+NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constraints& constraints,
+                      const NodeVector& forces, double fraction, const NewtonOptions& options, NodeVector& u,
+                      const NewtonProgress& progress = {});
 
 }  // namespace hexsolver

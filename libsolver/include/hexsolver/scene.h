@@ -54,6 +54,15 @@ struct Condition {
   std::array<bool, 3> axes = {true, true, true};
 };
 
+/// A [[force]] of the scene: dead loads, which keep their direction while the body moves.
+struct Force {
+  std::string name;
+  std::string where;  ///< file:line of its table, for messages
+  Selection selection;
+  Vec3 total = Vec3::Zero();  ///< [N], spread over the selected faces by area, over voxels or nodes evenly
+  double pressure = 0;        ///< [MPa] onto the selected faces
+};
+
 /// What [material.NAME] replaces.
 struct MaterialOverride {
   std::optional<double> young_kpa, poisson, density_kg_m3;
@@ -73,6 +82,8 @@ struct Scene {
   double tolerance = 1e-8;
   std::map<std::string, MaterialOverride> materials;
   std::vector<Condition> conditions;
+  std::vector<Force> forces;
+  Vec3 gravity = Vec3::Zero();  ///< [mm/s^2]
 };
 
 /// Read a scene (TOML). Relative paths of markups are relative to the scene file.

@@ -8,11 +8,43 @@
 
 namespace hexsolver {
 
-/// The points that each condition of the scene selects, embedded in the cells of the mechanical level.
-/// @param lattice  with its voxels; its level `level` is the mesh
-/// @throws Error{geometry} naming a condition that selects nothing, with the distance
-/// @throws Error{input} for a segment that the lattice does not have
-std::vector<ConstraintPoint> select_points(const Scene& scene, const hexmesh::Lattice& lattice, int level,
-                                           const Mesh& mesh);
+/// A point of the embedded surface, u(p) = H u.
+struct SurfacePoint {
+  std::int32_t cell = -1;    ///< of the mechanical level
+  NodeWeights weights;       ///< of the cell's nodes
+  Vec3 area = Vec3::Zero();  ///< outward area vector of an exposed face [mm^2]; zero for voxels and nodes
+};
+
+/// Finds the surface points of one mechanical level that conditions and forces select.
+class Selector {
+public:
+  /// All must outlive this.
+  /// @param lattice  with its voxels; its level `level` is the mesh
+  Selector(const hexmesh::Lattice& lattice, int level, const Mesh& mesh);
+  ~Selector();
+
+  /// @param what   named in messages, e.g. "condition 'hilum' (scene.toml:7:1)"
+  /// @throws Error{geometry} for a selection without points, with the distance
+  /// @throws Error{input} for a segment that the lattice does not have
+  std::vector<SurfacePoint> select(const Selection& selection, const std::string& what);
+
+private:
+  struct Candidate;
+  const std::vector<Candidate>& candidates(SurfacePoints on);
+
+  const hexmesh::Lattice& lattice_;
+  int level_;
+  const Mesh& mesh_;
+  std::array<std::vector<Candidate>, 3> candidates_;  ///< by kind, found when first needed
+};
+
+/// The points of all conditions of the scene.
+std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selector);
+
+/// Forces on the nodes from the scene's [[force]] and [gravity] [N]: f(q) = H^T f(p), and row sums of the mass matrix
+/// times gravity. Empty if the scene has neither.
+/// @param totals  receives the total of each [[force]], then that of gravity if there is any [N]
+NodeVector external_forces(const Scene& scene, const hexmesh::Lattice& lattice, int level, const Mesh& mesh,
+                           Selector& selector, std::vector<Vec3>& totals);
 
 }  // namespace hexsolver
