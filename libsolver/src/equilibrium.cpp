@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <memory>
@@ -12,6 +11,7 @@
 #include "hexmesh/core/error.h"
 #include "hexmesh/lattice/element_tree.h"
 #include "hexmesh/lattice/locator.h"
+#include "hexsolver/cell_measures.h"
 #include "hexsolver/selection.h"
 #include "hexsolver/supports.h"
 
@@ -161,30 +161,6 @@ NewtonReport solve_level(const Problem& problem, Elastic& elastic, const NewtonO
   return total;
 }
 
-/// Centre of the material of an element in its unit cell.
-Vec3 material_center(const hexmesh::Element& element) {
-  Vec3 center = Vec3::Zero();
-  for (int q = 0; q < hexmesh::num_rule_points; ++q)
-    center += element.fill[static_cast<std::size_t>(q)] * Vec3(q % 3, q / 3 % 3, q / 9) / 2;
-  return center / element.volume();
-}
-
-void measure_shape(const Lattice& lattice, int number, const Mesh& mesh, const NodeVector& u, SolveReport& report) {
-  const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(number)];
-  const Mat3 inverse = mesh.edges().inverse();
-  std::vector<NodeGradients> gradients;
-  for (const hexmesh::Element& e : hexmesh::form_elements(lattice, number))
-    gradients.push_back(hexmesh::shape_gradients(material_center(e)) * inverse);
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
-    const CellVector v = mesh.gather(c, u);
-    Mat3 f = Mat3::Identity();
-    for (int a = 0; a < 8; ++a) f += v.segment<3>(3 * a) * gradients[static_cast<std::size_t>(level.element[c])].row(a);
-    const double j = f.determinant();
-    report.min_jacobian = std::min(report.min_jacobian, j);
-    report.inverted_cells += j <= 0;
-  }
-}
-
 std::vector<Vec3> to_points(const NodeVector& u) {
   std::vector<Vec3> out(static_cast<std::size_t>(u.size() / 3));
   for (std::size_t n = 0; n < out.size(); ++n) out[n] = u.segment<3>(3 * static_cast<Eigen::Index>(n));
@@ -225,6 +201,15 @@ Result make_result(const Lattice& lattice, const Scene& scene, const Problem& pr
     condition.displacement.push_back(problem.constraints.displacement(p, u));
   }
   return r;
+}
+
+void add_measures(CellMeasures measures, Result& result, SolveReport& report) {
+  report.min_jacobian = measures.min_jacobian;
+  report.inverted_cells = measures.inverted_cells;
+  for (std::size_t d = 0; d < 3; ++d)
+    result.cell_fields[fmt::format("principal_stretch_{}", d + 1)] = std::move(measures.principal_stretch[d]);
+  result.cell_fields["rotation_degrees"] = std::move(measures.rotation_degrees);
+  result.cell_fields["von_mises_stress"] = std::move(measures.von_mises_stress);
 }
 
 void report_conditions(const Scene& scene, const Problem& problem, const Elastic& elastic, const NodeVector& u,
@@ -314,9 +299,10 @@ Result solve_equilibrium(const Lattice& lattice, const Scene& scene, int level, 
     report.relative_residual = newton.relative_residual;
     report.solve_seconds = solve.seconds();
     report.strain_energy_n_mm = elastic.energy(u);
-    measure_shape(lattice, level, problem.mesh(), u, report);
     report_conditions(scene, problem, elastic, u, report);
-    return make_result(lattice, scene, problem, elastic, u);
+    Result result = make_result(lattice, scene, problem, elastic, u);
+    add_measures(measure_cells(lattice, level, problem.mesh(), scene.strain, u), result, report);
+    return result;
   }
   throw std::logic_error("no level was solved");
 }

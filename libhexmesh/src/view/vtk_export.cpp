@@ -62,7 +62,8 @@ void add_notes(vtkDataSet& set, const Result& result) {
   set.GetFieldData()->AddArray(segments);
   vtkNew<vtkStringArray> units;
   units->SetName("units");
-  units->InsertNextValue("mm, N, MPa; patient LPS; strain_energy_density in N/mm^2; fill 0 to 1");
+  units->InsertNextValue(
+      "mm, N, MPa; patient LPS; strain_energy_density in N/mm^2; von_mises_stress in MPa; fill 0 to 1");
   set.GetFieldData()->AddArray(units);
 }
 

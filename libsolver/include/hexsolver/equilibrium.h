@@ -38,7 +38,7 @@ struct SolveReport {
   double relative_residual = 0;
   double constraint_violation_mm = 0;
   double strain_energy_n_mm = 0;
-  double min_jacobian = 1;  ///< det grad x at the centre of each cell's material
+  double min_jacobian = 1;  ///< least det F of a cell (see cell_measures.h)
   std::size_t inverted_cells = 0;
   std::size_t kept_directions = 0;
   std::vector<ConditionReport> conditions;
