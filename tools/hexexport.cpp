@@ -50,7 +50,8 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
   if (o.lattice.empty() && o.surface.empty() && o.csv.empty())
     throw Error(ErrorKind::usage, "nothing to write, expected --lattice, --surface or --csv");
   const Result result = read_input(o, console);
-  const hexmesh::Shape shape = o.deformed ? hexmesh::Shape::deformed : hexmesh::Shape::rest;
+  const hexmesh::Configuration configuration =
+      o.deformed ? hexmesh::Configuration::deformed : hexmesh::Configuration::rest;
   const auto write = [&](const std::string& name, const char* extension, auto&& writer) {
     if (name.empty()) return;
     if (name != "-" && !name.ends_with(extension))
@@ -60,8 +61,8 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
     file->commit();
     console.note(fmt::format("wrote {}", name == "-" ? "standard output" : name));
   };
-  write(o.lattice, ".vtu", [&](const auto& path) { hexmesh::write_vtu(result, shape, path); });
-  write(o.surface, ".vtp", [&](const auto& path) { hexmesh::write_vtp(result, shape, path); });
+  write(o.lattice, ".vtu", [&](const auto& path) { hexmesh::write_vtu(result, configuration, path); });
+  write(o.surface, ".vtp", [&](const auto& path) { hexmesh::write_vtp(result, configuration, path); });
   write(o.csv, ".csv", [&](const auto& path) { write_csv(result, path); });
   return 0;
 }

@@ -315,7 +315,7 @@ Lattice with_overrides(Lattice lattice, const Scene& scene) {
     if (found == lattice.segments.end() || !found->material)
       throw Error(ErrorKind::input,
                   fmt::format("[material.{}]: the lattice has no such segment with a material", name));
-    const auto apply = [&](hexmesh::Material& m) {
+    const auto apply = [&change = change](hexmesh::Material& m) {
       if (change.young_kpa) m.young = *change.young_kpa * 1e-3;
       if (change.poisson) m.poisson = *change.poisson;
       if (change.density_kg_m3) m.density = *change.density_kg_m3 * 1e-12;

@@ -4,13 +4,14 @@
 #include <limits>
 
 #include "hexmesh/file/toml_reader.h"
-#include "hexsolver/markup.h"
 
 namespace hexsolver {
 namespace {
 
 using hexmesh::Error;
 using hexmesh::ErrorKind;
+using hexmesh::Markup;
+using hexmesh::read_markup;
 using hexmesh::TomlReader;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -95,7 +96,7 @@ Selection read_selection(TomlReader& table, const std::filesystem::path& folder,
   if (auto b = table.numbers("box_mm", 6, "[x0, x1, y0, y1, z0, z1], LPS, mm")) {
     const Vec3 low(b->at(0), b->at(2), b->at(4)), high(b->at(1), b->at(3), b->at(5));
     if (!((high - low).minCoeff() > 0)) table.fail_here("box_mm is empty, expected x0 < x1, y0 < y1, z0 < z1");
-    s.box = Box{(2 * (high - low).cwiseInverse()).asDiagonal(), (low + high) / 2};
+    s.box = hexmesh::box_between(low, high);
   }
   if (auto half = table.table("halfspace", "{ point_mm = [x, y, z], normal = [x, y, z] }")) {
     const auto point = half->vector("point_mm", "three numbers [x, y, z], LPS, mm");

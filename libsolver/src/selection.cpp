@@ -121,7 +121,7 @@ std::vector<char> choose(const Selection& s, const std::string& what, const hexm
   const std::uint16_t label = s.segment.empty() ? std::uint16_t{0} : label_of(s.segment, what, lattice);
   for (std::size_t n = 0; n < candidates.size(); ++n) {
     const Vec3& p = candidates[n].position;
-    if (s.box && (s.box->to_box * (p - s.box->center)).lpNorm<Eigen::Infinity>() <= 1 + 1e-9) chosen[n] = 1;
+    if (s.box && s.box->contains(p)) chosen[n] = 1;
     if (s.halfspace && (p - s.halfspace->point).dot(s.halfspace->normal) >= -1e-9) chosen[n] = 1;
     if (!s.segment.empty() && std::count(candidates[n].neighbours.begin(), candidates[n].neighbours.end(), label))
       chosen[n] = 1;

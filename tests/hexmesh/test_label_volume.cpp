@@ -13,36 +13,12 @@ using namespace hexmesh;
 using testing_support::make_volume;
 using testing_support::message_of;
 using testing_support::random_rotation;
+using testing_support::stored_as;
 
 namespace {
 
 LabelVolume blob() {
   return make_volume({4, 5, 6}, {1, 2, 3}, [](const Index3& v) { return (v[0] + 2 * v[1] + 5 * v[2]) % 3; });
-}
-
-/// The same body stored with its axes permuted and flipped.
-LabelVolume stored_as(const LabelVolume& volume, const std::array<int, 3>& order, int flips) {
-  Index3 extent;
-  Vec3 spacing, first = Vec3::Zero();
-  Mat3 direction;
-  for (int d = 0; d < 3; ++d) {
-    const int s = order[static_cast<std::size_t>(d)];
-    const bool flip = (flips >> d & 1) != 0;
-    extent[static_cast<std::size_t>(d)] = volume.grid.extent()[static_cast<std::size_t>(s)];
-    spacing[d] = volume.grid.spacing()[s];
-    direction.col(d) = (flip ? -1.0 : 1.0) * volume.grid.direction().col(s);
-    if (flip) first[s] = volume.grid.extent()[static_cast<std::size_t>(s)] - 1;
-  }
-  LabelVolume out{Grid(extent, spacing, volume.grid.position(first), direction),
-                  std::vector<std::uint16_t>(volume.labels.size()), volume.segments};
-  for (std::size_t n = 0; n < out.labels.size(); ++n) {
-    const Index3 v = out.grid.index(n);
-    const Vec3 index = volume.grid.continuous_index(out.grid.position(Vec3(v[0], v[1], v[2])));
-    out.labels[n] = volume.labels[volume.grid.offset({static_cast<int>(std::lround(index[0])),
-                                                      static_cast<int>(std::lround(index[1])),
-                                                      static_cast<int>(std::lround(index[2]))})];
-  }
-  return out;
 }
 
 }  // namespace
@@ -71,41 +47,6 @@ TEST(LabelVolume, ReorientingAnObliqueScanKeepsEveryVoxelWhereItIs) {
                       static_cast<int>(std::lround(at[2]))};
     ASSERT_EQ(turned.labels[turned.grid.offset(w)], volume.labels[n]);
   }
-}
-
-TEST(LabelVolume, SelectsByLabelAndByNameAndRenames) {
-  LabelVolume volume = blob();
-  volume.segments[1].name = "Vena cava";
-  const LabelVolume kept = select_segments(volume, {{"2", "vein"}});
-  ASSERT_EQ(kept.segments.size(), 1U);
-  EXPECT_EQ(kept.segments[0].name, "vein");
-  EXPECT_EQ(count_voxels(kept)[0], count_voxels(volume)[1]);
-  EXPECT_EQ(select_segments(volume, {{"vena CAVA", ""}}).segments[0].label, 2);
-}
-
-TEST(LabelVolume, AnUnknownSegmentIsNamedWithThoseThatExist) {
-  const std::string message = message_of(ErrorKind::input, [] { select_segments(blob(), {{"spleen", ""}}); });
-  EXPECT_EQ(message, "unknown segment 'spleen', expected one of: 1=segment_1, 2=segment_2");
-}
-
-TEST(LabelVolume, OverlayLetsTheLaterOneWinAndCountsTheOverlap) {
-  const auto half = [](int axis) {
-    return make_volume({4, 4, 4}, {1, 1, 1}, [axis](const Index3& v) { return v[static_cast<std::size_t>(axis)] < 2; });
-  };
-  LabelVolume tumour = half(1);
-  tumour.segments[0].name = "tumour";
-  std::size_t overlap = 0;
-  const LabelVolume both = overlay(half(0), tumour, overlap);
-  EXPECT_EQ(overlap, 16U);
-  EXPECT_EQ(count_voxels(both), (std::vector<std::size_t>{16, 32}));
-  EXPECT_EQ(both.segments[1].name, "tumour");
-}
-
-TEST(LabelVolume, OverlayRefusesAnotherGrid) {
-  const LabelVolume a = make_volume({2, 2, 2}, {1, 1, 1}, [](const Index3&) { return 1; });
-  const LabelVolume b = make_volume({2, 2, 2}, {1, 1, 2}, [](const Index3&) { return 1; });
-  std::size_t overlap = 0;
-  EXPECT_NE(message_of(ErrorKind::input, [&] { overlay(a, b, overlap); }).find("different grids"), std::string::npos);
 }
 
 TEST(Resample, KeepsTheBodyWhereItIs) {

@@ -52,7 +52,7 @@ TEST(VtkExport, HexahedraReadBackWithPositiveJacobiansAndTheSameNumbers) {
   const TemporaryFolder folder;
   const Lattice lattice = bitten_ball({1, 1, 2}, {0, 0, 0}, random_rotation(9));
   const Result r = moved(lattice, 1, 0.1 * Mat3::Identity(), {5, 6, 7});
-  write_vtu(r, Shape::deformed, folder / "a.vtu");
+  write_vtu(r, Configuration::deformed, folder / "a.vtu");
   vtkNew<vtkXMLUnstructuredGridReader> reader;
   reader->SetFileName((folder / "a.vtu").c_str());
   reader->Update();
@@ -76,7 +76,7 @@ TEST(VtkExport, HexahedraReadBackWithPositiveJacobiansAndTheSameNumbers) {
 TEST(VtkExport, TheSurfaceReadsBackAtRestWithItsDisplacement) {
   const TemporaryFolder folder;
   const Result r = moved(bitten_ball({1, 1, 1}), 0, Mat3::Zero(), {1, 2, 3});
-  write_vtp(r, Shape::rest, folder / "a.vtp");
+  write_vtp(r, Configuration::rest, folder / "a.vtp");
   vtkNew<vtkXMLPolyDataReader> reader;
   reader->SetFileName((folder / "a.vtp").c_str());
   reader->Update();

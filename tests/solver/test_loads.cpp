@@ -19,7 +19,7 @@ Lattice bar() { return box({5, 6, 11}, {1, 1, 2}, young * 1e3, 0); }
 
 Selection slab(double z) {
   Selection s;
-  s.box = Box{Vec3(0.01, 0.01, 10).asDiagonal(), Vec3(2, 2.5, z)};  // 0.1 mm to both sides
+  s.box = hexmesh::Box{Vec3(0.01, 0.01, 10).asDiagonal(), Vec3(2, 2.5, z)};  // 0.1 mm to both sides
   return s;
 }
 

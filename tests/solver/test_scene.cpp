@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "hexsolver/markup.h"
 #include "hexsolver/scene.h"
 #include "support/files.h"
 
@@ -101,36 +100,14 @@ TEST(Scene, SettingsOverrideTheFile) {
   EXPECT_NE(error_of(good, {"fix.7.name=x"}).find("--set 'fix.7.name=x'"), std::string::npos);
 }
 
-TEST(Markup, RasPointsAreTurnedToLps) {
+TEST(Scene, ALineMarkupIsADisplacement) {
   const TemporaryFolder folder;
-  write_text(folder / "a.mrk.json",
-             R"({"markups":[{"type":"Fiducial","coordinateSystem":"RAS","controlPoints":[{"position":[1,2,3]}]}]})");
-  EXPECT_EQ(read_markup(folder / "a.mrk.json").points.at(0), Vec3(-1, -2, 3));
-}
-
-TEST(Markup, AnRoiBecomesABoxAndALineADisplacement) {
-  const TemporaryFolder folder;
-  write_text(folder / "roi.mrk.json",
-             R"({"markups":[{"type":"ROI","coordinateSystem":"LPS","center":[10,20,30],"size":[2,4,6],
-                 "objectToBase":[0,1,0,-1,0,0,0,0,1]}]})");
-  const Box box = *read_markup(folder / "roi.mrk.json").box;
-  // The object's x axis, of half length 1, is patient -y.
-  EXPECT_LT((box.to_box * (Vec3(10, 19, 30) - box.center) - Vec3(1, 0, 0)).norm(), 1e-12);
   write_text(folder / "line.mrk.json",
              R"({"markups":[{"type":"Line","controlPoints":[{"position":[1,2,3]},{"position":[4,6,8]}]}]})");
   write_text(folder / "s.toml", "[[displace]]\nmarkup = \"line.mrk.json\"\n");
   const Scene scene = read_scene(folder / "s.toml", "s.toml");
   EXPECT_EQ(scene.conditions[0].by, Vec3(3, 4, 5));
   EXPECT_EQ(scene.conditions[0].selection.balls[0].center, Vec3(1, 2, 3));
-}
-
-TEST(Markup, WhatIsNoMarkupIsNamed) {
-  const TemporaryFolder folder;
-  write_text(folder / "a.mrk.json", "{\"markups\":[]}");
-  EXPECT_NE(message_of(ErrorKind::input, [&] { read_markup(folder / "a.mrk.json"); }).find(folder.path("a.mrk.json")),
-            std::string::npos);
-  EXPECT_NE(message_of(ErrorKind::input, [&] { read_markup(folder / "none.mrk.json"); }).find("none.mrk.json"),
-            std::string::npos);
 }
 
 TEST(Scene, ForcesAndGravityAreReadInTheirUnits) {

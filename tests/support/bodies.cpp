@@ -26,6 +26,30 @@ hexmesh::LabelVolume make_volume(const Index3& extent, const Vec3& spacing,
   return volume;
 }
 
+hexmesh::LabelVolume stored_as(const hexmesh::LabelVolume& volume, const std::array<int, 3>& order, int flips) {
+  Index3 extent;
+  Vec3 spacing, first = Vec3::Zero();
+  Mat3 direction;
+  for (int d = 0; d < 3; ++d) {
+    const int s = order[static_cast<std::size_t>(d)];
+    const bool flip = (flips >> d & 1) != 0;
+    extent[static_cast<std::size_t>(d)] = volume.grid.extent()[static_cast<std::size_t>(s)];
+    spacing[d] = volume.grid.spacing()[s];
+    direction.col(d) = (flip ? -1.0 : 1.0) * volume.grid.direction().col(s);
+    if (flip) first[s] = volume.grid.extent()[static_cast<std::size_t>(s)] - 1;
+  }
+  hexmesh::LabelVolume out{hexmesh::Grid(extent, spacing, volume.grid.position(first), direction),
+                           std::vector<std::uint16_t>(volume.labels.size()), volume.segments};
+  for (std::size_t n = 0; n < out.labels.size(); ++n) {
+    const Index3 v = out.grid.index(n);
+    const Vec3 index = volume.grid.continuous_index(out.grid.position(Vec3(v[0], v[1], v[2])));
+    out.labels[n] = volume.labels[volume.grid.offset({static_cast<int>(std::lround(index[0])),
+                                                      static_cast<int>(std::lround(index[1])),
+                                                      static_cast<int>(std::lround(index[2]))})];
+  }
+  return out;
+}
+
 namespace {
 
 hexmesh::LabelVolume ball_labels(const Vec3& spacing, const Mat3& direction) {

@@ -21,6 +21,9 @@ hexmesh::LabelVolume make_volume(const Index3& extent, const Vec3& spacing,
                                  const std::function<int(const Index3&)>& label,
                                  const Mat3& direction = Mat3::Identity(), const Vec3& origin = Vec3::Zero());
 
+/// The same body stored with its axes permuted and those flipped whose bit is set.
+hexmesh::LabelVolume stored_as(const hexmesh::LabelVolume& volume, const std::array<int, 3>& order, int flips);
+
 /// Two materials in a ball with a bite taken out, cells partly filled at every level.
 Lattice bitten_ball(const Vec3& spacing, const Index3& offset = {0, 0, 0}, const Mat3& direction = Mat3::Identity());
 

@@ -59,7 +59,9 @@ TEST_P(VoxelLiver, EqualsAnIndependentSolution) {
   const auto reference = shared_data() / "reference" / c.file;
   if (!std::filesystem::exists(scan) || !std::filesystem::exists(reference))
     GTEST_SKIP() << "no shared data beside the project";
-  hexmesh::LabelVolume labels = hexmesh::select_segments(hexmesh::read_labels(scan), {{"5", "liver"}});
+  std::vector<hexmesh::Overlap> none;
+  hexmesh::LabelVolume labels =
+      hexmesh::flatten(hexmesh::select_segments(hexmesh::read_segmentation({scan}), {{"5", "liver"}}), {}, none);
   const hexmesh::Lattice lattice =
       hexmesh::build_lattice(labels, {{labels.segments[0], hexmesh::material_from_units(100, c.poisson, 1000), 0, ""}});
   SolveReport report;

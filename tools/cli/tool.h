@@ -65,4 +65,7 @@ void write_text(const std::string& name, const std::string& text, const CommonOp
 /// Peak memory of this process [MB].
 double peak_memory_mb();
 
+/// Memory of this machine [MB].
+double machine_memory_mb();
+
 }  // namespace hextools

@@ -37,6 +37,10 @@ Solid make_solid(const std::string& name, const Sizes& size) {
     return {{2 * radius, 2 * radius, height},
             [=](const Vec3& p) { return p.head<2>().norm() < radius && p[2] >= -height / 2 && p[2] < height / 2; }};
   }
+  if (name == "line") {
+    const Vec3 rod(of("length"), of("thickness"), of("thickness"));
+    return {rod, [=](const Vec3& p) { return in_box(p, rod); }};
+  }
   const Vec3 extent(of("length"), of("width"), of("height"));
   if (name == "c-shape") {
     // Open towards +x: a spine and two arms.
@@ -71,6 +75,8 @@ const std::map<std::string, std::map<std::string, double>>& solid_phantoms() {
   static const std::map<std::string, Sizes> solids = {
       {"beam", {{"length", 160}, {"width", 40}, {"height", 40}}},
       {"box", {{"length", 80}, {"width", 60}, {"height", 40}}},
+      {"line", {{"length", 100}, {"thickness", 2}}},
+      {"torsion-bar", {{"length", 20}, {"width", 20}, {"height", 120}}},
       {"sheet", {{"length", 100}, {"width", 100}, {"height", 3}}},
       {"cylinder", {{"radius", 50}, {"height", 60}}},
       {"sphere", {{"radius", 40}}},

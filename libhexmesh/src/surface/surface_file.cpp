@@ -4,15 +4,23 @@
 #include <CGAL/IO/polygon_soup_io.h>
 #include <CGAL/Simple_cartesian.h>
 #include <fmt/format.h>
+#include <vtkCellArray.h>
+#include <vtkFieldData.h>
+#include <vtkIdList.h>
 #include <vtkNew.h>
+#include <vtkStringArray.h>
 #include <vtkTriangleFilter.h>
 #include <vtkXMLPolyDataReader.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <fstream>
+#include <sstream>
 
 #include "from_vtk.h"
 #include "hexmesh/core/error.h"
+#include "surface_header.h"
 
 namespace hexmesh {
 namespace {
@@ -35,50 +43,136 @@ bool says_ras(const std::filesystem::path& path) {
   return start.find("SPACE=RAS") != std::string::npos;
 }
 
-TriangleSurface read_vtp(const std::filesystem::path& path) {
+/// All polylines of a mesh.
+std::vector<std::vector<Vec3>> lines_of(vtkPolyData& mesh) {
+  std::vector<std::vector<Vec3>> out;
+  vtkCellArray* lines = mesh.GetLines();
+  vtkNew<vtkIdList> ids;
+  for (vtkIdType n = 0; n < lines->GetNumberOfCells(); ++n) {
+    lines->GetCellAtId(n, ids);
+    out.emplace_back();
+    for (vtkIdType a = 0; a < ids->GetNumberOfIds(); ++a) out.back().push_back(Vec3::Map(mesh.GetPoint(ids->GetId(a))));
+  }
+  return out;
+}
+
+/// Whether a mesh names only points that it has.
+bool is_consistent(vtkPolyData& mesh) {
+  const vtkIdType count = mesh.GetNumberOfPoints();
+  vtkNew<vtkIdList> ids;
+  for (vtkCellArray* cells : {mesh.GetPolys(), mesh.GetLines(), mesh.GetStrips(), mesh.GetVerts()})
+    for (vtkIdType n = 0; n < cells->GetNumberOfCells(); ++n) {
+      cells->GetCellAtId(n, ids);
+      for (vtkIdType a = 0; a < ids->GetNumberOfIds(); ++a)
+        if (ids->GetId(a) < 0 || ids->GetId(a) >= count) return false;
+    }
+  return true;
+}
+
+/// RAS to LPS.
+void turn(Shape& shape) {
+  for (Vec3& p : shape.surface.points) p.head<2>() *= -1;
+  for (auto& line : shape.lines)
+    for (Vec3& p : line) p.head<2>() *= -1;
+}
+
+Shape read_vtp(const std::filesystem::path& path) {
+  vtkObject::GlobalWarningDisplayOff();
   vtkNew<vtkXMLPolyDataReader> reader;
   if (!reader->CanReadFile(path.c_str())) fail(path, "is no VTK XML PolyData file");
   reader->SetFileName(path.c_str());
+  reader->Update();
+  if (reader->GetErrorCode() != 0 || !is_consistent(*reader->GetOutput())) fail(path, "is damaged");
   vtkNew<vtkTriangleFilter> triangles;
-  triangles->SetInputConnection(reader->GetOutputPort());
+  triangles->SetInputData(reader->GetOutput());
   triangles->PassVertsOff();
   triangles->PassLinesOff();
   triangles->Update();
-  if (reader->GetErrorCode() != 0) fail(path, "is damaged");
-  return from_vtk(*triangles->GetOutput());
+  Shape shape{from_vtk(*triangles->GetOutput()), lines_of(*reader->GetOutput())};
+  auto* space = vtkStringArray::SafeDownCast(reader->GetOutput()->GetFieldData()->GetAbstractArray("SPACE"));
+  if (space && space->GetNumberOfValues() > 0 && space->GetValue(0) == "RAS") turn(shape);
+  return shape;
 }
 
-TriangleSurface read_soup(const std::filesystem::path& path) {
+/// The line elements of an OBJ file, which CGAL's reader leaves out.
+std::vector<std::vector<Vec3>> obj_lines(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::vector<Vec3> points;
+  std::vector<std::vector<Vec3>> out;
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    if (word == "v") {
+      Vec3 p = Vec3::Constant(NAN);
+      words >> p[0] >> p[1] >> p[2];
+      points.push_back(p);
+    } else if (word == "l") {
+      out.emplace_back();
+      while (words >> word) {  // "3" or "3/1"; -1 is the last point so far
+        const long number = std::strtol(word.c_str(), nullptr, 10);
+        const long n = number < 0 ? number + static_cast<long>(points.size()) : number - 1;
+        if (n < 0 || n >= static_cast<long>(points.size()))
+          fail(path, fmt::format("has a line with point {}, expected 1 to {}", word, points.size()));
+        out.back().push_back(points[static_cast<std::size_t>(n)]);
+      }
+    }
+  }
+  return out;
+}
+
+Shape read_soup(const std::filesystem::path& path) {
   std::vector<Point> points;
   std::vector<std::vector<std::size_t>> polygons;
-  if (!CGAL::IO::read_polygon_soup(path.string(), points, polygons, CGAL::parameters::verbose(false)))
-    fail(path, fmt::format("is no readable {} file", ending_of(path)));
-  TriangleSurface surface;
-  for (const Point& p : points) surface.points.emplace_back(p.x(), p.y(), p.z());
+  bool read = false;
+  try {
+    read = CGAL::IO::read_polygon_soup(path.string(), points, polygons, CGAL::parameters::verbose(false));
+  } catch (const std::exception&) {  // of a count that only its own lines contradict
+  }
+  Shape shape;
+  if (ending_of(path) == ".obj") shape.lines = obj_lines(path);
+  if (!read && shape.lines.empty()) fail(path, fmt::format("is no readable {} file", ending_of(path)));
+  for (const Point& p : points) shape.surface.points.emplace_back(p.x(), p.y(), p.z());
   for (const auto& polygon : polygons) {
     for (const std::size_t n : polygon)
       if (n >= points.size()) fail(path, fmt::format("has a face with point {}, expected below {}", n, points.size()));
     for (std::size_t a = 2; a < polygon.size(); ++a)
-      surface.triangles.push_back({static_cast<std::int32_t>(polygon[0]), static_cast<std::int32_t>(polygon[a - 1]),
-                                   static_cast<std::int32_t>(polygon[a])});
+      shape.surface.triangles.push_back({static_cast<std::int32_t>(polygon[0]),
+                                         static_cast<std::int32_t>(polygon[a - 1]),
+                                         static_cast<std::int32_t>(polygon[a])});
   }
-  return surface;
+  return shape;
 }
 
 }  // namespace
 
-TriangleSurface read_surface(const std::filesystem::path& path) {
+bool is_surface_name(const std::filesystem::path& path) {
+  const std::string ending = ending_of(path);
+  return ending == ".vtp" || ending == ".obj" || ending == ".stl" || ending == ".ply" || ending == ".off";
+}
+
+Shape read_shape(const std::filesystem::path& path) {
   const std::string ending = ending_of(path);
   if (!std::filesystem::is_regular_file(path)) fail(path, "is not there, expected a file");
-  if (ending != ".vtp" && ending != ".obj" && ending != ".stl" && ending != ".ply" && ending != ".off")
-    fail(path, fmt::format("ends in '{}', expected .obj, .stl, .ply, .off or .vtp", ending));
-  TriangleSurface surface = ending == ".vtp" ? read_vtp(path) : read_soup(path);
-  if (surface.triangles.empty()) fail(path, "has no triangles, expected some");
-  for (const Vec3& p : surface.points)
+  if (!is_surface_name(path)) fail(path, fmt::format("ends in '{}', expected .obj, .stl, .ply, .off or .vtp", ending));
+  check_surface_header(path, ending);
+  Shape shape = ending == ".vtp" ? read_vtp(path) : read_soup(path);
+  if (shape.surface.triangles.empty() && shape.lines.empty())
+    fail(path, "has no triangles and no lines, expected some");
+  const auto check = [&](const Vec3& p) {
     if (!p.allFinite()) fail(path, "has a point that is not finite");
-  if (says_ras(path))
-    for (Vec3& p : surface.points) p.head<2>() *= -1;
-  return surface;
+  };
+  for (const Vec3& p : shape.surface.points) check(p);
+  for (const auto& line : shape.lines)
+    for (const Vec3& p : line) check(p);
+  if (says_ras(path)) turn(shape);
+  return shape;
+}
+
+TriangleSurface read_surface(const std::filesystem::path& path) {
+  Shape shape = read_shape(path);
+  if (shape.surface.triangles.empty()) fail(path, "has no triangles, expected some");
+  return std::move(shape.surface);
 }
 
 void write_surface(const TriangleSurface& surface, const std::filesystem::path& path) {

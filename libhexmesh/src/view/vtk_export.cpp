@@ -26,12 +26,13 @@ namespace {
 constexpr std::array<std::size_t, 8> vtk_order = {0, 1, 3, 2, 4, 5, 7, 6};
 
 /// @param displacement  empty: at rest, no such data
-void set_points(vtkPointSet& set, const std::vector<Vec3>& rest, const std::vector<Vec3>& displacement, Shape shape) {
+void set_points(vtkPointSet& set, const std::vector<Vec3>& rest, const std::vector<Vec3>& displacement,
+                Configuration configuration) {
   vtkNew<vtkPoints> points;
   points->SetDataTypeToDouble();
   points->SetNumberOfPoints(static_cast<vtkIdType>(rest.size()));
   for (std::size_t n = 0; n < rest.size(); ++n) {
-    const bool moves = shape == Shape::deformed && !displacement.empty();
+    const bool moves = configuration == Configuration::deformed && !displacement.empty();
     const Vec3 p = moves ? Vec3(rest[n] + displacement[n]) : rest[n];
     points->SetPoint(static_cast<vtkIdType>(n), p.data());
   }
@@ -79,9 +80,9 @@ void write(Data& data, const std::filesystem::path& path) {
 
 }  // namespace
 
-void write_vtu(const Result& result, Shape shape, const std::filesystem::path& path) {
+void write_vtu(const Result& result, Configuration configuration, const std::filesystem::path& path) {
   vtkNew<vtkUnstructuredGrid> grid;
-  set_points(*grid, result.nodes, result.displacement, shape);
+  set_points(*grid, result.nodes, result.displacement, configuration);
   vtkNew<vtkCellArray> cells;
   cells->AllocateEstimate(static_cast<vtkIdType>(result.cells.size()), 8);
   for (const auto& nodes : result.cell_nodes) {
@@ -102,9 +103,9 @@ void write_vtu(const Result& result, Shape shape, const std::filesystem::path& p
   write<vtkXMLUnstructuredGridWriter>(*grid, path);
 }
 
-void write_vtp(const Result& result, Shape shape, const std::filesystem::path& path) {
+void write_vtp(const Result& result, Configuration configuration, const std::filesystem::path& path) {
   vtkNew<vtkPolyData> surface;
-  set_points(*surface, result.surface.points, result.surface_displacement, shape);
+  set_points(*surface, result.surface.points, result.surface_displacement, configuration);
   vtkNew<vtkCellArray> triangles;
   for (const auto& t : result.surface.triangles) {
     const std::array<vtkIdType, 3> ids = {t[0], t[1], t[2]};

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "hexmesh/file/markup.h"
 #include "hexmesh/lattice/lattice.h"
 #include "hexsolver/elastic.h"
 
@@ -25,12 +26,6 @@ struct Ball {
   double radius;  ///< [mm]
 };
 
-/// Points in a box; `to_box` maps patient space to [-1, 1]^3.
-struct Box {
-  Mat3 to_box;
-  Vec3 center;
-};
-
 struct HalfSpace {
   Vec3 point, normal;  ///< points p with (p - point) . normal >= 0
 };
@@ -38,7 +33,7 @@ struct HalfSpace {
 /// Where a condition acts: the points in any of the balls, the box, the half-space or beside the segment.
 struct Selection {
   std::vector<Ball> balls;
-  std::optional<Box> box;
+  std::optional<hexmesh::Box> box;
   std::optional<HalfSpace> halfspace;
   std::string segment;  ///< boundary shared with this segment; empty = not asked
   SurfacePoints on = SurfacePoints::faces;

@@ -2,23 +2,46 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
+#include <limits>
+#include <optional>
 
-#include "hexmesh/scan/label_volume.h"
+#include "hexmesh/scan/segmentation.h"
 
 namespace hexmesh {
 
-/// Read a segmentation: NRRD and .seg.nrrd (3D Slicer; names, colours and layers kept), NIfTI, MetaImage.
+/// How inputs are read.
+struct ReadOptions {
+  double fraction = 0.5;  ///< a FRACTIONAL DICOM SEG: at least this share of a voxel belongs to the segment
+  std::string series;     ///< SeriesInstanceUID, or its end, where a folder holds several
+  std::size_t max_memory = std::numeric_limits<std::size_t>::max();  ///< for the voxels of one input [bytes]
+  std::optional<Grid> reference;  ///< as stored: where contours and sparse frames go, instead of the scan beside them
+  std::function<void(const std::string&)> warn = [](const std::string&) {};  ///< what was assumed or changed
+};
+
+/// Read a segmentation: NRRD and .seg.nrrd (3D Slicer; names, colours, terminology and layers kept), NIfTI, MetaImage,
+/// VTI, DICOM SEG, DICOM RTSTRUCT with the scan it was drawn on, or a folder with one of the latter two.
 ///
 /// The format is told from the content, not the name. Axes are reordered to be right-handed and nearest to L, P, S.
-/// Where layers overlap the later segment wins. Labels without a name are called "label_N".
+/// Labels without a name are called "label_N".
 /// @throws Error{input}
-LabelVolume read_labels(const std::filesystem::path& path);
+Segmentation read_segmentation(const std::vector<std::filesystem::path>& paths, const ReadOptions& options = {});
 
-/// Read a scan; the same formats and reordering.
+/// The same as one label per voxel; where segments overlap the later one wins, with a warning.
+LabelVolume read_labels(const std::filesystem::path& path, const ReadOptions& options = {});
+
+/// Read a scan: the same image formats and reordering; a DICOM series (CT, MR, PET) as a folder or as its files.
 /// @throws Error{input}
-IntensityVolume read_intensity(const std::filesystem::path& path);
+IntensityVolume read_intensity(const std::vector<std::filesystem::path>& paths, const ReadOptions& options = {});
+IntensityVolume read_intensity(const std::filesystem::path& path, const ReadOptions& options = {});
 
-/// Write a labelled NRRD (gzip) with the segments' names and colours as 3D Slicer keeps them (.seg.nrrd).
+/// The grid of a scan as it is stored, for ReadOptions::reference.
+Grid read_stored_grid(const std::filesystem::path& path, const ReadOptions& options = {});
+
+/// Whether this is a folder or a DICOM file: several of them are one input.
+bool is_dicom(const std::filesystem::path& path);
+
+/// Write a labelled NRRD (gzip) with the segments' names, colours and terminology as 3D Slicer keeps them (.seg.nrrd).
 /// @throws Error{output}
 void write_labels(const LabelVolume& volume, const std::filesystem::path& path);
 

@@ -15,6 +15,7 @@ struct Segment {
   std::uint16_t label = 0;                        ///< its value in LabelVolume::labels; never 0
   std::string name;                               ///< e.g. "liver"
   std::array<double, 3> color = {0.8, 0.5, 0.4};  ///< RGB, each in [0, 1]
+  std::string terminology;                        ///< as 3D Slicer's TerminologyEntry: seven parts between ~, or empty
 };
 
 /// A segmented scan: one label per voxel, 0 = background.
@@ -44,22 +45,5 @@ const Segment* find_segment(const std::vector<Segment>& segments, const std::str
 /// 48 ways to store a scan gives the same voxels in the same order.
 LabelVolume reorient_to_lps(LabelVolume volume);
 IntensityVolume reorient_to_lps(IntensityVolume volume);
-
-/// What `--segment` asks for: a label or a name, and the name to give it.
-struct SegmentChoice {
-  std::string what;  ///< a label value ("5") or a name ("liver")
-  std::string name;  ///< the new name; empty keeps the old one
-};
-
-/// Keep only the chosen segments; all other voxels become background.
-/// @param choices  empty keeps everything
-/// @throws Error{input} naming a segment that is not there, and those that are
-LabelVolume select_segments(LabelVolume volume, const std::vector<SegmentChoice>& choices);
-
-/// Put `top` over `base`: where both have a label, `top` wins. Labels of `top` that `base` uses already are renumbered;
-/// a segment of the same name is the same segment.
-/// @param overlap  receives the number of voxels where both had different segments
-/// @throws Error{input} if the grids differ
-LabelVolume overlay(LabelVolume base, const LabelVolume& top, std::size_t& overlap);
 
 }  // namespace hexmesh

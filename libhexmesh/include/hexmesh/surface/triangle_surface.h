@@ -16,6 +16,12 @@ struct TriangleSurface {
   std::vector<std::uint16_t> segment;                  ///< label of each triangle
 };
 
+/// Surfaces and lines that stand for one structure.
+struct Shape {
+  TriangleSurface surface;
+  std::vector<std::vector<Vec3>> lines;  ///< polylines [mm], LPS
+};
+
 /// The triangles of one segment with the points they use.
 TriangleSurface of_segment(const TriangleSurface& surface, std::uint16_t label);
 

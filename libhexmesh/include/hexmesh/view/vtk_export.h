@@ -8,18 +8,18 @@
 namespace hexmesh {
 
 /// Whether files hold the rest shape with the displacement as point data, or the deformed shape (and the data too).
-enum class Shape { rest, deformed };
+enum class Configuration { rest, deformed };
 
 /// The mechanical level as hexahedra (.vtu, VTK XML): point data `displacement` [mm] unless at rest; cell data
 /// `segment` (label) and every cell field of the result.
 /// @param path  ends in .vtu
 /// @throws Error{output}
-void write_vtu(const Result& result, Shape shape, const std::filesystem::path& path);
+void write_vtu(const Result& result, Configuration configuration, const std::filesystem::path& path);
 
 /// The embedded surface as triangles (.vtp, VTK XML): point data `displacement` [mm] unless at rest, cell data
 /// `segment` (label).
 /// @param path  ends in .vtp
 /// @throws Error{output}
-void write_vtp(const Result& result, Shape shape, const std::filesystem::path& path);
+void write_vtp(const Result& result, Configuration configuration, const std::filesystem::path& path);
 
 }  // namespace hexmesh

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hexmesh/core/grid.h"
+
+namespace hexmesh {
+
+/// Points in a box; `to_box` maps patient space to [-1, 1]^3.
+struct Box {
+  Mat3 to_box;
+  Vec3 center;
+  bool contains(const Vec3& p) const { return (to_box * (p - center)).cwiseAbs().maxCoeff() <= 1 + 1e-9; }
+};
+
+/// A box along the patient axes.
+/// @pre low < high
+Box box_between(const Vec3& low, const Vec3& high);
+
+/// The same box, larger by `margin` [mm] on each side.
+/// @pre margin does not make it empty
+Box enlarged(const Box& box, double margin);
+
+/// A 3D Slicer markup file (.mrk.json, .fcsv), in LPS [mm]; RAS files are converted.
+struct Markup {
+  std::string type;          ///< "Fiducial", "Line", "ROI", ...
+  std::vector<Vec3> points;  ///< control points
+  std::optional<Box> box;    ///< of a ROI
+};
+
+/// The first markup of the file.
+/// Source: Slicer's markups schema 1.0.0 to 1.0.3, and its fiducial list (.fcsv) versions 4.
+/// @throws Error{input} naming the file and what is wrong
+Markup read_markup(const std::filesystem::path& path);
+
+}  // namespace hexmesh

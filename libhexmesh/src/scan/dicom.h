@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "hexmesh/scan/image_io.h"
+
+namespace hexmesh {
+
+enum class DicomKind { image, segmentation, contours, other };
+
+/// What a DICOM file says it is; told by its SOP class before anything decodes it.
+struct DicomFile {
+  std::filesystem::path path;
+  DicomKind kind = DicomKind::other;
+  std::string modality, series_uid, description;
+};
+
+/// The images of one series.
+struct DicomSeries {
+  std::string uid, modality, description;
+  std::vector<std::filesystem::path> files;
+};
+
+/// What lies in a folder, or is given as files.
+struct DicomInput {
+  std::vector<DicomSeries> images;  ///< ascending by UID
+  std::vector<DicomFile> segmentations, contours, others;
+};
+
+/// Sort DICOM files by what they are; folders are searched, what is no DICOM there is left out.
+/// @throws Error{input} where a file that was named is no DICOM, or nothing was found
+DicomInput gather_dicom(const std::vector<std::filesystem::path>& paths, const ReadOptions& options);
+
+/// The series asked for, or the only one.
+/// @throws Error{input} listing the series where that leaves a choice
+const DicomSeries& choose_series(const DicomInput& input, const ReadOptions& options);
+
+/// How the slices of a series lie.
+struct SliceReport {
+  double tilt_degrees = 0;  ///< between the slices' normal and the line through their corners
+  double least_distance = 0, greatest_distance = 0;
+  std::size_t slices = 0;
+  bool regular = true;
+};
+
+/// The grid of a series without its pixels.
+Grid series_grid(const DicomSeries& series, const ReadOptions& options, SliceReport& report);
+
+/// Slices ordered by where they are. Tilted or unevenly spaced ones are interpolated onto a regular grid.
+IntensityVolume read_series(const DicomSeries& series, const ReadOptions& options);
+
+/// DICOM SEG: BINARY, FRACTIONAL, LABELMAP. Its frames define the grid; with options.reference on the same lattice of
+/// voxels, they go there.
+Segmentation read_dicom_segmentation(const DicomFile& file, const ReadOptions& options);
+
+/// Names of the structures of an RTSTRUCT.
+std::vector<std::string> contour_names(const DicomFile& file);
+
+/// RTSTRUCT: the closed planar contours, filled on the grid of the scan they were drawn on.
+/// @pre options.reference
+Segmentation read_contours(const DicomFile& file, const ReadOptions& options);
+
+}  // namespace hexmesh

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+#include "dicom.h"
+#include "dicom_item.h"
+#include "volume_header.h"
+
+namespace hexmesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+DicomKind kind_of(DcmItem& dataset, const std::string& sop_class) {
+  if (sop_class == UID_SegmentationStorage || sop_class == "1.2.840.10008.5.1.4.1.1.66.7")  // LABELMAP
+    return DicomKind::segmentation;
+  if (sop_class == UID_RTStructureSetStorage) return DicomKind::contours;
+  const bool pixels = dataset.tagExists(DCM_PixelData) && dataset.tagExists(DCM_Rows);
+  return pixels && sop_class != UID_RTDoseStorage ? DicomKind::image : DicomKind::other;
+}
+
+/// @param reason  receives what is wrong with it
+/// @returns nothing where it is no DICOM file, or one that says too little
+std::optional<DicomFile> look_at(const fs::path& path, std::string& reason) {
+  const VolumeFormat format = detect_format(path);
+  reason = "is no DICOM file";
+  if (format != VolumeFormat::dicom && format != VolumeFormat::unknown) return std::nullopt;
+  const std::unique_ptr<DcmFileFormat> file = try_load_dicom(path, reason);
+  if (!file) {
+    reason = fmt::format("cannot be read as DICOM ({})", reason);
+    return std::nullopt;
+  }
+  DcmDataset& dataset = *file->getDataset();
+  std::string sop_class = text_of(dataset, DCM_SOPClassUID);
+  if (sop_class.empty()) sop_class = text_of(*file->getMetaInfo(), DCM_MediaStorageSOPClassUID);
+  const std::string modality = text_of(dataset, DCM_Modality);
+  if (sop_class.empty() || modality.empty()) {
+    reason = "has no SOP class or no modality";
+    return std::nullopt;
+  }
+  return DicomFile{path, kind_of(dataset, sop_class), modality, text_of(dataset, DCM_SeriesInstanceUID),
+                   text_of(dataset, DCM_SeriesDescription)};
+}
+
+std::string describe(const DicomSeries& series) {
+  return fmt::format("{} ({}, '{}', {} files)", series.uid.empty() ? "no UID" : series.uid, series.modality,
+                     series.description, series.files.size());
+}
+
+}  // namespace
+
+bool is_dicom(const fs::path& path) {
+  if (fs::is_directory(path)) return true;
+  const VolumeFormat format = detect_format(path);
+  std::string unused;
+  return format == VolumeFormat::dicom || (format == VolumeFormat::unknown && look_at(path, unused).has_value());
+}
+
+DicomInput gather_dicom(const std::vector<fs::path>& paths, const ReadOptions& options) {
+  std::vector<DicomFile> found;
+  std::string reason;
+  for (const fs::path& path : paths) {
+    if (!fs::is_directory(path)) {
+      std::optional<DicomFile> file = look_at(path, reason);
+      if (!file) refuse_dicom(path, "{}, expected a whole, valid file that says what it is", reason);
+      found.push_back(*std::move(file));
+      continue;
+    }
+    for (const auto& entry : fs::recursive_directory_iterator(path))
+      if (entry.is_regular_file()) {
+        if (std::optional<DicomFile> file = look_at(entry.path(), reason))
+          found.push_back(*std::move(file));
+        else if (detect_format(entry.path()) == VolumeFormat::dicom)
+          options.warn(fmt::format("'{}' {}: left out", entry.path().string(), reason));
+      }
+  }
+  std::sort(found.begin(), found.end(), [](const DicomFile& a, const DicomFile& b) { return a.path < b.path; });
+  DicomInput out;
+  std::map<std::string, DicomSeries> series;
+  for (DicomFile& file : found) {
+    if (file.kind == DicomKind::image) {
+      DicomSeries& s = series[file.series_uid];
+      s.uid = file.series_uid;
+      s.modality = file.modality;
+      s.description = file.description;
+      s.files.push_back(file.path);
+    } else {
+      (file.kind == DicomKind::segmentation ? out.segmentations
+       : file.kind == DicomKind::contours   ? out.contours
+                                            : out.others)
+          .push_back(std::move(file));
+    }
+  }
+  for (auto& [uid, s] : series) out.images.push_back(std::move(s));
+  if (found.empty()) refuse_dicom(paths.front(), "holds no DICOM file");
+  return out;
+}
+
+const DicomSeries& choose_series(const DicomInput& input, const ReadOptions& options) {
+  std::vector<std::string> names;
+  std::vector<const DicomSeries*> matching;
+  for (const DicomSeries& s : input.images) {
+    names.push_back(describe(s));
+    if (options.series.empty() || s.uid.ends_with(options.series)) matching.push_back(&s);
+  }
+  if (matching.size() == 1) return *matching[0];
+  if (names.empty()) {
+    const std::vector<DicomFile>& other = !input.segmentations.empty() ? input.segmentations
+                                          : !input.contours.empty()    ? input.contours
+                                                                       : input.others;
+    refuse_dicom(other.front().path, "is of modality {}, expected a scan (CT, MR, PT ...)", other.front().modality);
+  }
+  if (matching.empty())
+    throw Error(ErrorKind::input,
+                fmt::format("no series ends in '{}', expected one of: {}", options.series, fmt::join(names, ", ")));
+  throw Error(ErrorKind::input, fmt::format("the DICOM files hold {} series, expected one or --series: {}",
+                                            names.size(), fmt::join(names, ", ")));
+}
+
+}  // namespace hexmesh

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dicom_pixels.h"
+
+#include <dcmtk/config/osconfig.h>
+#include <dcmtk/dcmdata/dcostrmb.h>
+#include <dcmtk/dcmdata/dcrledrg.h>
+#include <dcmtk/dcmjpeg/djdecode.h>
+#include <dcmtk/dcmjpls/djdecode.h>
+#include <gdcmImageReader.h>
+#include <gdcmTrace.h>
+
+#include <cstring>
+#include <sstream>
+
+#include "dicom_item.h"
+
+namespace hexmesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+void register_decoders() {
+  static const bool registered = [] {
+    DcmRLEDecoderRegistration::registerCodecs();
+    DJDecoderRegistration::registerCodecs();
+    DJLSDecoderRegistration::registerCodecs();
+    return true;
+  }();
+  static_cast<void>(registered);
+}
+
+/// GDCM sees a file made anew of what decoding needs, not the one that came in.
+std::vector<char> decode_by_gdcm(const fs::path& path, DcmFileFormat& file) {
+  gdcm::Trace::DebugOff();
+  gdcm::Trace::WarningOff();
+  gdcm::Trace::ErrorOff();
+  DcmFileFormat plain;
+  for (const DcmTagKey& tag : {DCM_SOPClassUID, DCM_SOPInstanceUID, DCM_NumberOfFrames, DCM_SamplesPerPixel,
+                               DCM_PhotometricInterpretation, DCM_Rows, DCM_Columns, DCM_BitsAllocated, DCM_BitsStored,
+                               DCM_HighBit, DCM_PixelRepresentation, DCM_PixelData}) {
+    DcmElement* element = nullptr;
+    if (file.getDataset()->findAndGetElement(tag, element, OFFalse, OFTrue).good() && element)
+      plain.getDataset()->insert(element, OFTrue);
+  }
+  plain.getDataset()->putAndInsertString(DCM_SOPClassUID, UID_CTImageStorage);  // where the file has none
+  plain.getDataset()->putAndInsertString(DCM_SOPInstanceUID, "1.2.3");
+  // In memory: large enough for the packed pixels and a header.
+  std::vector<char> buffer(static_cast<std::size_t>(fs::file_size(path)) + (1 << 16));
+  DcmOutputBufferStream stream(buffer.data(), static_cast<offile_off_t>(buffer.size()));
+  plain.transferInit();
+  const E_TransferSyntax syntax = file.getDataset()->getOriginalXfer();
+  if (plain.write(stream, syntax, EET_UndefinedLength, nullptr).bad())
+    refuse_dicom(path, "holds packed pixels that cannot be taken apart");
+  plain.transferEnd();
+  void* start = nullptr;
+  offile_off_t length = 0;
+  stream.flushBuffer(start, length);
+  std::istringstream in(std::string(static_cast<const char*>(start), static_cast<std::size_t>(length)));
+  gdcm::ImageReader reader;
+  reader.SetStream(in);
+  if (!reader.Read()) refuse_dicom(path, "holds pixels that cannot be decoded");
+  const gdcm::Image& image = reader.GetImage();
+  std::vector<char> out(image.GetBufferLength());
+  if (!image.GetBuffer(out.data())) refuse_dicom(path, "holds pixels that cannot be decoded");
+  return out;
+}
+
+std::vector<char> decode_by_dcmtk(const fs::path& path, DcmFileFormat& file, int bits) {
+  DcmDataset& dataset = *file.getDataset();
+  if (dataset.chooseRepresentation(EXS_LittleEndianExplicit, nullptr).bad())
+    refuse_dicom(path, "is packed in transfer syntax {}, or damaged so that its pixels cannot be decoded",
+                 text_of(*file.getMetaInfo(), DCM_TransferSyntaxUID));
+  DcmElement* element = nullptr;
+  if (dataset.findAndGetElement(DCM_PixelData, element).bad() || !element) refuse_dicom(path, "has no pixels");
+  const std::size_t length = element->getLength();
+  Uint8* bytes = nullptr;
+  Uint16* words = nullptr;  // 8-bit pixels may come as words, low byte first
+  const char* from = nullptr;
+  if (bits == 8 && element->getUint8Array(bytes).good())
+    from = reinterpret_cast<const char*>(bytes);
+  else if (element->getUint16Array(words).good())
+    from = reinterpret_cast<const char*>(words);
+  if (!from) refuse_dicom(path, "has pixels that cannot be read");
+  return std::vector<char>(from, from + length);
+}
+
+/// Bits above the stored ones hold overlays or nothing.
+template <class T>
+void extend(std::vector<char>& bytes, int stored) {
+  const int unused = static_cast<int>(8 * sizeof(T)) - stored;
+  if (unused <= 0) return;
+  using Unsigned = std::make_unsigned_t<T>;
+  for (std::size_t at = 0; at + sizeof(T) <= bytes.size(); at += sizeof(T)) {
+    Unsigned raw;
+    std::memcpy(&raw, bytes.data() + at, sizeof(T));
+    const auto shifted = static_cast<T>(static_cast<Unsigned>(raw << unused));
+    const auto value = static_cast<T>(shifted >> unused);
+    std::memcpy(bytes.data() + at, &value, sizeof(T));
+  }
+}
+
+}  // namespace
+
+DicomPixels decode_pixels(const fs::path& path) {
+  register_decoders();
+  const std::unique_ptr<DcmFileFormat> file = load_dicom(path);
+  DcmDataset& dataset = *file->getDataset();
+  DicomPixels out;
+  out.bits = static_cast<int>(number_of(dataset, DCM_BitsAllocated, 0));
+  out.is_signed = number_of(dataset, DCM_PixelRepresentation, 0) == 1;
+  const int stored = static_cast<int>(number_of(dataset, DCM_BitsStored, out.bits));
+  if ((out.bits != 8 && out.bits != 16 && out.bits != 32) || stored < 1 || stored > out.bits)
+    refuse_dicom(path, "has pixels of {} of {} bits, expected 8, 16 or 32", stored, out.bits);
+  const E_TransferSyntax syntax = dataset.getOriginalXfer();
+  const bool jpeg_2000 = syntax == EXS_JPEG2000LosslessOnly || syntax == EXS_JPEG2000;
+  out.bytes = jpeg_2000 ? decode_by_gdcm(path, *file) : decode_by_dcmtk(path, *file, out.bits);
+  if (out.bits == 16 && out.is_signed) extend<std::int16_t>(out.bytes, stored);
+  if (out.bits == 16 && !out.is_signed) extend<std::uint16_t>(out.bytes, stored);
+  if (out.bits == 8 && out.is_signed) extend<std::int8_t>(out.bytes, stored);
+  if (out.bits == 8 && !out.is_signed) extend<std::uint8_t>(out.bytes, stored);
+  return out;
+}
+
+}  // namespace hexmesh

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/scan/summary.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "dicom.h"
+#include "hexmesh/core/error.h"
+#include "stored_volume.h"
+
+namespace hexmesh {
+namespace {
+
+namespace fs = std::filesystem;
+
+void add_segments(ScanSummary& to, const Segmentation& segmentation) {
+  to.grid = segmentation.grid;
+  to.layers = segmentation.layers.size();
+  const std::vector<std::size_t> counts = count_voxels(segmentation);
+  for (std::size_t s = 0; s < counts.size(); ++s) to.segments.push_back({segmentation.segments[s].segment, counts[s]});
+}
+
+ScanSummary of_volume(const fs::path& path, const ReadOptions& options) {
+  const StoredVolume stored = read_stored(path, options);
+  ScanSummary out{stored.format, path.string(), {}, stored.grid};
+  const bool named = stored.keys.contains("Segment0_ID") || stored.keys.contains("Segment0_Name");
+  if (named || looks_like_labels(stored)) {
+    add_segments(out, to_segmentation(stored, path));
+  } else if (stored.components == 1) {
+    std::visit(
+        [&](const auto& values) {
+          double low = INFINITY, high = -INFINITY;
+          for (const auto v : values) {
+            low = std::min(low, static_cast<double>(v));
+            high = std::max(high, static_cast<double>(v));
+          }
+          out.range = {low, high};
+        },
+        stored.values);
+  } else {
+    out.facts.emplace_back("values per voxel", fmt::format("{}", stored.components));
+  }
+  return out;
+}
+
+ScanSummary of_series(const DicomSeries& series, const ReadOptions& options) {
+  ScanSummary out{fmt::format("DICOM {} series", series.modality), series.uid.empty() ? "no UID" : series.uid, {}, {}};
+  out.facts.emplace_back("description", series.description);
+  out.facts.emplace_back("files", fmt::format("{}", series.files.size()));
+  SliceReport slices;
+  out.grid = series_grid(series, options, slices);
+  out.facts.emplace_back("slices", fmt::format("{}", slices.slices));
+  if (slices.slices > 1)
+    out.facts.emplace_back("slice distance", slices.regular ? fmt::format("{:.4g} mm", slices.greatest_distance)
+                                                            : fmt::format("{:.3f} to {:.3f} mm", slices.least_distance,
+                                                                          slices.greatest_distance));
+  if (slices.tilt_degrees > 0)
+    out.facts.emplace_back("gantry tilt", fmt::format("{:.1f} degrees", slices.tilt_degrees));
+  const IntensityVolume volume = read_series(series, {.max_memory = options.max_memory});
+  const auto [low, high] = std::minmax_element(volume.values.begin(), volume.values.end());
+  out.range = {*low, *high};
+  return out;
+}
+
+}  // namespace
+
+std::vector<ScanSummary> summarize(const std::vector<fs::path>& paths, const ReadOptions& options) {
+  if (paths.size() == 1 && !is_dicom(paths.front())) return {of_volume(paths.front(), options)};
+  const DicomInput input = gather_dicom(paths, options);
+  std::vector<ScanSummary> out;
+  ReadOptions placed = options;
+  for (const DicomSeries& series : input.images)
+    if (options.series.empty() || series.uid.ends_with(options.series)) {
+      out.push_back(of_series(series, options));
+      if (input.images.size() == 1 && !placed.reference) placed.reference = out.back().grid;
+    }
+  for (const DicomFile& file : input.segmentations) {
+    out.push_back({"DICOM SEG", file.path.string(), {{"description", file.description}}});
+    add_segments(out.back(), read_dicom_segmentation(file, placed));
+  }
+  for (const DicomFile& file : input.contours) {
+    out.push_back({"DICOM RTSTRUCT", file.path.string(), {{"description", file.description}}});
+    out.back().facts.emplace_back("structures", fmt::format("{}", fmt::join(contour_names(file), ", ")));
+    if (placed.reference)
+      add_segments(out.back(), read_contours(file, placed));
+    else
+      options.warn(fmt::format("'{}': contours need the scan they were drawn on to become voxels", file.path.string()));
+  }
+  for (const DicomFile& file : input.others)
+    options.warn(fmt::format("'{}' is of modality {} and not used", file.path.string(), file.modality));
+  if (out.empty())
+    throw Error(ErrorKind::input, fmt::format("'{}' holds neither a scan nor a segmentation", paths.front().string()));
+  return out;
+}
+
+std::string axis_letters(const Grid& grid) {
+  std::string out;
+  for (int d = 0; d < 3; ++d) {
+    Eigen::Index axis = 0;
+    const double along = grid.direction().col(d).cwiseAbs().maxCoeff(&axis);
+    const bool positive = grid.direction()(axis, d) > 0;
+    const char letter = std::string_view(positive ? "LPS" : "RAI")[static_cast<std::size_t>(axis)];
+    constexpr double one_degree = 0.99985;
+    out += along > one_degree ? letter : static_cast<char>(std::tolower(letter));
+  }
+  return out;
+}
+
+}  // namespace hexmesh

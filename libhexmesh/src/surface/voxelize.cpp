@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/surface/voxelize.h"
+
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
+#include <CGAL/AABB_triangle_primitive.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include "hexmesh/core/error.h"
+#include "hexmesh/core/partition.h"
+
+namespace hexmesh {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using Triangles = std::vector<Kernel::Triangle_3>;
+using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
+using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
+
+/// Points that lie in one place become one, triangles without area go.
+TriangleSurface merged(const TriangleSurface& surface) {
+  struct Less {
+    bool operator()(const Vec3& a, const Vec3& b) const {
+      return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+    }
+  };
+  TriangleSurface out;
+  std::map<Vec3, std::int32_t, Less> number;
+  for (std::array<std::int32_t, 3> t : surface.triangles) {
+    for (std::int32_t& n : t) {
+      const Vec3& p = surface.points[static_cast<std::size_t>(n)];
+      const auto [at, added] = number.emplace(p, static_cast<std::int32_t>(out.points.size()));
+      if (added) out.points.push_back(p);
+      n = at->second;
+    }
+    const auto p = [&](std::size_t a) -> Vec3 { return out.points[static_cast<std::size_t>(t[a])]; };
+    if ((p(1) - p(0)).cross(p(2) - p(0)).norm() > 0) out.triangles.push_back(t);
+  }
+  return out;
+}
+
+/// Its parts that hang together by shared points.
+std::vector<TriangleSurface> parts_of(const TriangleSurface& surface) {
+  Partition partition(surface.points.size());
+  for (const auto& t : surface.triangles) {
+    partition.join(t[0], t[1]);
+    partition.join(t[0], t[2]);
+  }
+  std::map<std::int32_t, TriangleSurface> by_root;
+  for (const auto& t : surface.triangles) by_root[partition.root(t[0])].triangles.push_back(t);
+  std::vector<TriangleSurface> out;
+  for (auto& [root, part] : by_root) {
+    part.points = surface.points;
+    out.push_back(merged(part));  // drops the points of the others
+  }
+  return out;
+}
+
+/// Whether each edge has an even number of triangles.
+bool closes(const TriangleSurface& surface) {
+  std::map<std::pair<std::int32_t, std::int32_t>, int> triangles;
+  for (const auto& t : surface.triangles)
+    for (std::size_t a = 0; a < 3; ++a) ++triangles[std::minmax(t[a], t[(a + 1) % 3])];
+  return std::all_of(triangles.begin(), triangles.end(), [](const auto& edge) { return edge.second % 2 == 0; });
+}
+
+/// The same triangles turned to face outwards where that is possible.
+TriangleSurface oriented(const TriangleSurface& surface) {
+  std::vector<Point> points;
+  for (const Vec3& p : surface.points) points.emplace_back(p[0], p[1], p[2]);
+  std::vector<std::array<std::size_t, 3>> triangles;
+  for (const auto& t : surface.triangles)
+    triangles.push_back(
+        {static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2])});
+  CGAL::Polygon_mesh_processing::orient_polygon_soup(points, triangles);
+  TriangleSurface out;
+  for (const Point& p : points) out.points.emplace_back(p.x(), p.y(), p.z());
+  for (const auto& t : triangles)
+    out.triangles.push_back(
+        {static_cast<std::int32_t>(t[0]), static_cast<std::int32_t>(t[1]), static_cast<std::int32_t>(t[2])});
+  if (enclosed_volume(out) < 0)
+    for (auto& t : out.triangles) std::swap(t[0], t[1]);
+  return merged(out);
+}
+
+/// In voxel indices: centres at whole numbers.
+Triangles in_voxels(const TriangleSurface& surface, const Grid& grid) {
+  Triangles out;
+  const auto point = [&](std::int32_t n) {
+    const Vec3 p = grid.continuous_index(surface.points[static_cast<std::size_t>(n)]);
+    return Point(p[0], p[1], p[2]);
+  };
+  for (const auto& t : surface.triangles) {
+    const Kernel::Triangle_3 triangle(point(t[0]), point(t[1]), point(t[2]));
+    if (!triangle.is_degenerate()) out.push_back(triangle);
+  }
+  return out;
+}
+
+/// Where a line along the first axis crosses the surface, and whether it leaves (1) or enters (-1) there.
+using Crossings = std::vector<std::pair<double, int>>;
+
+Crossings cross(const Tree& tree, double y, double z, const CGAL::Bbox_3& box) {
+  std::vector<Primitive::Id> hits;
+  tree.all_intersected_primitives(Kernel::Segment_3(Point(box.xmin() - 1, y, z), Point(box.xmax() + 1, y, z)),
+                                  std::back_inserter(hits));
+  Crossings out;
+  for (const Primitive::Id& hit : hits) {
+    const auto vertex = [&](int n) { return Vec3(hit->vertex(n).x(), hit->vertex(n).y(), hit->vertex(n).z()); };
+    const Vec3 a = vertex(0), normal = (vertex(1) - a).cross(vertex(2) - a);
+    if (normal[0] == 0) continue;  // seen edge-on
+    out.emplace_back(a[0] - (normal[1] * (y - a[1]) + normal[2] * (z - a[2])) / normal[0], normal[0] > 0 ? 1 : -1);
+  }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+/// Fills voxel centres that closed triangles surround.
+/// @param by_winding  else by an odd number of crossings
+void fill_inside(const Triangles& triangles, bool by_winding, const Grid& grid, std::vector<bool>& filled) {
+  if (triangles.empty()) return;
+  const Tree tree(triangles.begin(), triangles.end());
+  const CGAL::Bbox_3 box = tree.bbox();
+  const Index3& extent = grid.extent();
+  const auto first = [](double low) { return static_cast<std::int32_t>(std::clamp(std::ceil(low), 0.0, 2e9)); };
+  const auto last = [](double high, std::int32_t count) {
+    return static_cast<std::int32_t>(std::clamp(std::floor(high), -1.0, count - 1.0));
+  };
+  for (std::int32_t k = first(box.zmin()); k <= last(box.zmax(), extent[2]); ++k)
+    for (std::int32_t j = first(box.ymin()); j <= last(box.ymax(), extent[1]); ++j) {
+      // A line through an edge or a point of the surface counts it twice or never: such lines are moved a little, and
+      // those that do not come out as they went in are tried again.
+      Crossings crossings;
+      for (int attempt = 1; attempt <= 8; ++attempt) {
+        crossings = cross(tree, j + 1.234567e-6 * attempt, k + 2.718281e-6 * attempt, box);
+        int sum = 0;
+        for (const auto& [x, sign] : crossings) sum += by_winding ? sign : 1;
+        if (by_winding ? sum == 0 : sum % 2 == 0) break;
+      }
+      int winding = 0;
+      for (std::size_t n = 0; n + 1 < crossings.size(); ++n) {
+        winding += by_winding ? crossings[n].second : 1;
+        if (by_winding ? winding == 0 : winding % 2 == 0) continue;
+        for (std::int32_t i = first(crossings[n].first); i <= last(crossings[n + 1].first, extent[0]); ++i)
+          filled[grid.offset({i, j, k})] = true;
+      }
+    }
+}
+
+/// Marks the voxels of the box around an object that it crosses. Voxels are shifted by a hair, so that what lies
+/// exactly between two of them belongs to one.
+template <class Object>
+void mark_crossed(const Object& object, const Grid& grid, std::vector<bool>& filled) {
+  constexpr double hair = 1e-7;
+  const CGAL::Bbox_3 box = object.bbox();
+  Index3 low, high;
+  for (int d = 0; d < 3; ++d) {
+    const auto n = static_cast<std::size_t>(d);
+    const double most = grid.extent()[n] - 1.0;
+    low[n] = static_cast<std::int32_t>(std::clamp(std::floor(box.min(d) + 0.5 - hair), 0.0, most + 1));
+    high[n] = static_cast<std::int32_t>(std::clamp(std::floor(box.max(d) + 0.5), -1.0, most));
+  }
+  for (std::int32_t k = low[2]; k <= high[2]; ++k)
+    for (std::int32_t j = low[1]; j <= high[1]; ++j)
+      for (std::int32_t i = low[0]; i <= high[0]; ++i) {
+        const Kernel::Iso_cuboid_3 voxel(Point(i - 0.5 + hair, j - 0.5 + hair, k - 0.5 + hair),
+                                         Point(i + 0.5 + hair, j + 0.5 + hair, k + 0.5 + hair));
+        if (CGAL::do_intersect(voxel, object)) filled[grid.offset({i, j, k})] = true;
+      }
+}
+
+/// Pieces no longer than a voxel, so that few boxes are tried.
+void mark_line(const std::vector<Vec3>& line, const Grid& grid, std::vector<bool>& filled) {
+  for (std::size_t n = 0; n + 1 < line.size(); ++n) {
+    const Vec3 from = grid.continuous_index(line[n]), to = grid.continuous_index(line[n + 1]);
+    const double pieces = std::max(1.0, std::ceil((to - from).norm()));
+    for (double p = 0; p < pieces; ++p) {
+      const Vec3 a = from + (to - from) * (p / pieces), b = from + (to - from) * ((p + 1) / pieces);
+      if (a != b) mark_crossed(Kernel::Segment_3(Point(a[0], a[1], a[2]), Point(b[0], b[1], b[2])), grid, filled);
+    }
+  }
+}
+
+}  // namespace
+
+Grid grid_around(const std::vector<Shape>& shapes, double spacing) {
+  Vec3 low = Vec3::Constant(INFINITY), high = -low;
+  const auto include = [&](const Vec3& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  };
+  for (const Shape& shape : shapes) {
+    for (const auto& t : shape.surface.triangles)
+      for (const std::int32_t n : t) include(shape.surface.points[static_cast<std::size_t>(n)]);
+    for (const auto& line : shape.lines)
+      for (const Vec3& p : line) include(p);
+  }
+  constexpr double margin = 2, most_voxels = 2147483648.0;
+  const Vec3 extent = ((high - low) / spacing - Vec3::Constant(1e-9)).array().ceil().max(1.0) + 2 * margin;
+  if (!(extent.maxCoeff() < 65536 && extent.prod() <= most_voxels))
+    throw Error(ErrorKind::usage, fmt::format("voxels of {} mm around the surfaces are {:g} x {:g} x {:g}, expected at "
+                                              "most 2^31 (a larger --spacing)",
+                                              spacing, extent[0], extent[1], extent[2]));
+  const Vec3 first = (low + high) / 2 - spacing * (extent - Vec3::Ones()) / 2;
+  return Grid({static_cast<std::int32_t>(extent[0]), static_cast<std::int32_t>(extent[1]),
+               static_cast<std::int32_t>(extent[2])},
+              Vec3::Constant(spacing), first);
+}
+
+Voxelization voxelize(const Shape& shape, const Grid& grid) {
+  Voxelization out;
+  std::vector<bool> filled(grid.num_voxels());
+  TriangleSurface facing_one_way;  // all such parts together: one may be a hole of another
+  for (TriangleSurface part : parts_of(merged(shape.surface))) {
+    if (!closes(part)) {
+      ++out.open_parts;
+      for (const Kernel::Triangle_3& t : in_voxels(part, grid)) mark_crossed(t, grid, filled);
+      continue;
+    }
+    ++out.closed_parts;
+    if (count_open_edges(part) != 0) {
+      ++out.mended_parts;
+      if (TriangleSurface turned = oriented(part); count_open_edges(turned) == 0 && enclosed_volume(turned) != 0)
+        part = std::move(turned);
+    }
+    if (count_open_edges(part) == 0)
+      append(facing_one_way, part);
+    else
+      fill_inside(in_voxels(part, grid), false, grid, filled);
+  }
+  fill_inside(in_voxels(facing_one_way, grid), true, grid, filled);
+  out.enclosed_ml = enclosed_volume(facing_one_way) / 1000;
+  for (const auto& line : shape.lines) mark_line(line, grid, filled);
+  for (std::size_t n = 0; n < filled.size(); ++n)
+    if (filled[n]) out.voxels.push_back(n);
+  return out;
+}
+
+}  // namespace hexmesh

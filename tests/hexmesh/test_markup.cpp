@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "hexmesh/file/markup.h"
+#include "support/files.h"
+
+using namespace hexmesh;
+using namespace testing_support;
+
+TEST(Markup, RasPointsAreTurnedToLps) {
+  const TemporaryFolder folder;
+  write_text(folder / "a.mrk.json",
+             R"({"markups":[{"type":"Fiducial","coordinateSystem":"RAS","controlPoints":[{"position":[1,2,3]}]}]})");
+  EXPECT_EQ(read_markup(folder / "a.mrk.json").points.at(0), Vec3(-1, -2, 3));
+}
+
+TEST(Markup, AnRoiBecomesABox) {
+  const TemporaryFolder folder;
+  write_text(folder / "roi.mrk.json",
+             R"({"markups":[{"type":"ROI","coordinateSystem":"LPS","center":[10,20,30],"size":[2,4,6],
+                 "objectToBase":[0,1,0,-1,0,0,0,0,1]}]})");
+  const Box box = *read_markup(folder / "roi.mrk.json").box;
+  // The object's x axis, of half length 1, is patient -y.
+  EXPECT_LT((box.to_box * (Vec3(10, 19, 30) - box.center) - Vec3(1, 0, 0)).norm(), 1e-12);
+}
+
+TEST(Markup, WhatIsNoMarkupIsNamed) {
+  const TemporaryFolder folder;
+  write_text(folder / "a.mrk.json", "{\"markups\":[]}");
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_markup(folder / "a.mrk.json"); }).find(folder.path("a.mrk.json")),
+            std::string::npos);
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_markup(folder / "none.mrk.json"); }).find("none.mrk.json"),
+            std::string::npos);
+}
+
+TEST(Markup, OldFiducialListsAreRasUnlessTheySayOtherwise) {
+  const TemporaryFolder folder;
+  write_text(folder / "a.fcsv",
+             "# Markups fiducial file version = 4.4\n# columns = id,x,y,z,ow\nF_0,1,2.5,-3,0\nF_1,4,5,6,0\n");
+  const Markup ras = read_markup(folder / "a.fcsv");
+  ASSERT_EQ(ras.points.size(), 2U);
+  EXPECT_EQ(ras.points[0], Vec3(-1, -2.5, -3));
+  write_text(folder / "b.fcsv", "# CoordinateSystem = LPS\nF_0,1,2.5,-3,0\n");
+  EXPECT_EQ(read_markup(folder / "b.fcsv").points.at(0), Vec3(1, 2.5, -3));
+  write_text(folder / "c.fcsv", "F_0,1,two,-3,0\n");
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_markup(folder / "c.fcsv"); }).find("F_0,1,two"), std::string::npos);
+}
+
+TEST(Markup, AMarginEnlargesABoxOnEverySide) {
+  const Box box = enlarged(box_between({0, 0, 0}, {10, 20, 30}), 5);
+  EXPECT_TRUE(box.contains({-5, -5, -5}));
+  EXPECT_TRUE(box.contains({15, 25, 35}));
+  EXPECT_FALSE(box.contains({15.1, 10, 10}));
+  EXPECT_FALSE(box.contains({5, 10, -5.1}));
+}
