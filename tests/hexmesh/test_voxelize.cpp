@@ -204,3 +204,15 @@ TEST(SurfaceFile, LinesOfAnObjAreRead) {
   EXPECT_NE(message_of(ErrorKind::input, [&] { read_shape(folder / "b.obj"); }).find("point 2, expected 1 to 1"),
             std::string::npos);
 }
+
+TEST(SurfaceFile, PolygonsOfAnOffAreSplit) {
+  const TemporaryFolder folder;
+  write_text(folder / "a.off", "OFF\n# a square\n4 1 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n\n4 0 1 2 3 255 0 0\n");
+  const Shape shape = read_shape(folder / "a.off");
+  EXPECT_EQ(shape.surface.points.size(), 4U);
+  ASSERT_EQ(shape.surface.triangles.size(), 2U);
+  EXPECT_EQ(shape.surface.triangles[1], (std::array<std::int32_t, 3>{0, 2, 3}));
+  write_text(folder / "b.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n1 1 0\n3 0 1 7\n");
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_shape(folder / "b.off"); }).find("point 7, expected below 3"),
+            std::string::npos);
+}

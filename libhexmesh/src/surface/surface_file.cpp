@@ -121,6 +121,44 @@ std::vector<std::vector<Vec3>> obj_lines(const std::filesystem::path& path) {
   return out;
 }
 
+/// Plain text OFF. CGAL's reader believes the numbers of corners.
+Shape read_off(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  std::stringstream words;
+  std::string line;
+  if (!std::getline(file, line) || (line != "OFF" && line != "OFF\r")) fail(path, "is no plain text OFF file");
+  while (std::getline(file, line)) words << line.substr(0, line.find('#')) << '\n';
+  const auto bytes = static_cast<double>(std::filesystem::file_size(path));
+  double vertices = 0, faces = 0, edges = 0;
+  if (!(words >> vertices >> faces >> edges) || !(vertices >= 0 && vertices <= bytes && faces >= 0 && faces <= bytes))
+    fail(path,
+         fmt::format("claims {:g} points and {:g} faces, expected what its {:g} bytes hold", vertices, faces, bytes));
+  Shape shape;
+  for (double n = 0; n < vertices; ++n) {
+    Vec3 p;
+    if (!(words >> p[0] >> p[1] >> p[2])) fail(path, "has too few points");
+    shape.surface.points.push_back(p);
+  }
+  std::getline(words, line);
+  for (double n = 0; n < faces;) {
+    if (!std::getline(words, line)) fail(path, "has too few faces");
+    std::istringstream face(line);
+    std::int32_t corners = 0;
+    if (!(face >> corners)) continue;  // an empty line
+    ++n;
+    std::vector<std::int32_t> polygon;
+    for (std::int32_t corner = 0; std::ssize(polygon) < corners && face >> corner;) {
+      if (corner < 0 || corner >= std::ssize(shape.surface.points))
+        fail(path, fmt::format("has a face with point {}, expected below {}", corner, shape.surface.points.size()));
+      polygon.push_back(corner);
+    }
+    if (corners < 1 || std::ssize(polygon) != corners) fail(path, fmt::format("has the face '{}'", line.substr(0, 60)));
+    for (std::size_t a = 2; a < polygon.size(); ++a)
+      shape.surface.triangles.push_back({polygon[0], polygon[a - 1], polygon[a]});
+  }
+  return shape;
+}
+
 Shape read_soup(const std::filesystem::path& path) {
   std::vector<Point> points;
   std::vector<std::vector<std::size_t>> polygons;
@@ -156,7 +194,7 @@ Shape read_shape(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path)) fail(path, "is not there, expected a file");
   if (!is_surface_name(path)) fail(path, fmt::format("ends in '{}', expected .obj, .stl, .ply, .off or .vtp", ending));
   check_surface_header(path, ending);
-  Shape shape = ending == ".vtp" ? read_vtp(path) : read_soup(path);
+  Shape shape = ending == ".vtp" ? read_vtp(path) : ending == ".off" ? read_off(path) : read_soup(path);
   if (shape.surface.triangles.empty() && shape.lines.empty())
     fail(path, "has no triangles and no lines, expected some");
   const auto check = [&](const Vec3& p) {

@@ -97,24 +97,11 @@ void check_ply(const std::filesystem::path& path, std::istream& file) {
   if (format == "ascii") check_whole_numbers(path, file);
 }
 
-void check_off(const std::filesystem::path& path, std::istream& file) {
-  std::string line;
-  std::getline(file, line);
-  if (line.find("BINARY") != line.npos) refuse(path, "is a binary OFF file, expected text");
-  while (file.peek() == '#' || file.peek() == '\n') std::getline(file, line);
-  double vertices = 0, faces = 0;
-  file >> vertices >> faces;
-  check_count(path, vertices);
-  check_count(path, faces);
-  check_whole_numbers(path, file);
-}
-
 }  // namespace
 
 void check_surface_header(const std::filesystem::path& path, const std::string& ending) {
   std::ifstream file(path, std::ios::binary);
   if (ending == ".ply") check_ply(path, file);
-  if (ending == ".off") check_off(path, file);
   if (ending == ".vtp") check_vtk_xml(path, "PolyData");
 }
 
