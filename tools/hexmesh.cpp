@@ -168,9 +168,13 @@ private:
   std::map<std::uint16_t, std::vector<std::string>> files_;
 };
 
-hexmesh::LabelVolume read_voxels(const Options& o, Notes& notes) {
+hexmesh::ReadOptions warning_on(const Console& console) {
+  return {.warn = [&console](const std::string& message) { console.warning(message); }};
+}
+
+hexmesh::LabelVolume read_voxels(const Options& o, Notes& notes, const Console& console) {
   const hexmesh::InputFile file(o.input);
-  hexmesh::LabelVolume labels = hexmesh::read_labels(file.path());
+  hexmesh::LabelVolume labels = hexmesh::read_labels(file.path(), warning_on(console));
   if (o.cell_size == 0) return labels;
   const auto volume = [](const hexmesh::LabelVolume& v) {
     std::size_t count = 0;
@@ -187,9 +191,9 @@ hexmesh::LabelVolume read_voxels(const Options& o, Notes& notes) {
   return labels;
 }
 
-Lattice build(const Options& o, Notes& notes) {
+Lattice build(const Options& o, Notes& notes, const Console& console) {
   const auto choices = material_choices(o);
-  const hexmesh::LabelVolume labels = read_voxels(o, notes);
+  const hexmesh::LabelVolume labels = read_voxels(o, notes, console);
   hexmesh::AssignedMaterials materials = hexmesh::assign_materials(labels, choices);
   notes.insert(notes.end(), materials.notes.begin(), materials.notes.end());
   if (materials.rules.empty()) {
@@ -202,7 +206,7 @@ Lattice build(const Options& o, Notes& notes) {
   if (o.intensity.empty())
     throw Error(ErrorKind::usage, "a material follows the grey values, expected --intensity SCAN");
   const hexmesh::InputFile file(o.intensity);
-  const hexmesh::IntensityVolume intensity = hexmesh::read_intensity(file.path());
+  const hexmesh::IntensityVolume intensity = hexmesh::read_intensity(file.path(), warning_on(console));
   const hexmesh::GreyMaterials grey{&intensity, std::move(materials.rules)};
   return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice, &grey);
 }
@@ -221,7 +225,7 @@ int run_build(const Options& o, const CommonOptions& common, const Console& cons
   for (const std::string& text : o.embedded) inputs.push_back(text.substr(text.find('=') + 1));
   const auto output = open_output(o.output, "", common, inputs);
   Notes notes;
-  Lattice lattice = build(o, notes);
+  Lattice lattice = build(o, notes, console);
   if (o.cell_size > 0)
     notes.push_back(fmt::format("level {} has cells of {:g} mm", level_of_size(lattice, o.cell_size), o.cell_size));
   const double levels_done = omp_get_wtime();
@@ -306,8 +310,8 @@ int main(int argc, char** argv) {
          CLI::App* build = app.add_subcommand("build", "Labelled volume -> lattice (HDF5)");
          build->add_option("labels", o->input, "Labelled volume (NRRD, NIfTI, MetaImage); - is standard input")
              ->required();
-         build->add_option(
-             "--material", o->materials,
+         add_repeated(
+             *build, "--material", o->materials,
              "SEGMENT:young_kpa=E,poisson=NU,density_kg_m3=RHO, or SEGMENT:none for one that only serves "
              "boundary conditions; SEGMENT * means all others. Without it the segment's name chooses a tissue");
          build->add_option("--materials", o->materials_file,
@@ -325,10 +329,10 @@ int main(int argc, char** argv) {
          build->add_option("--offset", o->lattice.offset, "i,j,k: shift of the lattice against the body [voxels]")
              ->delimiter(',')
              ->check(CLI::Range(0, 4096));
-         build->add_option("--surface", o->surfaces,
-                           "SEGMENT=TRIANGLES: decimate the segment's picture surface; 0 = none");
-         build->add_option("--embed", o->embedded,
-                           "SEGMENT=FILE: picture surface from a file instead (.obj .stl .ply .off .vtp; LPS, mm)");
+         add_repeated(*build, "--surface", o->surfaces,
+                      "SEGMENT=TRIANGLES: decimate the segment's picture surface; 0 = none");
+         add_repeated(*build, "--embed", o->embedded,
+                      "SEGMENT=FILE: picture surface from a file instead (.obj .stl .ply .off .vtp; LPS, mm)");
          build->add_option("--report", o->report, "Write a JSON report; - is standard output");
          add_output(*build, o->output, "Lattice file (.hexmesh, HDF5)");
          const auto look = [&](const char* name, const char* what) {

@@ -136,18 +136,23 @@ Grid common_grid(const Options& o, const Sources& sources, const Console& consol
 void report_shape(const std::string& name, const hexmesh::Voxelization& v, const Grid& grid, const Console& console) {
   const double ml = static_cast<double>(v.voxels.size()) * grid.voxel_volume() / 1000;
   console.note(
-      fmt::format("surface '{}': {} closed parts filled ({:.2f} mL enclosed), {} open ones as shells: {} voxels, "
-                  "{:.2f} mL",
+      fmt::format("surface '{}': {} closed parts filled ({:.4g} mL enclosed), {} open ones as shells: {} voxels, "
+                  "{:.4g} mL",
                   name, v.closed_parts, v.enclosed_ml, v.open_parts, v.voxels.size(), ml));
   if (v.mended_parts > 0)
     console.warning(
         fmt::format("surface '{}': the triangles of {} parts face both ways; they are filled by what they "
                     "enclose",
                     name, v.mended_parts));
+  for (const auto& [open, all] : v.nearly_closed)
+    console.warning(
+        fmt::format("surface '{}': a part with {} open edges of {} counts as a sheet and is not filled, "
+                    "expected holes closed if it is a body",
+                    name, open, all));
   constexpr double lost = 0.9;
   if (v.open_parts == 0 && ml < lost * v.enclosed_ml)
     console.warning(
-        fmt::format("surface '{}' encloses {:.2f} mL, its voxels {:.2f} mL: parts thinner than a voxel are "
+        fmt::format("surface '{}' encloses {:.4g} mL, its voxels {:.4g} mL: parts thinner than a voxel are "
                     "lost, expected a smaller --spacing",
                     name, v.enclosed_ml, ml));
 }
@@ -358,11 +363,10 @@ CLI::App* add_phantom(CLI::App& app, Options& o) {
     for (const auto& [key, value] : defaults) sizes += fmt::format(" {}={:g}", key, value);
   }
   phantom->add_option("name", o.phantom, "Which phantom")->required()->check(CLI::IsMember(names));
-  phantom->add_option(
-      "--set", o.settings,
-      "KEY=NUMBER of a solid: its sizes [mm], rotate_x, rotate_y, rotate_z [degrees], shift_x, shift_y, "
-      "shift_z [mm]. Sizes" +
-          sizes);
+  add_repeated(*phantom, "--set", o.settings,
+               "KEY=NUMBER of a solid: its sizes [mm], rotate_x, rotate_y, rotate_z [degrees], shift_x, shift_y, "
+               "shift_z [mm]. Sizes" +
+                   sizes);
   phantom->add_option("--spacing", o.phantom_spacing, "Edge of the cubic voxels [mm], 0.25 to 10")
       ->check(CLI::Range(0.25, 10.0))
       ->capture_default_str();
@@ -396,11 +400,11 @@ int main(int argc, char** argv) {
                         "Segmentations: NRRD, .seg.nrrd, NIfTI, MetaImage, VTI; DICOM SEG and RTSTRUCT as files or "
                         "folders; surfaces and lines as OBJ, STL, PLY, OFF, VTP; - is standard input. Later ones win "
                         "where they overlap");
-         app.add_option("--input", o->named_inputs, "NAME=FILE: all that the file holds as one segment of that name");
-         app.add_option(
-             "--segment", o->segments,
-             "Keep only this segment: NAME, LABEL or terminology code (SCT:10200004), with =NAME to name it; "
-             "may be given often");
+         add_repeated(app, "--input", o->named_inputs,
+                      "NAME=FILE: all that the file holds as one segment of that name");
+         add_repeated(app, "--segment", o->segments,
+                      "Keep only this segment: NAME, LABEL or terminology code (SCT:10200004), with =NAME to name it; "
+                      "may be given often");
          app.add_option("--priority", o->priority, "Segments that win where segments overlap, the first most")
              ->delimiter(',');
          app.add_option("--fraction", o->fraction, "Of a fractional DICOM SEG: least share of a voxel, 0 to 1")

@@ -148,7 +148,7 @@ int main(int argc, char** argv) {
                         "Mechanical level, 0 = voxels; without it and without solve.level the finest of at most 20000 "
                         "cells")
              ->check(CLI::Range(0, 30));
-         app.add_option("--set", o->settings, "KEY=VALUE: override a key of the scene, e.g. solve.strain=cauchy");
+         add_repeated(app, "--set", o->settings, "KEY=VALUE: override a key of the scene, e.g. solve.strain=cauchy");
          app.add_flag("--example", o->example,
                       "Print a scene for this lattice: three places held, a fourth pulled by 40 mm");
          app.add_option("--report", o->report, "Write a JSON report; - is standard output");

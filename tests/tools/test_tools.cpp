@@ -108,6 +108,54 @@ TEST_F(Tools, BadInputExits3) {
                  {"bad.toml:2:", "material.liver.young_kpa.slope"});
 }
 
+TEST_F(Tools, InfoSaysWhatAScanHolds) {
+  const json info = json::parse(run("hexscan info liver.nrrd --json").output);
+  const json& volume = info["inputs"][0];
+  EXPECT_EQ(volume["format"], "NRRD");
+  EXPECT_EQ(volume["axes"], "LPS");
+  EXPECT_EQ(volume["segments"][0]["name"], "liver");
+  EXPECT_NEAR(volume["segments"][0]["volume_ml"], volume["segments"][0]["voxels"].get<double>() * 0.064, 1e-9);
+  const std::string text = run("hexscan info ct.nrrd").output;
+  EXPECT_NE(text.find("grey values: "), std::string::npos) << text;
+}
+
+TEST_F(Tools, AZoneOfInterestCleaningAndTheScanGoTogether) {
+  const CommandResult r = run(
+      "hexscan liver.nrrd --segment liver --segment tumour --roi-mm -30,60,-60,60,-60,60 --fill-cavities --intensity "
+      "ct.nrrd --intensity-out zone_ct.nrrd -o zone.nrrd");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  EXPECT_NE(r.errors.find("segment 'liver', cavities filled: 0 voxels"), std::string::npos) << r.errors;
+  const json labels = json::parse(run("hexscan info zone.nrrd --json").output)["inputs"][0];
+  const json scan = json::parse(run("hexscan info zone_ct.nrrd --json").output)["inputs"][0];
+  EXPECT_EQ(labels["extent"], scan["extent"]);
+  EXPECT_EQ(labels["origin_mm"], scan["origin_mm"]);
+  EXPECT_GE(labels["origin_mm"][0], -30);
+  EXPECT_LE(labels["extent"][0], 23);  // 90 mm of 4 mm voxels
+  write_text(*folder / "line.mrk.json", R"({"markups":[{"type":"Line","controlPoints":[{"position":[1,2,3]}]}]})");
+  expect_failure("hexscan liver.nrrd --roi-markup line.mrk.json -o a.nrrd", 3, {"line.mrk.json", "ROI"});
+  expect_failure("hexscan liver.nrrd --roi-mm 900,901,0,1,0,1 -o a.nrrd", 4, {"zone of interest", "no voxel"});
+  expect_failure("hexscan liver.nrrd --roi-mm 9,1,0,1,0,1 -o a.nrrd", 2, {"x0 < x1"});
+  expect_failure("hexscan liver.nrrd --intensity ct.nrrd -o a.nrrd", 2, {"--intensity-out"});
+  expect_failure("hexscan liver.nrrd --max-memory 0.1 -o a.nrrd", 3, {"--max-memory", "0 MB"});
+}
+
+TEST_F(Tools, SurfacesAndLinesBecomeOneLabelledVolume) {
+  ASSERT_EQ(run("hexmesh surface liver.hexmesh --segment liver -o body.stl").exit_code, 0);
+  write_text(*folder / "wing.obj", "v 0 0 0\nv 0 90 0\nv 0 90 90\nf 1 2 3\n");
+  write_text(*folder / "tail.obj", "v 0 0 0\nv -150 10 20\nl 1 2\n");
+  const CommandResult r = run("hexscan --input body=body.stl wing.obj tail.obj --spacing 4 -o dragon.nrrd");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  const json segments = json::parse(run("hexscan info dragon.nrrd --json").output)["inputs"][0]["segments"];
+  ASSERT_EQ(segments.size(), 3U);
+  EXPECT_EQ(segments[0]["name"], "wing");
+  EXPECT_EQ(segments[2]["name"], "body");
+  const json liver = json::parse(run("hexscan info liver.nrrd --json").output)["inputs"][0]["segments"][0];
+  // The extracted surface is smooth: its body is that of the voxels to a few per cent.
+  EXPECT_NEAR(segments[2]["volume_ml"].get<double>() / liver["volume_ml"].get<double>(), 1, 0.05);
+  EXPECT_EQ(run("hexmesh build dragon.nrrd --material '*:young_kpa=10,poisson=0.3' -o dragon.hexmesh").exit_code, 0);
+  expect_failure("hexscan body.stl -o a.nrrd", 2, {"--spacing"});
+}
+
 TEST_F(Tools, MaterialsFollowTheGreyValuesOfTheScan) {
   const std::string build = "hexmesh build liver.nrrd --materials " HEXTOOLS_SOURCE "/examples/materials/liver.toml";
   const CommandResult r = run(build + " --intensity ct.nrrd -o grey.hexmesh --report grey.json");

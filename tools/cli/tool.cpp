@@ -117,6 +117,11 @@ CLI::Option* add_output(CLI::App& app, std::string& output, const std::string& w
   return app.add_option("-o,--output", output, what + "; - is standard output")->required();
 }
 
+CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<std::string>& values,
+                          const std::string& what) {
+  return app.add_option(name, values, what)->allow_extra_args(false);
+}
+
 std::string command_line() { return quoted_command_line; }
 
 std::unique_ptr<hexmesh::OutputFile> open_output(const std::string& name, const std::string& extension,

@@ -51,6 +51,10 @@ int run_tool(int argc, char** argv, const Tool& tool);
 /// -o/--output; "-" is standard output.
 CLI::Option* add_output(CLI::App& app, std::string& output, const std::string& what);
 
+/// An option that may be given often, each time with one value: what follows is another argument.
+CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<std::string>& values,
+                          const std::string& what);
+
 /// The command line of this run, quoted for a shell.
 std::string command_line();
 

@@ -61,8 +61,7 @@ Markup read_fcsv(std::istream& file) {
       char* end = nullptr;
       const bool there = static_cast<bool>(std::getline(fields, field, ','));
       p[d] = std::strtod(field.c_str(), &end);
-      if (!there || field.empty() || *end != '\0')
-        throw std::runtime_error("the line '" + line.substr(0, 60) + "'");
+      if (!there || field.empty() || *end != '\0') throw std::runtime_error("the line '" + line.substr(0, 60) + "'");
     }
     out.points.push_back(sign.cwiseProduct(p));
   }

@@ -16,6 +16,7 @@ struct DicomFile {
   std::filesystem::path path;
   DicomKind kind = DicomKind::other;
   std::string modality, series_uid, description;
+  std::string referenced_series;  ///< of a segmentation or contours: UID of the scan they were drawn on; empty: not said
 };
 
 /// The images of one series.
@@ -37,6 +38,9 @@ DicomInput gather_dicom(const std::vector<std::filesystem::path>& paths, const R
 /// The series asked for, or the only one.
 /// @throws Error{input} listing the series where that leaves a choice
 const DicomSeries& choose_series(const DicomInput& input, const ReadOptions& options);
+
+/// The series that a segmentation or contours name; else the one asked for, or the only one; else none.
+const DicomSeries* referenced_series(const DicomInput& input, const DicomFile& file, const ReadOptions& options);
 
 /// How the slices of a series lie.
 struct SliceReport {

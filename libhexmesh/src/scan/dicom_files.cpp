@@ -23,6 +23,15 @@ DicomKind kind_of(DcmItem& dataset, const std::string& sop_class) {
   return pixels && sop_class != UID_RTDoseStorage ? DicomKind::image : DicomKind::other;
 }
 
+/// UID of the series that a SEG or an RTSTRUCT was drawn on.
+std::string referenced_series_of(DcmItem& dataset) {
+  DcmItem* series = item_of(dataset, DCM_ReferencedSeriesSequence);
+  if (DcmItem* frame = item_of(dataset, DCM_ReferencedFrameOfReferenceSequence))
+    if (DcmItem* study = item_of(*frame, DCM_RTReferencedStudySequence))
+      series = item_of(*study, DCM_RTReferencedSeriesSequence);
+  return series ? text_of(*series, DCM_SeriesInstanceUID) : "";
+}
+
 /// @param reason  receives what is wrong with it
 /// @returns nothing where it is no DICOM file, or one that says too little
 std::optional<DicomFile> look_at(const fs::path& path, std::string& reason) {
@@ -42,8 +51,12 @@ std::optional<DicomFile> look_at(const fs::path& path, std::string& reason) {
     reason = "has no SOP class or no modality";
     return std::nullopt;
   }
-  return DicomFile{path, kind_of(dataset, sop_class), modality, text_of(dataset, DCM_SeriesInstanceUID),
-                   text_of(dataset, DCM_SeriesDescription)};
+  return DicomFile{path,
+                   kind_of(dataset, sop_class),
+                   modality,
+                   text_of(dataset, DCM_SeriesInstanceUID),
+                   text_of(dataset, DCM_SeriesDescription),
+                   referenced_series_of(dataset)};
 }
 
 std::string describe(const DicomSeries& series) {
@@ -119,6 +132,15 @@ const DicomSeries& choose_series(const DicomInput& input, const ReadOptions& opt
                 fmt::format("no series ends in '{}', expected one of: {}", options.series, fmt::join(names, ", ")));
   throw Error(ErrorKind::input, fmt::format("the DICOM files hold {} series, expected one or --series: {}",
                                             names.size(), fmt::join(names, ", ")));
+}
+
+const DicomSeries* referenced_series(const DicomInput& input, const DicomFile& file, const ReadOptions& options) {
+  std::vector<const DicomSeries*> matching;
+  for (const DicomSeries& s : input.images) {
+    if (!file.referenced_series.empty() && s.uid == file.referenced_series) return &s;
+    if (options.series.empty() || s.uid.ends_with(options.series)) matching.push_back(&s);
+  }
+  return matching.size() == 1 ? matching[0] : nullptr;
 }
 
 }  // namespace hexmesh

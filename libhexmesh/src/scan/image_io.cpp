@@ -20,12 +20,13 @@ namespace fs = std::filesystem;
 
 using Keys = std::map<std::string, std::string>;
 
-/// The grid of the scan that lies beside a segmentation, where there is exactly one.
-ReadOptions with_reference(const DicomInput& input, const ReadOptions& options) {
+/// With the grid of the scan that a segmentation was drawn on, where it lies beside it.
+ReadOptions with_reference(const DicomInput& input, const DicomFile& file, const ReadOptions& options) {
   ReadOptions out = options;
-  if (out.reference || input.images.empty()) return out;
+  const DicomSeries* series = referenced_series(input, file, options);
+  if (out.reference || !series) return out;
   SliceReport unused;
-  out.reference = series_grid(choose_series(input, options), options, unused);
+  out.reference = series_grid(*series, options, unused);
   return out;
 }
 
@@ -46,12 +47,13 @@ Segmentation read_dicom(const std::vector<fs::path>& paths, const ReadOptions& o
                                               "goes to --intensity",
                                               paths.front().string(), modality));
   }
-  const ReadOptions placed = with_reference(input, options);
-  for (const DicomFile& file : input.segmentations) add(read_dicom_segmentation(file, placed));
+  for (const DicomFile& file : input.segmentations)
+    add(read_dicom_segmentation(file, with_reference(input, file, options)));
   for (const DicomFile& file : input.contours) {
+    const ReadOptions placed = with_reference(input, file, options);
     if (!placed.reference)
       throw Error(ErrorKind::input, fmt::format("'{}' holds contours (RTSTRUCT) without the scan they were drawn on, "
-                                                "expected its folder beside it or --intensity",
+                                                "expected it beside them, --series or --intensity",
                                                 file.path.string()));
     add(read_contours(file, placed));
   }

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "dicom.h"
 #include "hexmesh/core/error.h"
@@ -71,20 +72,26 @@ std::vector<ScanSummary> summarize(const std::vector<fs::path>& paths, const Rea
   if (paths.size() == 1 && !is_dicom(paths.front())) return {of_volume(paths.front(), options)};
   const DicomInput input = gather_dicom(paths, options);
   std::vector<ScanSummary> out;
-  ReadOptions placed = options;
+  std::map<std::string, Grid> grids;  // by series
   for (const DicomSeries& series : input.images)
     if (options.series.empty() || series.uid.ends_with(options.series)) {
       out.push_back(of_series(series, options));
-      if (input.images.size() == 1 && !placed.reference) placed.reference = out.back().grid;
+      grids.emplace(series.uid, *out.back().grid);
     }
+  const auto with_reference = [&](const DicomFile& file) {
+    ReadOptions placed = options;
+    const DicomSeries* series = referenced_series(input, file, options);
+    if (!placed.reference && series && grids.contains(series->uid)) placed.reference = grids.at(series->uid);
+    return placed;
+  };
   for (const DicomFile& file : input.segmentations) {
     out.push_back({"DICOM SEG", file.path.string(), {{"description", file.description}}});
-    add_segments(out.back(), read_dicom_segmentation(file, placed));
+    add_segments(out.back(), read_dicom_segmentation(file, with_reference(file)));
   }
   for (const DicomFile& file : input.contours) {
     out.push_back({"DICOM RTSTRUCT", file.path.string(), {{"description", file.description}}});
     out.back().facts.emplace_back("structures", fmt::format("{}", fmt::join(contour_names(file), ", ")));
-    if (placed.reference)
+    if (const ReadOptions placed = with_reference(file); placed.reference)
       add_segments(out.back(), read_contours(file, placed));
     else
       options.warn(fmt::format("'{}': contours need the scan they were drawn on to become voxels", file.path.string()));

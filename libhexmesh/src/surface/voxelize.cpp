@@ -65,12 +65,17 @@ std::vector<TriangleSurface> parts_of(const TriangleSurface& surface) {
   return out;
 }
 
-/// Whether each edge has an even number of triangles.
-bool closes(const TriangleSurface& surface) {
+/// Edges, and those with an odd number of triangles: none where the surface closes.
+struct Edges {
+  std::size_t all = 0, open = 0;
+};
+
+Edges edges_of(const TriangleSurface& surface) {
   std::map<std::pair<std::int32_t, std::int32_t>, int> triangles;
   for (const auto& t : surface.triangles)
     for (std::size_t a = 0; a < 3; ++a) ++triangles[std::minmax(t[a], t[(a + 1) % 3])];
-  return std::all_of(triangles.begin(), triangles.end(), [](const auto& edge) { return edge.second % 2 == 0; });
+  const auto is_open = [](const auto& edge) { return edge.second % 2 != 0; };
+  return {triangles.size(), static_cast<std::size_t>(std::count_if(triangles.begin(), triangles.end(), is_open))};
 }
 
 /// The same triangles turned to face outwards where that is possible.
@@ -221,8 +226,10 @@ Voxelization voxelize(const Shape& shape, const Grid& grid) {
   std::vector<bool> filled(grid.num_voxels());
   TriangleSurface facing_one_way;  // all such parts together: one may be a hole of another
   for (TriangleSurface part : parts_of(merged(shape.surface))) {
-    if (!closes(part)) {
+    if (const Edges edges = edges_of(part); edges.open > 0) {
       ++out.open_parts;
+      constexpr std::size_t few = 50;  // one edge in so many
+      if (few * edges.open < edges.all) out.nearly_closed.emplace_back(edges.open, edges.all);
       for (const Kernel::Triangle_3& t : in_voxels(part, grid)) mark_crossed(t, grid, filled);
       continue;
     }

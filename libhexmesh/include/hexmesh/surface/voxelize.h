@@ -19,6 +19,7 @@ struct Voxelization {
   std::size_t open_parts = 0;       ///< sheets: a shell of the voxels that they cross
   std::size_t mended_parts = 0;  ///< of the closed ones: whose triangles face both ways; filled by counting crossings
   double enclosed_ml = 0;        ///< by the closed parts that face one way [mL]
+  std::vector<std::pair<std::size_t, std::size_t>> nearly_closed;  ///< of the open parts: open edges and all, where few
 };
 
 /// Voxels of a grid that a shape fills, part by part: what hangs together by shared points is a part.
