@@ -13,16 +13,12 @@
 #include <string_view>
 
 #include "hexmesh/core/error.h"
+#include "refuse.h"
 
 namespace hexmesh {
 namespace {
 
 using Attributes = std::map<std::string, std::string>;
-
-template <class... Args>
-[[noreturn]] void refuse(const std::filesystem::path& path, fmt::format_string<Args...> text, Args&&... args) {
-  throw Error(ErrorKind::input, fmt::format("'{}' {}", path.string(), fmt::format(text, std::forward<Args>(args)...)));
-}
 
 /// name="value" or name='value', as often as they come.
 Attributes attributes_of(std::string_view tag) {

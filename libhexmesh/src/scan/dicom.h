@@ -16,7 +16,8 @@ struct DicomFile {
   std::filesystem::path path;
   DicomKind kind = DicomKind::other;
   std::string modality, series_uid, description;
-  std::string referenced_series;  ///< of a segmentation or contours: UID of the scan they were drawn on; empty: not said
+  std::string
+      referenced_series;  ///< of a segmentation or contours: UID of the scan they were drawn on; empty: not said
 };
 
 /// The images of one series.

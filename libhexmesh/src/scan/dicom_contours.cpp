@@ -28,7 +28,7 @@ std::vector<Contour> contours_of(const DicomFile& file, const std::string& name,
     const std::string type = text_of(item, DCM_ContourGeometricType);
     const std::vector<double> data = numbers_of(item, DCM_ContourData);
     if (data.size() % 3 != 0 || data.empty())
-      refuse_dicom(file.path, "has a contour of '{}' with {} numbers, expected three per point", name, data.size());
+      refuse(file.path, "has a contour of '{}' with {} numbers, expected three per point", name, data.size());
     if (type != "CLOSED_PLANAR" || data.size() < 9) {
       ++skipped;
       continue;
@@ -37,16 +37,16 @@ std::vector<Contour> contours_of(const DicomFile& file, const std::string& name,
     double low = INFINITY, high = -INFINITY;
     for (std::size_t p = 0; p < data.size(); p += 3) {
       const Vec3 at = options.reference->continuous_index(Vec3(data[p], data[p + 1], data[p + 2]));
-      if (!at.allFinite()) refuse_dicom(file.path, "has a contour point of '{}' that is not finite", name);
+      if (!at.allFinite()) refuse(file.path, "has a contour point of '{}' that is not finite", name);
       contour.points.emplace_back(at[0], at[1]);
       low = std::min(low, at[2]);
       high = std::max(high, at[2]);
     }
     if (high - low > 0.5)
-      refuse_dicom(file.path,
-                   "has a contour of '{}' that crosses {:.1f} slices of the scan, expected contours that lie "
-                   "in its slices",
-                   name, high - low);
+      refuse(file.path,
+             "has a contour of '{}' that crosses {:.1f} slices of the scan, expected contours that lie "
+             "in its slices",
+             name, high - low);
     contour.slice = (low + high) / 2;
     out.push_back(std::move(contour));
   }
@@ -145,7 +145,7 @@ Segmentation read_contours(const DicomFile& file, const ReadOptions& options) {
     const std::vector<Contour> contours = contours_of(file, segment.name, roi, options);
     add_segment(out, segment, fill(contours, *options.reference));
   }
-  if (out.segments.empty()) refuse_dicom(file.path, "has no contours (ROIContourSequence), expected some");
+  if (out.segments.empty()) refuse(file.path, "has no contours (ROIContourSequence), expected some");
   return out;
 }
 

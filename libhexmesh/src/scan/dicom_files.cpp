@@ -79,7 +79,7 @@ DicomInput gather_dicom(const std::vector<fs::path>& paths, const ReadOptions& o
   for (const fs::path& path : paths) {
     if (!fs::is_directory(path)) {
       std::optional<DicomFile> file = look_at(path, reason);
-      if (!file) refuse_dicom(path, "{}, expected a whole, valid file that says what it is", reason);
+      if (!file) refuse(path, "{}, expected a whole, valid file that says what it is", reason);
       found.push_back(*std::move(file));
       continue;
     }
@@ -109,7 +109,7 @@ DicomInput gather_dicom(const std::vector<fs::path>& paths, const ReadOptions& o
     }
   }
   for (auto& [uid, s] : series) out.images.push_back(std::move(s));
-  if (found.empty()) refuse_dicom(paths.front(), "holds no DICOM file");
+  if (found.empty()) refuse(paths.front(), "holds no DICOM file");
   return out;
 }
 
@@ -125,7 +125,7 @@ const DicomSeries& choose_series(const DicomInput& input, const ReadOptions& opt
     const std::vector<DicomFile>& other = !input.segmentations.empty() ? input.segmentations
                                           : !input.contours.empty()    ? input.contours
                                                                        : input.others;
-    refuse_dicom(other.front().path, "is of modality {}, expected a scan (CT, MR, PT ...)", other.front().modality);
+    refuse(other.front().path, "is of modality {}, expected a scan (CT, MR, PT ...)", other.front().modality);
   }
   if (matching.empty())
     throw Error(ErrorKind::input,

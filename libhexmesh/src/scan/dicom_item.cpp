@@ -25,7 +25,7 @@ std::unique_ptr<DcmFileFormat> try_load_dicom(const std::filesystem::path& path,
 std::unique_ptr<DcmFileFormat> load_dicom(const std::filesystem::path& path) {
   std::string reason;
   if (auto file = try_load_dicom(path, reason)) return file;
-  refuse_dicom(path, "cannot be read as DICOM ({}), expected a whole, valid file", reason);
+  refuse(path, "cannot be read as DICOM ({}), expected a whole, valid file", reason);
 }
 
 std::string text_of(DcmItem& item, const DcmTagKey& tag) {
@@ -88,16 +88,16 @@ FramePlane frame_plane(const std::filesystem::path& path, DcmItem& dataset, unsi
   const std::vector<double> axes = values(DCM_PlaneOrientationSequence, DCM_ImageOrientationPatient);
   const std::vector<double> size = values(DCM_PixelMeasuresSequence, DCM_PixelSpacing);
   if (position.size() != 3 || axes.size() != 6 || size.size() != 2)
-    refuse_dicom(path,
-                 "does not say where its frame {} lies, expected ImagePositionPatient, ImageOrientationPatient "
-                 "and PixelSpacing",
-                 frame + 1);
+    refuse(path,
+           "does not say where its frame {} lies, expected ImagePositionPatient, ImageOrientationPatient "
+           "and PixelSpacing",
+           frame + 1);
   FramePlane plane{Vec3(position.data()), Vec3(axes.data()), Vec3(axes.data() + 3), size[1], size[0]};
   const bool unit = std::abs(plane.row.norm() - 1) < 1e-2 && std::abs(plane.column.norm() - 1) < 1e-2 &&
                     std::abs(plane.row.dot(plane.column)) < 1e-2;
-  if (!unit) refuse_dicom(path, "has an ImageOrientationPatient that is not two unit vectors at right angles");
+  if (!unit) refuse(path, "has an ImageOrientationPatient that is not two unit vectors at right angles");
   if (!(plane.dx > 0 && plane.dy > 0 && std::isfinite(plane.dx * plane.dy)) || !plane.position.allFinite())
-    refuse_dicom(path, "has a PixelSpacing of {} x {} mm, expected > 0", plane.dy, plane.dx);
+    refuse(path, "has a PixelSpacing of {} x {} mm, expected > 0", plane.dy, plane.dx);
   plane.row.normalize();
   plane.column = (plane.column - plane.column.dot(plane.row) * plane.row).normalized();
   return plane;

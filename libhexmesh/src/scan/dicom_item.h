@@ -11,15 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "../file/refuse.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/core/grid.h"
 
 namespace hexmesh {
-
-template <class... Args>
-[[noreturn]] void refuse_dicom(const std::filesystem::path& path, fmt::format_string<Args...> text, Args&&... args) {
-  throw Error(ErrorKind::input, fmt::format("'{}' {}", path.string(), fmt::format(text, std::forward<Args>(args)...)));
-}
 
 /// The whole file; large values stay on disk until asked for.
 /// @param reason  receives why DCMTK cannot read it

@@ -19,16 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void register_decoders() {
-  static const bool registered = [] {
-    DcmRLEDecoderRegistration::registerCodecs();
-    DJDecoderRegistration::registerCodecs();
-    DJLSDecoderRegistration::registerCodecs();
-    return true;
-  }();
-  static_cast<void>(registered);
-}
-
 /// GDCM sees a file made anew of what decoding needs, not the one that came in.
 std::vector<char> decode_by_gdcm(const fs::path& path, DcmFileFormat& file) {
   gdcm::Trace::DebugOff();
@@ -50,7 +40,7 @@ std::vector<char> decode_by_gdcm(const fs::path& path, DcmFileFormat& file) {
   plain.transferInit();
   const E_TransferSyntax syntax = file.getDataset()->getOriginalXfer();
   if (plain.write(stream, syntax, EET_UndefinedLength, nullptr).bad())
-    refuse_dicom(path, "holds packed pixels that cannot be taken apart");
+    refuse(path, "holds packed pixels that cannot be taken apart");
   plain.transferEnd();
   void* start = nullptr;
   offile_off_t length = 0;
@@ -58,30 +48,11 @@ std::vector<char> decode_by_gdcm(const fs::path& path, DcmFileFormat& file) {
   std::istringstream in(std::string(static_cast<const char*>(start), static_cast<std::size_t>(length)));
   gdcm::ImageReader reader;
   reader.SetStream(in);
-  if (!reader.Read()) refuse_dicom(path, "holds pixels that cannot be decoded");
+  if (!reader.Read()) refuse(path, "holds pixels that cannot be decoded");
   const gdcm::Image& image = reader.GetImage();
   std::vector<char> out(image.GetBufferLength());
-  if (!image.GetBuffer(out.data())) refuse_dicom(path, "holds pixels that cannot be decoded");
+  if (!image.GetBuffer(out.data())) refuse(path, "holds pixels that cannot be decoded");
   return out;
-}
-
-std::vector<char> decode_by_dcmtk(const fs::path& path, DcmFileFormat& file, int bits) {
-  DcmDataset& dataset = *file.getDataset();
-  if (dataset.chooseRepresentation(EXS_LittleEndianExplicit, nullptr).bad())
-    refuse_dicom(path, "is packed in transfer syntax {}, or damaged so that its pixels cannot be decoded",
-                 text_of(*file.getMetaInfo(), DCM_TransferSyntaxUID));
-  DcmElement* element = nullptr;
-  if (dataset.findAndGetElement(DCM_PixelData, element).bad() || !element) refuse_dicom(path, "has no pixels");
-  const std::size_t length = element->getLength();
-  Uint8* bytes = nullptr;
-  Uint16* words = nullptr;  // 8-bit pixels may come as words, low byte first
-  const char* from = nullptr;
-  if (bits == 8 && element->getUint8Array(bytes).good())
-    from = reinterpret_cast<const char*>(bytes);
-  else if (element->getUint16Array(words).good())
-    from = reinterpret_cast<const char*>(words);
-  if (!from) refuse_dicom(path, "has pixels that cannot be read");
-  return std::vector<char>(from, from + length);
 }
 
 /// Bits above the stored ones hold overlays or nothing.
@@ -101,8 +72,33 @@ void extend(std::vector<char>& bytes, int stored) {
 
 }  // namespace
 
+std::vector<char> unpack_pixels(const fs::path& path, DcmFileFormat& file) {
+  static const bool registered = [] {
+    DcmRLEDecoderRegistration::registerCodecs();
+    DJDecoderRegistration::registerCodecs();
+    DJLSDecoderRegistration::registerCodecs();
+    return true;
+  }();
+  static_cast<void>(registered);
+  DcmDataset& dataset = *file.getDataset();
+  if (dataset.chooseRepresentation(EXS_LittleEndianExplicit, nullptr).bad())
+    refuse(path, "is packed in transfer syntax {}, which is not decoded for it, or damaged",
+           text_of(*file.getMetaInfo(), DCM_TransferSyntaxUID));
+  DcmElement* element = nullptr;
+  if (dataset.findAndGetElement(DCM_PixelData, element).bad() || !element) refuse(path, "has no pixels");
+  const std::size_t length = element->getLength();
+  Uint8* bytes = nullptr;
+  Uint16* words = nullptr;  // in the order of this machine, low byte first
+  const char* from = nullptr;
+  if (element->getUint8Array(bytes).good() && bytes)
+    from = reinterpret_cast<const char*>(bytes);
+  else if (element->getUint16Array(words).good() && words)
+    from = reinterpret_cast<const char*>(words);
+  if (!from) refuse(path, "has pixels that cannot be read");
+  return std::vector<char>(from, from + length);
+}
+
 DicomPixels decode_pixels(const fs::path& path) {
-  register_decoders();
   const std::unique_ptr<DcmFileFormat> file = load_dicom(path);
   DcmDataset& dataset = *file->getDataset();
   DicomPixels out;
@@ -110,10 +106,10 @@ DicomPixels decode_pixels(const fs::path& path) {
   out.is_signed = number_of(dataset, DCM_PixelRepresentation, 0) == 1;
   const int stored = static_cast<int>(number_of(dataset, DCM_BitsStored, out.bits));
   if ((out.bits != 8 && out.bits != 16 && out.bits != 32) || stored < 1 || stored > out.bits)
-    refuse_dicom(path, "has pixels of {} of {} bits, expected 8, 16 or 32", stored, out.bits);
+    refuse(path, "has pixels of {} of {} bits, expected 8, 16 or 32", stored, out.bits);
   const E_TransferSyntax syntax = dataset.getOriginalXfer();
   const bool jpeg_2000 = syntax == EXS_JPEG2000LosslessOnly || syntax == EXS_JPEG2000;
-  out.bytes = jpeg_2000 ? decode_by_gdcm(path, *file) : decode_by_dcmtk(path, *file, out.bits);
+  out.bytes = jpeg_2000 ? decode_by_gdcm(path, *file) : unpack_pixels(path, *file);
   if (out.bits == 16 && out.is_signed) extend<std::int16_t>(out.bytes, stored);
   if (out.bits == 16 && !out.is_signed) extend<std::uint16_t>(out.bytes, stored);
   if (out.bits == 8 && out.is_signed) extend<std::int8_t>(out.bytes, stored);

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <vector>
 
+class DcmFileFormat;
+
 namespace hexmesh {
 
 /// Pixels as their file stores them, unpacked; those of fewer stored than allocated bits have their sign extended.
@@ -12,6 +14,10 @@ struct DicomPixels {
   int bits = 16;            ///< of a pixel: 8, 16 or 32
   bool is_signed = false;
 };
+
+/// Pixel bytes as DCMTK unpacks them, words in this machine's byte order.
+/// @throws Error{input} where it does not know the transfer syntax, or the data are damaged
+std::vector<char> unpack_pixels(const std::filesystem::path& path, DcmFileFormat& file);
 
 /// Uncompressed, deflated, RLE, JPEG and JPEG-LS by DCMTK, JPEG 2000 by GDCM.
 /// @throws Error{input}

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <dcmtk/dcmdata/dcrledrg.h>
 #include <dcmtk/dcmiod/cielabutil.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <map>
 
 #include "dicom.h"
 #include "dicom_item.h"
+#include "dicom_pixels.h"
 #include "reorient.h"
 #include "volume_header.h"
 
@@ -43,7 +42,7 @@ std::map<int, Segment> segments_of(const fs::path& path, DcmItem& dataset) {
     DcmItem& item = *item_of(dataset, DCM_SegmentSequence, n);
     const double number = number_of(item, DCM_SegmentNumber, -1);
     if (!(number >= 0 && number <= 65535 && number == std::floor(number)) || out.contains(static_cast<int>(number)))
-      refuse_dicom(path, "has segment number {}, expected whole numbers from 0 to 65535, each once", number);
+      refuse(path, "has segment number {}, expected whole numbers from 0 to 65535, each once", number);
     Segment s{static_cast<std::uint16_t>(number), text_of(item, DCM_SegmentLabel), distinct_color(n),
               terminology_of(item)};
     if (s.name.empty()) s.name = fmt::format("segment_{}", number);
@@ -55,35 +54,7 @@ std::map<int, Segment> segments_of(const fs::path& path, DcmItem& dataset) {
     }
     out.emplace(static_cast<int>(number), s);
   }
-  if (out.empty()) refuse_dicom(path, "names no segment (SegmentSequence), expected at least one");
-  return out;
-}
-
-/// Pixel bytes in the order of the frames, low byte first.
-std::vector<std::uint8_t> pixel_bytes(const fs::path& path, DcmFileFormat& file, std::size_t expected) {
-  DcmDataset& dataset = *file.getDataset();
-  static const bool registered = [] {
-    DcmRLEDecoderRegistration::registerCodecs();
-    return true;
-  }();
-  static_cast<void>(registered);
-  if (dataset.chooseRepresentation(EXS_LittleEndianExplicit, nullptr).bad())
-    refuse_dicom(
-        path, "is packed in transfer syntax {}, which is not decoded for segmentations, expected uncompressed pixels",
-        text_of(*file.getMetaInfo(), DCM_TransferSyntaxUID));
-  DcmElement* element = nullptr;
-  if (dataset.findAndGetElement(DCM_PixelData, element).bad() || !element) refuse_dicom(path, "has no pixels");
-  const std::size_t length = element->getLength();
-  if (length < expected) refuse_dicom(path, "is cut: its pixels take {} bytes, expected {}", length, expected);
-  std::vector<std::uint8_t> out(expected);
-  Uint8* bytes = nullptr;
-  Uint16* words = nullptr;  // in the order of this machine, which must keep the low byte first
-  if (element->getUint8Array(bytes).good() && bytes)
-    std::memcpy(out.data(), bytes, expected);
-  else if (element->getUint16Array(words).good() && words)
-    std::memcpy(out.data(), words, expected);
-  else
-    refuse_dicom(path, "has pixels that cannot be read");
+  if (out.empty()) refuse(path, "names no segment (SegmentSequence), expected at least one");
   return out;
 }
 
@@ -98,9 +69,9 @@ Grid grid_of(const fs::path& path, DcmItem& dataset, const std::vector<FramePlan
     const bool in_line = (d - d.dot(normal) * normal).norm() < 0.1 * std::min(p.dx, p.dy);
     if ((p.row - first.row).norm() + (p.column - first.column).norm() > 1e-3 || std::abs(p.dx / first.dx - 1) > 1e-3 ||
         std::abs(p.dy / first.dy - 1) > 1e-3 || !in_line)
-      refuse_dicom(path,
-                   "has frames of different orientation or in-plane position (tiles of a microscope?), expected "
-                   "parallel slices one above the other");
+      refuse(path,
+             "has frames of different orientation or in-plane position (tiles of a microscope?), expected "
+             "parallel slices one above the other");
     at.push_back(d.dot(normal));
   }
   std::sort(at.begin(), at.end());
@@ -120,9 +91,9 @@ Grid grid_of(const fs::path& path, DcmItem& dataset, const std::vector<FramePlan
   if (!fits(spacing) || (least > 0 && spacing > 1.02 * least)) spacing = least;
   if (spacing == 0) spacing = 1;
   if (!fits(spacing))
-    refuse_dicom(path, "has slices {:.3f} to {:.3f} mm apart, expected multiples of one distance", least, greatest);
+    refuse(path, "has slices {:.3f} to {:.3f} mm apart, expected multiples of one distance", least, greatest);
   const double count = std::round((at.back() - at[0]) / spacing) + 1;
-  if (!(count < 65536)) refuse_dicom(path, "spans {:g} slices, expected fewer than 65536", count);
+  if (!(count < 65536)) refuse(path, "spans {:g} slices, expected fewer than 65536", count);
   if (count > 1) spacing = (at.back() - at[0]) / (count - 1);
   extent[2] = static_cast<std::int32_t>(count);
   Mat3 direction;
@@ -139,7 +110,7 @@ int segment_of_frame(const fs::path& path, DcmItem& dataset, unsigned long frame
   const double number = group ? number_of(*group, DCM_ReferencedSegmentNumber, -1) : -1;
   if (!group && segments.size() == 1) return segments.begin()->first;
   if (number < 0 || number > 65535 || !segments.contains(static_cast<int>(number)))
-    refuse_dicom(path, "does not say to which of its {} segments frame {} belongs", segments.size(), frame + 1);
+    refuse(path, "does not say to which of its {} segments frame {} belongs", segments.size(), frame + 1);
   return static_cast<int>(number);
 }
 
@@ -153,18 +124,17 @@ Segmentation read_dicom_segmentation(const DicomFile& file, const ReadOptions& o
   const double num_frames = number_of(dataset, DCM_NumberOfFrames, 1), bits = number_of(dataset, DCM_BitsAllocated, 0);
   const std::string type = text_of(dataset, DCM_SegmentationType);
   if (!(rows >= 1 && columns >= 1 && num_frames >= 1 && num_frames < 1e6))
-    refuse_dicom(path, "has {} rows, {} columns and {} frames, expected at least one of each", rows, columns,
-                 num_frames);
+    refuse(path, "has {} rows, {} columns and {} frames, expected at least one of each", rows, columns, num_frames);
   if (!((type == "BINARY" && bits == 1) || (type == "FRACTIONAL" && bits == 8) ||
         (type == "LABELMAP" && (bits == 8 || bits == 16))))
-    refuse_dicom(path,
-                 "is of type '{}' with {} bits a pixel, expected BINARY with 1, FRACTIONAL with 8 or LABELMAP with "
-                 "8 or 16",
-                 type, bits);
+    refuse(path,
+           "is of type '{}' with {} bits a pixel, expected BINARY with 1, FRACTIONAL with 8 or LABELMAP with "
+           "8 or 16",
+           type, bits);
   const auto frames = static_cast<unsigned long>(num_frames);
   if (const unsigned long described = count_items(dataset, DCM_PerFrameFunctionalGroupsSequence); described != frames)
-    refuse_dicom(path, "has {} frames and describes {} (PerFrameFunctionalGroupsSequence), expected as many", frames,
-                 described);
+    refuse(path, "has {} frames and describes {} (PerFrameFunctionalGroupsSequence), expected as many", frames,
+           described);
   const std::uintmax_t pixels = promised_bytes(
       path, {static_cast<std::int64_t>(rows), static_cast<std::int64_t>(columns), static_cast<std::int64_t>(frames)},
       1);
@@ -177,7 +147,9 @@ Segmentation read_dicom_segmentation(const DicomFile& file, const ReadOptions& o
   for (unsigned long f = 0; f < frames; ++f) planes.push_back(frame_plane(path, dataset, f));
   const Index3 plane_extent = {static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows), 1};
   const Grid own = grid_of(path, dataset, planes, plane_extent, options);
-  const std::vector<std::uint8_t> data = pixel_bytes(path, *loaded, bytes);
+  const std::vector<char> unpacked = unpack_pixels(path, *loaded);
+  if (unpacked.size() < bytes) refuse(path, "is cut: its pixels take {} bytes, expected {}", unpacked.size(), bytes);
+  const std::vector<std::uint8_t> data(unpacked.begin(), unpacked.end());
   const std::size_t frame_pixels = static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
   const auto first_voxel = [&](unsigned long f) {
     const double k = std::round(own.continuous_index(planes[f].position)[2]);
@@ -187,24 +159,26 @@ Segmentation read_dicom_segmentation(const DicomFile& file, const ReadOptions& o
   std::map<int, std::vector<std::size_t>> voxels;  // by segment number
   if (type == "LABELMAP") {
     const double padding = number_of(dataset, DCM_PixelPaddingValue, 0);
-    for (unsigned long f = 0; f < frames; ++f)
+    for (unsigned long f = 0; f < frames; ++f) {
+      const std::size_t first = first_voxel(f);
       for (std::size_t n = 0; n < frame_pixels; ++n) {
         const std::size_t p = f * frame_pixels + n;
         const int value = bits == 8 ? data[p] : data[2 * p] + 256 * data[2 * p + 1];
         if (value == padding || value == 0) continue;
-        if (!segments.contains(value))
-          refuse_dicom(path, "has pixels of segment {}, which it does not describe", value);
-        voxels[value].push_back(first_voxel(f) + n);
+        if (!segments.contains(value)) refuse(path, "has pixels of segment {}, which it does not describe", value);
+        voxels[value].push_back(first + n);
       }
+    }
   } else {
     const double most = number_of(dataset, DCM_MaximumFractionalValue, 255);
     for (unsigned long f = 0; f < frames; ++f) {
       std::vector<std::size_t>& of_segment = voxels[segment_of_frame(path, dataset, f, segments)];
+      const std::size_t first = first_voxel(f);
       for (std::size_t n = 0; n < frame_pixels; ++n) {
         const std::size_t p = f * frame_pixels + n;
         const bool inside =
             bits == 1 ? (data[p / 8] >> (p % 8) & 1) != 0 : data[p] > 0 && data[p] >= options.fraction * most;
-        if (inside) of_segment.push_back(first_voxel(f) + n);
+        if (inside) of_segment.push_back(first + n);
       }
     }
   }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <tuple>
 
 #include "dicom.h"
 #include "dicom_item.h"
@@ -32,10 +31,12 @@ std::vector<Slice> slices_of(const fs::path& path, const ReadOptions& options) {
   DcmDataset& dataset = *file->getDataset();
   const double rows = number_of(dataset, DCM_Rows, 0), columns = number_of(dataset, DCM_Columns, 0);
   const double frames = number_of(dataset, DCM_NumberOfFrames, 1), bits = number_of(dataset, DCM_BitsAllocated, 0);
-  if (number_of(dataset, DCM_SamplesPerPixel, 1) != 1) refuse_dicom(path, "is a colour image, expected grey values");
+  if (number_of(dataset, DCM_SamplesPerPixel, 1) != 1) refuse(path, "is a colour image, expected grey values");
+  if (dataset.tagExists(DCM_ModalityLUTSequence))
+    refuse(path, "turns its pixels into grey values by a table (ModalityLUTSequence), expected slope and intercept");
   if (!(rows >= 1 && columns >= 1 && frames >= 1 && bits >= 8 && bits <= 64))
-    refuse_dicom(path, "has {} rows, {} columns, {} frames and {} bits a pixel, expected an image", rows, columns,
-                 frames, bits);
+    refuse(path, "has {} rows, {} columns, {} frames and {} bits a pixel, expected an image", rows, columns, frames,
+           bits);
   const std::uintmax_t promised = promised_bytes(
       path, {static_cast<std::int64_t>(rows), static_cast<std::int64_t>(columns), static_cast<std::int64_t>(frames)},
       static_cast<std::size_t>(bits) / 8);
@@ -44,7 +45,7 @@ std::vector<Slice> slices_of(const fs::path& path, const ReadOptions& options) {
                           dataset.getOriginalXfer() == EXS_DeflatedLittleEndianExplicit;
   constexpr std::uintmax_t best_compression = 10000;  // an empty frame in JPEG 2000
   if (promised / (compressed ? best_compression : 1) > fs::file_size(path))
-    refuse_dicom(path, "is cut: it claims {} bytes of pixels and has {}", promised, fs::file_size(path));
+    refuse(path, "is cut: it claims {} bytes of pixels and has {}", promised, fs::file_size(path));
   std::vector<Slice> out;
   for (std::size_t f = 0; f < static_cast<std::size_t>(frames); ++f) {
     Slice s{path,
@@ -57,8 +58,7 @@ std::vector<Slice> slices_of(const fs::path& path, const ReadOptions& options) {
     s.slope = number_of(rescale, DCM_RescaleSlope, 1);
     s.intercept = number_of(rescale, DCM_RescaleIntercept, 0);
     s.thickness = slice_distance(dataset, f);
-    if (!std::isfinite(s.slope * s.intercept))
-      refuse_dicom(path, "has a rescale slope or intercept that is not finite");
+    if (!std::isfinite(s.slope * s.intercept)) refuse(path, "has a rescale slope or intercept that is not finite");
     out.push_back(std::move(s));
   }
   return out;
@@ -82,7 +82,7 @@ public:
     std::vector<float> out(static_cast<std::size_t>(s.extent[0]) * static_cast<std::size_t>(s.extent[1]));
     const std::size_t bytes = out.size() * pixels_.bits / 8;
     if (pixels_.bytes.size() < bytes * s.num_frames)
-      refuse_dicom(path_, "is cut: its pixels take {} bytes, expected {}", pixels_.bytes.size(), bytes * s.num_frames);
+      refuse(path_, "is cut: its pixels take {} bytes, expected {}", pixels_.bytes.size(), bytes * s.num_frames);
     const char* from = pixels_.bytes.data() + bytes * s.frame;
     switch ((pixels_.is_signed ? 1000 : 0) + pixels_.bits) {
       case 8:
@@ -104,7 +104,7 @@ public:
         rescale<std::int32_t>(from, s, out);
         break;
       default:
-        refuse_dicom(path_, "has pixels of {} bits, expected 8, 16 or 32", pixels_.bits);
+        refuse(path_, "has pixels of {} bits, expected 8, 16 or 32", pixels_.bits);
     }
     return out;
   }
@@ -122,33 +122,37 @@ struct Stack {
   double spacing = 0;  ///< of the regular grid [mm]
 };
 
+bool are_parallel(const Slice& a, const Slice& b) {
+  constexpr double nearly = 2e-3;
+  return a.extent == b.extent && (a.plane.row - b.plane.row).norm() < nearly &&
+         (a.plane.column - b.plane.column).norm() < nearly && std::abs(a.plane.dx / b.plane.dx - 1) < nearly &&
+         std::abs(a.plane.dy / b.plane.dy - 1) < nearly;
+}
+
 Stack stack_of(const DicomSeries& series, const ReadOptions& options) {
   // Scouts share a series with its slices now and then: the largest group of one orientation and size counts.
-  using Shape = std::tuple<Index3, long, long, long, long, long, long, long, long>;
-  std::map<Shape, std::vector<Slice>> groups;
+  std::vector<std::vector<Slice>> groups;
   for (const fs::path& path : series.files)
     for (Slice& s : slices_of(path, options)) {
-      const auto thousandths = [](double v) { return std::lround(1000 * v); };
-      const FramePlane& p = s.plane;
-      groups[{s.extent, thousandths(p.row[0]), thousandths(p.row[1]), thousandths(p.row[2]), thousandths(p.column[0]),
-              thousandths(p.column[1]), thousandths(p.column[2]), thousandths(p.dx), thousandths(p.dy)}]
-          .push_back(std::move(s));
+      const auto group = std::find_if(groups.begin(), groups.end(),
+                                      [&](const std::vector<Slice>& g) { return are_parallel(g.front(), s); });
+      (group != groups.end() ? *group : groups.emplace_back()).push_back(std::move(s));
     }
-  const auto largest = std::max_element(groups.begin(), groups.end(),
-                                        [](const auto& a, const auto& b) { return a.second.size() < b.second.size(); });
+  const auto largest =
+      std::max_element(groups.begin(), groups.end(), [](const auto& a, const auto& b) { return a.size() < b.size(); });
   std::size_t left_out = 0;
-  for (const auto& [shape, slices] : groups) left_out += &slices == &largest->second ? 0 : slices.size();
-  if (left_out >= largest->second.size())
-    refuse_dicom(series.files.front(),
-                 "and its series hold slices of {} orientations and sizes, none of which is most of "
-                 "them, expected parallel slices of one size",
-                 groups.size());
+  for (const auto& group : groups) left_out += &group == &*largest ? 0 : group.size();
+  if (left_out >= largest->size())
+    refuse(series.files.front(),
+           "and its series hold slices of {} orientations and sizes, none of which is most of "
+           "them, expected parallel slices of one size",
+           groups.size());
   if (left_out > 0)
     options.warn(
         fmt::format("{} slices of the series have another orientation or size than the other {} and are left out",
-                    left_out, largest->second.size()));
+                    left_out, largest->size()));
 
-  Stack out{std::move(largest->second), {}, {}};
+  Stack out{std::move(*largest), {}, {}};
   const Vec3 normal = out.slices[0].plane.normal();
   std::sort(out.slices.begin(), out.slices.end(), [&](const Slice& a, const Slice& b) {
     return a.plane.position.dot(normal) < b.plane.position.dot(normal);
@@ -171,23 +175,27 @@ Stack stack_of(const DicomSeries& series, const ReadOptions& options) {
   out.report.greatest_distance = *greatest;
   constexpr double same_place = 1e-3;
   if (*least < same_place)
-    refuse_dicom(out.slices[static_cast<std::size_t>(least - gaps.begin())].file,
-                 "lies at the same place as another slice of its series (several time points or phases?), expected one "
-                 "slice per place");
+    refuse(out.slices[static_cast<std::size_t>(least - gaps.begin())].file,
+           "lies at the same place as another slice of its series (several time points or phases?), expected one "
+           "slice per place");
   std::vector<double> sorted = gaps;
   std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
   const double median = sorted[sorted.size() / 2];
   constexpr double widest_gap = 3;
   if (*greatest > widest_gap * median)
-    refuse_dicom(out.slices.front().file,
-                 "and its series have slices {:.3f} to {:.3f} mm apart, most of them {:.3f} mm: too "
-                 "many are missing, expected no gap above {} times that",
-                 *least, *greatest, median, widest_gap);
-  const Vec3 drift = out.slices.back().plane.position - first.position - out.at.back() * normal;
-  out.report.tilt_degrees = std::atan2(drift.norm(), out.at.back()) * 180 / std::numbers::pi;
+    refuse(out.slices.front().file,
+           "and its series have slices {:.3f} to {:.3f} mm apart, most of them {:.3f} mm: too "
+           "many are missing, expected no gap above {} times that",
+           *least, *greatest, median, widest_gap);
+  const auto drift = [&](std::size_t n) {  // beside the line through the first slice, along the normal
+    return (out.slices[n].plane.position - first.position - out.at[n] * normal).norm();
+  };
+  double greatest_drift = 0;
+  for (std::size_t n = 0; n < out.slices.size(); ++n) greatest_drift = std::max(greatest_drift, drift(n));
+  out.report.tilt_degrees = std::atan2(drift(out.slices.size() - 1), out.at.back()) * 180 / std::numbers::pi;
   constexpr double even = 0.02, straight = 0.1;
   const bool is_even = *greatest - *least <= even * median + 2e-3;
-  const bool is_straight = drift.norm() <= straight * std::min(first.dx, first.dy);
+  const bool is_straight = greatest_drift <= straight * std::min(first.dx, first.dy);
   out.report.regular = is_even && is_straight;
   out.spacing = is_even ? out.at.back() / static_cast<double>(gaps.size()) : median;
   if (is_straight) out.report.tilt_degrees = 0;
@@ -219,7 +227,7 @@ Grid grid_of(const Stack& stack, const ReadOptions& options) {
   }
   const Vec3 extent = high - low + Vec3::Ones();
   if (!(extent.maxCoeff() < 65536))
-    refuse_dicom(first.file, "and its series span {:g} x {:g} x {:g} voxels", extent[0], extent[1], extent[2]);
+    refuse(first.file, "and its series span {:g} x {:g} x {:g} voxels", extent[0], extent[1], extent[2]);
   const Grid grid({static_cast<std::int32_t>(extent[0]), static_cast<std::int32_t>(extent[1]),
                    static_cast<std::int32_t>(extent[2])},
                   Vec3(p.dx, p.dy, stack.spacing),

@@ -13,6 +13,7 @@
 #include <memory>
 #include <sstream>
 
+#include "../file/refuse.h"
 #include "hexmesh/core/error.h"
 
 namespace hexmesh {
@@ -21,11 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t most_header_bytes = 1 << 20;
-
-template <class... Args>
-[[noreturn]] void refuse(const fs::path& path, fmt::format_string<Args...> text, Args&&... args) {
-  throw Error(ErrorKind::input, fmt::format("'{}' {}", path.string(), fmt::format(text, std::forward<Args>(args)...)));
-}
 
 std::string first_bytes(const fs::path& path, std::size_t count) {
   std::ifstream file(path, std::ios::binary);

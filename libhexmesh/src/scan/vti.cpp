@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <fstream>
 
+#include "../file/refuse.h"
 #include "../file/vtk_xml.h"
 #include "hexmesh/core/error.h"
 #include "stored_volume.h"
@@ -19,10 +20,6 @@
 
 namespace hexmesh {
 namespace {
-
-[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& what) {
-  throw Error(ErrorKind::input, fmt::format("'{}' {}", path.string(), what));
-}
 
 template <class T>
 StoredValues copy_of(vtkDataArray& array) {
@@ -57,7 +54,7 @@ StoredValues values_of(vtkDataArray& array, const std::filesystem::path& path) {
     case VTK_DOUBLE:
       return copy_of<double>(array);
     default:
-      refuse(path, fmt::format("has values of VTK type {}, expected numbers", array.GetDataType()));
+      refuse(path, "has values of VTK type {}, expected numbers", array.GetDataType());
   }
 }
 
@@ -78,8 +75,7 @@ StoredVolume read_vti(const std::filesystem::path& path, const ReadOptions& opti
   check_memory(path, promised, options);
   constexpr std::uintmax_t best_compression = 1100;  // deflate gains at most 1032 : 1
   if (promised / best_compression > std::filesystem::file_size(path))
-    refuse(path, fmt::format("claims {} voxels, more than its {} bytes can hold", promised,
-                             std::filesystem::file_size(path)));
+    refuse(path, "claims {} voxels, more than its {} bytes can hold", promised, std::filesystem::file_size(path));
   reader->Update();
   vtkImageData& image = *reader->GetOutput();
   vtkDataArray* array = image.GetPointData()->GetScalars();
@@ -103,7 +99,7 @@ StoredVolume read_vti(const std::filesystem::path& path, const ReadOptions& opti
             values_of(*array, path),
             {}};
   } catch (const Error& e) {
-    refuse(path, e.what());
+    refuse(path, "{}", e.what());
   }
 }
 

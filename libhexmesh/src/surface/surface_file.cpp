@@ -18,6 +18,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "../file/refuse.h"
 #include "from_vtk.h"
 #include "hexmesh/core/error.h"
 #include "surface_header.h"
@@ -31,10 +32,6 @@ std::string ending_of(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
   return ending;
-}
-
-[[noreturn]] void fail(const std::filesystem::path& path, const std::string& message) {
-  throw Error(ErrorKind::input, fmt::format("surface '{}' {}", path.string(), message));
 }
 
 bool says_ras(const std::filesystem::path& path) {
@@ -79,10 +76,10 @@ void turn(Shape& shape) {
 Shape read_vtp(const std::filesystem::path& path) {
   vtkObject::GlobalWarningDisplayOff();
   vtkNew<vtkXMLPolyDataReader> reader;
-  if (!reader->CanReadFile(path.c_str())) fail(path, "is no VTK XML PolyData file");
+  if (!reader->CanReadFile(path.c_str())) refuse(path, "is no VTK XML PolyData file");
   reader->SetFileName(path.c_str());
   reader->Update();
-  if (reader->GetErrorCode() != 0 || !is_consistent(*reader->GetOutput())) fail(path, "is damaged");
+  if (reader->GetErrorCode() != 0 || !is_consistent(*reader->GetOutput())) refuse(path, "is damaged");
   vtkNew<vtkTriangleFilter> triangles;
   triangles->SetInputData(reader->GetOutput());
   triangles->PassVertsOff();
@@ -113,7 +110,7 @@ std::vector<std::vector<Vec3>> obj_lines(const std::filesystem::path& path) {
         const long number = std::strtol(word.c_str(), nullptr, 10);
         const long n = number < 0 ? number + static_cast<long>(points.size()) : number - 1;
         if (n < 0 || n >= static_cast<long>(points.size()))
-          fail(path, fmt::format("has a line with point {}, expected 1 to {}", word, points.size()));
+          refuse(path, "has a line with point {}, expected 1 to {}", word, points.size());
         out.back().push_back(points[static_cast<std::size_t>(n)]);
       }
     }
@@ -126,22 +123,21 @@ Shape read_off(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::stringstream words;
   std::string line;
-  if (!std::getline(file, line) || (line != "OFF" && line != "OFF\r")) fail(path, "is no plain text OFF file");
+  if (!std::getline(file, line) || (line != "OFF" && line != "OFF\r")) refuse(path, "is no plain text OFF file");
   while (std::getline(file, line)) words << line.substr(0, line.find('#')) << '\n';
   const auto bytes = static_cast<double>(std::filesystem::file_size(path));
   double vertices = 0, faces = 0, edges = 0;
   if (!(words >> vertices >> faces >> edges) || !(vertices >= 0 && vertices <= bytes && faces >= 0 && faces <= bytes))
-    fail(path,
-         fmt::format("claims {:g} points and {:g} faces, expected what its {:g} bytes hold", vertices, faces, bytes));
+    refuse(path, "claims {:g} points and {:g} faces, expected what its {:g} bytes hold", vertices, faces, bytes);
   Shape shape;
   for (double n = 0; n < vertices; ++n) {
     Vec3 p;
-    if (!(words >> p[0] >> p[1] >> p[2])) fail(path, "has too few points");
+    if (!(words >> p[0] >> p[1] >> p[2])) refuse(path, "has too few points");
     shape.surface.points.push_back(p);
   }
   std::getline(words, line);
   for (double n = 0; n < faces;) {
-    if (!std::getline(words, line)) fail(path, "has too few faces");
+    if (!std::getline(words, line)) refuse(path, "has too few faces");
     std::istringstream face(line);
     std::int32_t corners = 0;
     if (!(face >> corners)) continue;  // an empty line
@@ -149,10 +145,10 @@ Shape read_off(const std::filesystem::path& path) {
     std::vector<std::int32_t> polygon;
     for (std::int32_t corner = 0; std::ssize(polygon) < corners && face >> corner;) {
       if (corner < 0 || corner >= std::ssize(shape.surface.points))
-        fail(path, fmt::format("has a face with point {}, expected below {}", corner, shape.surface.points.size()));
+        refuse(path, "has a face with point {}, expected below {}", corner, shape.surface.points.size());
       polygon.push_back(corner);
     }
-    if (corners < 1 || std::ssize(polygon) != corners) fail(path, fmt::format("has the face '{}'", line.substr(0, 60)));
+    if (corners < 1 || std::ssize(polygon) != corners) refuse(path, "has the face '{}'", line.substr(0, 60));
     for (std::size_t a = 2; a < polygon.size(); ++a)
       shape.surface.triangles.push_back({polygon[0], polygon[a - 1], polygon[a]});
   }
@@ -169,11 +165,11 @@ Shape read_soup(const std::filesystem::path& path) {
   }
   Shape shape;
   if (ending_of(path) == ".obj") shape.lines = obj_lines(path);
-  if (!read && shape.lines.empty()) fail(path, fmt::format("is no readable {} file", ending_of(path)));
+  if (!read && shape.lines.empty()) refuse(path, "is no readable {} file", ending_of(path));
   for (const Point& p : points) shape.surface.points.emplace_back(p.x(), p.y(), p.z());
   for (const auto& polygon : polygons) {
     for (const std::size_t n : polygon)
-      if (n >= points.size()) fail(path, fmt::format("has a face with point {}, expected below {}", n, points.size()));
+      if (n >= points.size()) refuse(path, "has a face with point {}, expected below {}", n, points.size());
     for (std::size_t a = 2; a < polygon.size(); ++a)
       shape.surface.triangles.push_back({static_cast<std::int32_t>(polygon[0]),
                                          static_cast<std::int32_t>(polygon[a - 1]),
@@ -191,14 +187,14 @@ bool is_surface_name(const std::filesystem::path& path) {
 
 Shape read_shape(const std::filesystem::path& path) {
   const std::string ending = ending_of(path);
-  if (!std::filesystem::is_regular_file(path)) fail(path, "is not there, expected a file");
-  if (!is_surface_name(path)) fail(path, fmt::format("ends in '{}', expected .obj, .stl, .ply, .off or .vtp", ending));
+  if (!std::filesystem::is_regular_file(path)) refuse(path, "is not there, expected a file");
+  if (!is_surface_name(path)) refuse(path, "ends in '{}', expected .obj, .stl, .ply, .off or .vtp", ending);
   check_surface_header(path, ending);
   Shape shape = ending == ".vtp" ? read_vtp(path) : ending == ".off" ? read_off(path) : read_soup(path);
   if (shape.surface.triangles.empty() && shape.lines.empty())
-    fail(path, "has no triangles and no lines, expected some");
+    refuse(path, "has no triangles and no lines, expected some");
   const auto check = [&](const Vec3& p) {
-    if (!p.allFinite()) fail(path, "has a point that is not finite");
+    if (!p.allFinite()) refuse(path, "has a point that is not finite");
   };
   for (const Vec3& p : shape.surface.points) check(p);
   for (const auto& line : shape.lines)
@@ -209,7 +205,7 @@ Shape read_shape(const std::filesystem::path& path) {
 
 TriangleSurface read_surface(const std::filesystem::path& path) {
   Shape shape = read_shape(path);
-  if (shape.surface.triangles.empty()) fail(path, "has no triangles, expected some");
+  if (shape.surface.triangles.empty()) refuse(path, "has no triangles, expected some");
   return std::move(shape.surface);
 }
 

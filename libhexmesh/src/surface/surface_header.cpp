@@ -9,17 +9,12 @@
 #include <set>
 #include <sstream>
 
+#include "../file/refuse.h"
 #include "../file/vtk_xml.h"
 #include "hexmesh/core/error.h"
 
 namespace hexmesh {
 namespace {
-
-template <class... Args>
-[[noreturn]] void refuse(const std::filesystem::path& path, fmt::format_string<Args...> text, Args&&... args) {
-  throw Error(ErrorKind::input,
-              fmt::format("surface '{}' {}", path.string(), fmt::format(text, std::forward<Args>(args)...)));
-}
 
 void check_count(const std::filesystem::path& path, double count) {
   const auto bytes = static_cast<double>(std::filesystem::file_size(path));

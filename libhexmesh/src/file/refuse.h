@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "hexmesh/core/error.h"
+
+namespace hexmesh {
+
+/// "'PATH' has ..., expected ...".
+/// @throws Error{input} always
+template <class... Args>
+[[noreturn]] void refuse(const std::filesystem::path& path, fmt::format_string<Args...> text, Args&&... args) {
+  throw Error(ErrorKind::input, fmt::format("'{}' {}", path.string(), fmt::format(text, std::forward<Args>(args)...)));
+}
+
+}  // namespace hexmesh
