@@ -36,16 +36,18 @@ TEST(LabelVolume, All48OrientationsOfOneScanGiveTheSameVoxels) {
 }
 
 TEST(LabelVolume, ReorientingAnObliqueScanKeepsEveryVoxelWhereItIs) {
-  LabelVolume volume = blob();
-  volume.grid = Grid(volume.grid.extent(), volume.grid.spacing(), {1, 2, 3}, testing_support::random_rotation(5));
-  const LabelVolume turned = reorient_to_lps(volume);
-  EXPECT_GT(turned.grid.direction().determinant(), 0);
-  for (std::size_t n = 0; n < volume.labels.size(); ++n) {
-    const Index3 v = volume.grid.index(n);
-    const Vec3 at = turned.grid.continuous_index(volume.grid.position(Vec3(v[0], v[1], v[2])));
-    const Index3 w = {static_cast<int>(std::lround(at[0])), static_cast<int>(std::lround(at[1])),
-                      static_cast<int>(std::lround(at[2]))};
-    ASSERT_EQ(turned.labels[turned.grid.offset(w)], volume.labels[n]);
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    LabelVolume volume = blob();
+    volume.grid = Grid(volume.grid.extent(), volume.grid.spacing(), {1, 2, 3}, random_rotation(seed));
+    const LabelVolume turned = reorient_to_lps(volume);
+    ASSERT_GT(turned.grid.direction().determinant(), 0);
+    for (std::size_t n = 0; n < volume.labels.size(); ++n) {
+      const Index3 v = volume.grid.index(n);
+      const Vec3 at = turned.grid.continuous_index(volume.grid.position(Vec3(v[0], v[1], v[2])));
+      const Index3 w = {static_cast<int>(std::lround(at[0])), static_cast<int>(std::lround(at[1])),
+                        static_cast<int>(std::lround(at[2]))};
+      ASSERT_EQ(turned.labels[turned.grid.offset(w)], volume.labels[n]);
+    }
   }
 }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cstring>
 
 #include "hexmesh/scan/image_io.h"
 #include "hexmesh/scan/region.h"
@@ -226,6 +228,28 @@ TEST(Formats, NiftiTakesTheSformThenTheQformThenTheVoxelSizes) {
       [&](const ReadOptions& o) { EXPECT_EQ(read_labels(folder / "a.nii", o).grid.spacing(), Vec3(1, 2, 3)); });
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_NE(warnings[0].find("neither sform nor qform"), std::string::npos);
+}
+
+TEST(Formats, NiftisQuaternionIsARotation) {
+  const TemporaryFolder folder;
+  const Eigen::Quaterniond q(0.8, 0.3, -0.4, std::sqrt(1 - 0.64 - 0.09 - 0.16));
+  Mat3 ras = q.toRotationMatrix();
+  ras.col(2) *= -1;  // qfac = -1
+  const Mat3 lps = Vec3(-1, -1, 1).asDiagonal() * ras;
+  const LabelVolume volume =
+      make_volume({3, 4, 5}, {1, 2, 3}, [](const Index3& v) { return v[0] + v[2]; }, lps, {7, 8, 9});
+  std::string bytes = nifti_bytes(volume);
+  const auto set = [&](std::size_t offset, auto value) { std::memcpy(bytes.data() + offset, &value, sizeof value); };
+  set(252, std::int16_t{1});
+  set(254, std::int16_t{0});
+  set(76, -1.0F);
+  for (const auto& [offset, value] :
+       {std::pair{256, q.x()}, {260, q.y()}, {264, q.z()}, {268, -7.0}, {272, -8.0}, {276, 9.0}})
+    set(static_cast<std::size_t>(offset), static_cast<float>(value));
+  write_text(folder / "a.nii", bytes);
+  const LabelVolume read = read_labels(folder / "a.nii"), expected = reorient_to_lps(volume);
+  EXPECT_TRUE(same_grid(read.grid, expected.grid));
+  EXPECT_EQ(read.labels, expected.labels);
 }
 
 TEST(Formats, DetachedDataStaysInsideTheHeadersFolder) {

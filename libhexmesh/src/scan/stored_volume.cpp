@@ -13,6 +13,7 @@
 #include <set>
 #include <sstream>
 
+#include "../file/refuse.h"
 #include "hexmesh/core/error.h"
 #include "volume_header.h"
 
@@ -80,7 +81,7 @@ StoredValues make_values(itk::IOComponentEnum type, std::size_t count, const fs:
     case itk::IOComponentEnum::DOUBLE:
       return std::vector<double>(count);
     default:
-      throw Error(ErrorKind::input, fmt::format("'{}' has values of an unknown type", path.string()));
+      refuse(path, "has values of an unknown type");
   }
 }
 
@@ -107,10 +108,13 @@ StoredVolume read_by(itk::ImageIOBase& io, const std::string& format, const std:
   try {
     io.SetFileName(name);
     io.ReadImageInformation();
+    if (static_cast<std::uintmax_t>(io.GetImageSizeInComponents()) != header.values)
+      refuse(path, "has a header that can be read in two ways, expected {} values", header.values);
+    if (io.GetNumberOfDimensions() < 3 && !header.grid)
+      refuse(path, "has {} axes, expected 3", io.GetNumberOfDimensions());
     for (unsigned d = 3; d < io.GetNumberOfDimensions(); ++d)
       if (io.GetDimensions(d) != 1)
-        throw Error(ErrorKind::input, fmt::format("'{}' has {} dimensions, expected a volume of 3", path.string(),
-                                                  io.GetNumberOfDimensions()));
+        refuse(path, "has {} dimensions, expected a volume of 3", io.GetNumberOfDimensions());
     itk::ImageIORegion region(io.GetNumberOfDimensions());
     for (unsigned d = 0; d < io.GetNumberOfDimensions(); ++d) region.SetSize(d, io.GetDimensions(d));
     io.SetIORegion(region);
@@ -120,7 +124,7 @@ StoredVolume read_by(itk::ImageIOBase& io, const std::string& format, const std:
     std::visit(
         [&](auto& values) {
           if (values.size() * sizeof(values[0]) != static_cast<std::size_t>(io.GetImageSizeInBytes()))
-            throw Error(ErrorKind::input, fmt::format("'{}' has a header that contradicts itself", path.string()));
+            refuse(path, "has a header that contradicts itself");
           io.Read(values.data());
         },
         out.values);
@@ -175,10 +179,10 @@ std::vector<std::vector<std::uint16_t>> layers_of(const StoredVolume& stored, co
             const auto v = values[n * layers.size() + layer];
             const auto label = v >= 0 && v <= 65535 ? static_cast<std::uint16_t>(v) : std::uint16_t{0};
             if (static_cast<double>(label) != static_cast<double>(v))
-              throw Error(ErrorKind::input,
-                          fmt::format("'{}' has the label {}, expected whole numbers from 0 to 65535 (a scan instead "
-                                      "of a segmentation?)",
-                                      path.string(), v));
+              refuse(path,
+                     "has the label {}, expected whole numbers from 0 to 65535 (a scan instead "
+                     "of a segmentation?)",
+                     v);
             layers[layer][n] = label;
           }
         return layers;
@@ -223,16 +227,14 @@ StoredVolume read_stored(const fs::path& path, const ReadOptions& options) {
     case VolumeFormat::vti:
       return read_vti(path, options);
     default:
-      throw Error(ErrorKind::input, fmt::format("'{}' is of an unknown format, expected NRRD, NIfTI, MetaImage, VTI or "
-                                                "DICOM",
-                                                path.string()));
+      refuse(path,
+             "is of an unknown format, expected NRRD, NIfTI, MetaImage, VTI or "
+             "DICOM");
   }
 }
 
 IntensityVolume to_intensity(const StoredVolume& stored, const fs::path& path) {
-  if (stored.components != 1)
-    throw Error(ErrorKind::input,
-                fmt::format("'{}' has {} values per voxel, expected grey values", path.string(), stored.components));
+  if (stored.components != 1) refuse(path, "has {} values per voxel, expected grey values", stored.components);
   IntensityVolume out{stored.grid, {}};
   std::visit(
       [&](const auto& values) {
@@ -246,20 +248,17 @@ IntensityVolume to_intensity(const StoredVolume& stored, const fs::path& path) {
 Segmentation to_segmentation(const StoredVolume& stored, const fs::path& path) {
   const std::vector<SlicerSegment> named = slicer_segments(stored.keys);
   if (!named.empty() && stored.grid.num_voxels() == 1)
-    throw Error(ErrorKind::input, fmt::format("'{}' is a .seg.nrrd of one voxel, which 3D Slicer writes for a "
-                                              "segmentation without content, expected segments with voxels",
-                                              path.string()));
+    refuse(path,
+           "is a .seg.nrrd of one voxel, which 3D Slicer writes for a "
+           "segmentation without content, expected segments with voxels");
   Segmentation out{stored.grid, layers_of(stored, path), {}};
   if (named.empty() && out.layers.size() > 1)
-    throw Error(ErrorKind::input, fmt::format("'{}' has {} values per voxel, expected 1 (or the layers of a .seg.nrrd)",
-                                              path.string(), out.layers.size()));
+    refuse(path, "has {} values per voxel, expected 1 (or the layers of a .seg.nrrd)", out.layers.size());
   for (const SlicerSegment& s : named) {
     if (s.layer < 0 || s.layer >= static_cast<int>(out.layers.size()))
-      throw Error(ErrorKind::input, fmt::format("'{}' puts segment '{}' into layer {}, expected below {}",
-                                                path.string(), s.segment.name, s.layer, out.layers.size()));
+      refuse(path, "puts segment '{}' into layer {}, expected below {}", s.segment.name, s.layer, out.layers.size());
     if (s.value < 1 || s.value > 65535)
-      throw Error(ErrorKind::input, fmt::format("'{}' gives segment '{}' the label {}, expected 1 to 65535",
-                                                path.string(), s.segment.name, s.value));
+      refuse(path, "gives segment '{}' the label {}, expected 1 to 65535", s.segment.name, s.value);
     // Label values may repeat across layers: a segment whose value is taken gets another label.
     Segment segment = s.segment;
     segment.label = free_label(out, static_cast<std::uint16_t>(s.value));

@@ -398,6 +398,7 @@ VolumeHeader check_nrrd(const fs::path& path, const ReadOptions& options) {
     check_data(data, offset, false, 0, 2 * promised / value_size - 1);
   VolumeHeader header;
   header.has_space = fields.contains("space");
+  header.values = promised / value_size;
   return header;
 }
 
@@ -406,7 +407,7 @@ VolumeHeader check_meta(const fs::path& path, const ReadOptions& options) {
   const std::string bytes = first_bytes(path, 1 << 16);
   std::istringstream in(bytes);
   Fields fields;
-  for (std::string line; !fields.contains("elementdatafile");) {
+  for (std::string line; !fields.contains("ElementDataFile");) {
     if (!std::getline(in, line) || line.size() > most_line_bytes)
       refuse(path, "is no valid MetaImage: its header has no ElementDataFile, or lines beyond {} bytes",
              most_line_bytes);
@@ -414,9 +415,9 @@ VolumeHeader check_meta(const fs::path& path, const ReadOptions& options) {
     if (trimmed(line).empty()) continue;
     if (equals == line.npos || std::any_of(line.begin(), line.end(), [](unsigned char c) { return c < 9 || c > 126; }))
       refuse(path, "is no valid MetaImage: it has a header line without '=' or of other than plain text");
-    fields[lower(trimmed(line.substr(0, equals)))] = trimmed(line.substr(equals + 1));
+    fields[trimmed(line.substr(0, equals))] = trimmed(line.substr(equals + 1));
   }
-  const auto numbers = [&](const char* name) { return whole_numbers(path, name, field(fields, {lower(name)})); };
+  const auto numbers = [&](const char* name) { return whole_numbers(path, name, field(fields, {name})); };
   const std::vector<std::int64_t> axes = numbers("NDims"), sizes = numbers("DimSize"),
                                   channels = numbers("ElementNumberOfChannels"), skip = numbers("HeaderSize");
   if (axes.size() != 1 || axes[0] < 3 || axes[0] > 4 || static_cast<std::int64_t>(sizes.size()) != axes[0])
@@ -430,7 +431,7 @@ VolumeHeader check_meta(const fs::path& path, const ReadOptions& options) {
                                     {"Orientation", axes[0] * axes[0]},
                                     {"Rotation", axes[0] * axes[0]},
                                     {"CenterOfRotation", axes[0]}}) {
-    const std::string text = field(fields, {lower(name)});
+    const std::string text = field(fields, {name});
     std::istringstream words(text);
     std::int64_t found = 0;
     for (double value = 0; words >> value;) ++found;
@@ -441,24 +442,24 @@ VolumeHeader check_meta(const fs::path& path, const ReadOptions& options) {
       {"MET_CHAR", 1},      {"MET_UCHAR", 1},      {"MET_SHORT", 2}, {"MET_USHORT", 2},
       {"MET_INT", 4},       {"MET_UINT", 4},       {"MET_LONG", 4},  {"MET_ULONG", 4},
       {"MET_LONG_LONG", 8}, {"MET_ULONG_LONG", 8}, {"MET_FLOAT", 4}, {"MET_DOUBLE", 8}};
-  const std::string type = field(fields, {"elementtype"});
+  const std::string type = field(fields, {"ElementType"});
   if (!value_sizes.contains(type))
     refuse(path, "has values of type '{}', expected one of MET_UCHAR, MET_SHORT, ...", type);
   std::vector<std::int64_t> extents = sizes;
   if (channels.size() > 1 || (channels.size() == 1 && channels[0] > 1))
     refuse(path, "has {} values per voxel, expected 1", channels[0]);
   for (const char* flag : {"BinaryData", "CompressedData", "BinaryDataByteOrderMSB", "ElementByteOrderMSB"}) {
-    const std::string value = lower(field(fields, {lower(flag)}));
+    const std::string value = lower(field(fields, {flag}));
     if (!value.empty() && value != "true" && value != "false")
       refuse(path, "has {} = '{}', expected True or False", flag, value);
   }
   const std::uintmax_t promised = promised_bytes(path, extents, value_sizes.at(type));
   check_memory(path, promised, options);
-  const std::string name = fields.at("elementdatafile");
+  const std::string name = fields.at("ElementDataFile");
   const bool local = lower(name) == "local";
   const fs::path data = local ? path : data_file_of(path, name);
-  const bool compressed = lower(field(fields, {"compresseddata"})) == "true";
-  if (lower(field(fields, {"binarydata"})) == "false")
+  const bool compressed = lower(field(fields, {"CompressedData"})) == "true";
+  if (lower(field(fields, {"BinaryData"})) == "false")
     refuse(path, "keeps its voxels as text, expected BinaryData = True");
   if (skip.size() > 1 || (skip.size() == 1 && (skip[0] < -1 || (compressed && skip[0] != 0) || (local && skip[0] > 0))))
     refuse(path, "has HeaderSize {}, expected bytes before raw voxels in a file of their own", skip[0]);
@@ -470,7 +471,9 @@ VolumeHeader check_meta(const fs::path& path, const ReadOptions& options) {
        static_cast<std::uintmax_t>(packed[0]) > fs::file_size(data) - std::min(offset, fs::file_size(data))))
     refuse(path, "has CompressedDataSize {}, more than its file holds", packed[0]);
   check_data(data, offset, compressed, 0, promised);
-  return {};
+  VolumeHeader header;
+  header.values = promised / value_sizes.at(type);
+  return header;
 }
 
 VolumeHeader check_nifti(const fs::path& path, const ReadOptions& options) {
@@ -528,7 +531,7 @@ VolumeHeader check_nifti(const fs::path& path, const ReadOptions& options) {
     }
   }
   check_data(path, compressed ? 0 : data_at, compressed, compressed ? data_at : 0, promised);
-  return {nifti_grid(path, header, options), true};
+  return {nifti_grid(path, header, options), true, promised / value_size};
 }
 
 }  // namespace hexmesh

@@ -21,6 +21,7 @@ VolumeFormat detect_format(const std::filesystem::path& path);
 struct VolumeHeader {
   std::optional<Grid> grid;  ///< where the format's own rules decide (NIfTI)
   bool has_space = true;     ///< whether the header says which way is left
+  std::uintmax_t values = 0;  ///< in all; the library must find the same number
 };
 
 // Each refuses a header that contradicts itself, promises more than the file (or the memory limit) holds, or names data
