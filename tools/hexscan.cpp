@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <sstream>
 
 #include "cli/scan_report.h"
 #include "cli/tool.h"
@@ -27,7 +28,7 @@ using hexmesh::Segmentation;
 struct Options {
   std::vector<std::string> inputs, named_inputs, segments, priority;
   std::string series, roi_markup, intensity, intensity_output, output;
-  std::vector<double> roi;
+  std::string roi;
   double fraction = 0.5, spacing = 0, margin = -1, max_memory_mb = 0;
   double open = 0, close = 0, specks_ml = 0;
   bool fill_cavities = false, largest_component = false;
@@ -72,6 +73,14 @@ void merge_segments(Segmentation& segmentation, const std::string& name) {
   }
 }
 
+/// Labels without a name, one file beside others: "liver.nii.gz" holds "liver", or "liver_1" and "liver_2".
+void name_after_file(Segmentation& segmentation, const std::filesystem::path& path) {
+  const std::string file = path.filename().string(), stem = file.substr(0, file.find('.'));
+  for (hexmesh::LayeredSegment& s : segmentation.segments)
+    if (s.segment.name == fmt::format("label_{}", s.value))
+      s.segment.name = segmentation.segments.size() == 1 ? stem : fmt::format("{}_{}", stem, s.value);
+}
+
 /// All inputs before they share a grid.
 struct Sources {
   std::vector<Segmentation> volumes;
@@ -94,6 +103,8 @@ Sources read_sources(const Options& o, const hexmesh::ReadOptions& options) {
       dicom.push_back(path);
     else
       out.volumes.push_back(hexmesh::read_segmentation({path}, options));
+    if (!hexmesh::is_surface_name(path) && (dicom.empty() || dicom.back() != path) && o.inputs.size() > 1)
+      name_after_file(out.volumes.back(), path);
   }
   if (!dicom.empty()) out.volumes.insert(out.volumes.begin(), hexmesh::read_segmentation(dicom, options));
   for (const std::string& text : o.named_inputs) {
@@ -109,28 +120,19 @@ Sources read_sources(const Options& o, const hexmesh::ReadOptions& options) {
   return out;
 }
 
-/// The first volume's grid, continued to hold all inputs; for shapes alone, one around them.
-Grid common_grid(const Options& o, const Sources& sources, const Console& console) {
+/// Where shapes go beside label volumes: voxels of their size around them.
+std::vector<Grid> grids_of_shapes(const Options& o, const Sources& sources) {
   std::vector<hexmesh::Shape> shapes;
   for (const auto& [name, shape] : sources.shapes) shapes.push_back(shape);
-  if (sources.volumes.empty()) {
-    if (o.spacing == 0) throw Error(ErrorKind::usage, "surfaces have no voxels of their own, expected --spacing MM");
-    return hexmesh::grid_around(shapes, o.spacing);
-  }
-  if (o.spacing != 0)
+  if (sources.volumes.empty() && o.spacing == 0)
+    throw Error(ErrorKind::usage, "surfaces have no voxels of their own, expected --spacing MM");
+  if (!sources.volumes.empty() && o.spacing != 0)
     throw Error(
         ErrorKind::usage,
         fmt::format("--spacing {} goes with surfaces alone, the voxels of the label volume are used", o.spacing));
-  Grid grid = sources.volumes.front().grid;
-  for (const Segmentation& volume : sources.volumes) {
-    if (!hexmesh::same_lattice_of_voxels(grid, volume.grid))
-      console.warning(
-          fmt::format("input of {:.4g} x {:.4g} x {:.4g} mm voxels lies on another grid than the first one: "
-                      "its labels are taken from the nearest voxel",
-                      volume.grid.spacing()[0], volume.grid.spacing()[1], volume.grid.spacing()[2]));
-    grid = hexmesh::extend_over(grid, volume.grid);
-  }
-  return shapes.empty() ? grid : hexmesh::extend_over(grid, hexmesh::grid_around(shapes, grid.spacing().minCoeff()));
+  if (shapes.empty()) return {};
+  return {hexmesh::grid_around(
+      shapes, sources.volumes.empty() ? o.spacing : sources.volumes.front().grid.spacing().minCoeff())};
 }
 
 void report_shape(const std::string& name, const hexmesh::Voxelization& v, const Grid& grid, const Console& console) {
@@ -160,17 +162,14 @@ void report_shape(const std::string& name, const hexmesh::Voxelization& v, const
 /// All inputs as segments of one grid.
 Segmentation gather(const Options& o, const hexmesh::ReadOptions& options, const Console& console) {
   Sources sources = read_sources(o, options);
-  const Grid grid = common_grid(o, sources, console);
-  Segmentation out{grid, {}, {}};
-  for (Segmentation& volume : sources.volumes) {
-    if (!hexmesh::same_grid(volume.grid, grid)) volume = hexmesh::place_on(volume, grid);
-    out = hexmesh::combine(std::move(out), std::move(volume));
-  }
+  const std::vector<Grid> around = grids_of_shapes(o, sources);
+  Segmentation out = sources.volumes.empty() ? Segmentation{around.front(), {}, {}}
+                                             : hexmesh::join(std::move(sources.volumes), around, options.warn);
   for (std::size_t n = 0; n < sources.shapes.size(); ++n) {
     const auto& [name, shape] = sources.shapes[n];
-    const hexmesh::Voxelization voxels = hexmesh::voxelize(shape, grid);
-    report_shape(name, voxels, grid, console);
-    Segmentation added{grid, {}, {}};
+    const hexmesh::Voxelization voxels = hexmesh::voxelize(shape, out.grid);
+    report_shape(name, voxels, out.grid, console);
+    Segmentation added{out.grid, {}, {}};
     hexmesh::add_segment(added, {1, name, hexmesh::distinct_color(n), ""}, voxels.voxels);
     out = hexmesh::combine(std::move(out), std::move(added));
   }
@@ -195,11 +194,16 @@ hexmesh::Box zone_of_interest(const Options& o) {
     box = hexmesh::read_markup(o.roi_markup).box;
     if (!box) throw Error(ErrorKind::input, fmt::format("--roi-markup '{}' holds no ROI, expected one", o.roi_markup));
   } else {
-    const hexmesh::Vec3 low(o.roi[0], o.roi[2], o.roi[4]), high(o.roi[1], o.roi[3], o.roi[5]);
-    if (!((high - low).minCoeff() > 0))
-      throw Error(
-          ErrorKind::usage,
-          fmt::format("--roi-mm {}, expected x0,x1,y0,y1,z0,z1 with x0 < x1, y0 < y1, z0 < z1", fmt::join(o.roi, ",")));
+    hexmesh::Vec3 low, high;
+    char comma = ',';
+    std::istringstream numbers(o.roi);
+    for (int d = 0; d < 3; ++d) {
+      if (d > 0) numbers >> comma;
+      numbers >> low[d] >> comma >> high[d];
+    }
+    if (!numbers || numbers.peek() != EOF || !((high - low).minCoeff() > 0))
+      throw Error(ErrorKind::usage,
+                  fmt::format("--roi-mm '{}', expected x0,x1,y0,y1,z0,z1 with x0 < x1, y0 < y1, z0 < z1", o.roi));
     box = hexmesh::box_between(low, high);
   }
   return hexmesh::enlarged(*box, std::max(o.margin, 0.0));
@@ -240,10 +244,35 @@ void summarize(const LabelVolume& volume, const Console& console) {
 
 std::unique_ptr<hexmesh::OutputFile> open_volume(const std::string& name, const Options& o,
                                                  const CommonOptions& common) {
+  for (const char* other : {".nii", ".nii.gz", ".mha", ".mhd", ".vti", ".dcm", ".stl", ".obj"})
+    if (name.ends_with(other))
+      throw Error(ErrorKind::usage, fmt::format("output '{}' would hold an NRRD, expected a name in .nrrd", name));
   std::vector<std::string> inputs = o.inputs;
   for (const std::string& named : o.named_inputs) inputs.push_back(named.substr(named.find('=') + 1));
   inputs.push_back(o.intensity);
   return open_output(name, ".nrrd", common, inputs);
+}
+
+/// Labelled voxels beyond the scan get its lowest grey value.
+void warn_uncovered(const LabelVolume& volume, const Grid& scan, const Console& console) {
+  std::size_t labelled = 0, outside = 0;
+  for (std::size_t n = 0; n < volume.labels.size(); ++n) {
+    if (volume.labels[n] == 0) continue;
+    ++labelled;
+    const hexmesh::Index3 v = volume.grid.index(n);
+    const hexmesh::Vec3 at = scan.continuous_index(volume.grid.position(hexmesh::Vec3(v[0], v[1], v[2])));
+    for (int d = 0; d < 3; ++d)
+      if (!(at[d] >= -0.5 && at[d] <= scan.extent()[static_cast<std::size_t>(d)] - 0.5)) {
+        ++outside;
+        break;
+      }
+  }
+  if (outside > 0 && outside == labelled)
+    throw Error(ErrorKind::geometry,
+                "the scan covers none of the labelled voxels, expected the scan they were drawn on");
+  if (outside > 0)
+    console.warning(
+        fmt::format("{} of {} labelled voxels lie outside the scan and get its lowest grey value", outside, labelled));
 }
 
 int run_scan(const Options& o, const CommonOptions& common, const Console& console) {
@@ -253,6 +282,8 @@ int run_scan(const Options& o, const CommonOptions& common, const Console& conso
   if (labels_wanted && o.output.empty()) throw Error(ErrorKind::usage, "no output, expected -o OUT.nrrd");
   if (o.intensity.empty() != o.intensity_output.empty())
     throw Error(ErrorKind::usage, "--intensity SCAN and --intensity-out OUT.nrrd go together");
+  if (!o.output.empty() && o.output == o.intensity_output)
+    throw Error(ErrorKind::usage, fmt::format("-o and --intensity-out are both '{}', expected two names", o.output));
   const auto output = labels_wanted ? open_volume(o.output, o, common) : nullptr;
   const auto intensity_output = o.intensity.empty() ? nullptr : open_volume(o.intensity_output, o, common);
 
@@ -272,6 +303,7 @@ int run_scan(const Options& o, const CommonOptions& common, const Console& conso
     if (intensity && !hexmesh::same_grid(intensity->grid, volume.grid)) {
       if (!hexmesh::same_lattice_of_voxels(intensity->grid, volume.grid))
         console.warning("the scan lies on another grid than the labels: its grey values are interpolated to theirs");
+      warn_uncovered(volume, intensity->grid, console);
       intensity = hexmesh::place_on(*intensity, volume.grid);
     }
   }
@@ -375,7 +407,7 @@ CLI::App* add_phantom(CLI::App& app, Options& o) {
 
 void add_cleaning(CLI::App& app, Options& o) {
   const auto add = [&](const char* name, double& value, const char* text) {
-    app.add_option(name, value, text)->check(CLI::PositiveNumber)->group("Cleaning, in this order");
+    app.add_option(name, value, text)->check(CLI::Range(0.001, 100.0))->group("Cleaning, in this order");
   };
   add("--open", o.open, "Erode, then dilate by this radius [mm]: cuts spikes and thin bridges");
   add("--close", o.close, "Dilate, then erode by this radius [mm]: fills thin gaps");
@@ -400,22 +432,21 @@ int main(int argc, char** argv) {
                         "Segmentations: NRRD, .seg.nrrd, NIfTI, MetaImage, VTI; DICOM SEG and RTSTRUCT as files or "
                         "folders; surfaces and lines as OBJ, STL, PLY, OFF, VTP; - is standard input. Later ones win "
                         "where they overlap");
-         add_repeated(app, "--input", o->named_inputs,
-                      "NAME=FILE: all that the file holds as one segment of that name");
+         add_repeated(
+             app, "--input", o->named_inputs,
+             "NAME=FILE: all that the file holds as one segment of that name; these come after the other inputs");
          add_repeated(app, "--segment", o->segments,
                       "Keep only this segment: NAME, LABEL or terminology code (SCT:10200004), with =NAME to name it; "
                       "may be given often");
-         app.add_option("--priority", o->priority, "Segments that win where segments overlap, the first most")
+         add_repeated(app, "--priority", o->priority, "Segments that win where segments overlap, the first most")
              ->delimiter(',');
          app.add_option("--fraction", o->fraction, "Of a fractional DICOM SEG: least share of a voxel, 0 to 1")
              ->check(CLI::Range(0.0, 1.0))
              ->capture_default_str();
          app.add_option("--series", o->series, "SeriesInstanceUID, or its end, where DICOM files hold several");
-         app.add_option("--spacing", o->spacing, "Edge of the cubic voxels of surfaces and lines [mm], > 0")
-             ->check(CLI::PositiveNumber);
-         CLI::Option* roi = app.add_option("--roi-mm", o->roi, "Zone of interest x0,x1,y0,y1,z0,z1 in LPS [mm]")
-                                ->delimiter(',')
-                                ->expected(6);
+         app.add_option("--spacing", o->spacing, "Edge of the cubic voxels of surfaces and lines [mm]")
+             ->check(CLI::Range(1e-6, 1000.0));
+         CLI::Option* roi = app.add_option("--roi-mm", o->roi, "Zone of interest x0,x1,y0,y1,z0,z1 in LPS [mm]");
          app.add_option("--roi-markup", o->roi_markup, "Zone of interest: a 3D Slicer ROI (.mrk.json)")->excludes(roi);
          app.add_option("--margin", o->margin,
                         "Room around the zone of interest, or else around the segments [mm], >= 0; the rest is cut off")

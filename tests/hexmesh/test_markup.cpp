@@ -33,6 +33,21 @@ TEST(Markup, WhatIsNoMarkupIsNamed) {
             std::string::npos);
 }
 
+TEST(Markup, AnRoiMayBeTurned) {
+  const TemporaryFolder folder;
+  write_text(folder / "roi.mrk.json",
+             R"({"markups":[{"type":"ROI","coordinateSystem":"LPS","center":[10,20,30],"size":[20,120,60],
+                 "orientation":[0,-1,0,1,0,0,0,0,1]}]})");
+  const Box box = *read_markup(folder / "roi.mrk.json").box;  // its x axis is patient y
+  EXPECT_TRUE(box.contains({69, 20, 30}));
+  EXPECT_FALSE(box.contains({10, 31, 30}));
+  write_text(
+      folder / "bad.mrk.json",
+      R"({"markups":[{"type":"ROI","center":[10,20,30],"size":[20,120,60],"orientation":[2,0,0,0,1,0,0,0,1]}]})");
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_markup(folder / "bad.mrk.json"); }).find("no rotation"),
+            std::string::npos);
+}
+
 TEST(Markup, OldFiducialListsAreRasUnlessTheySayOtherwise) {
   const TemporaryFolder folder;
   write_text(folder / "a.fcsv",

@@ -101,6 +101,26 @@ TEST(Segmentation, CombiningRenumbersTakenLabelsAndJoinsSegmentsOfOneName) {
   EXPECT_EQ(count_voxels(flatten(combine(liver, tumour), {}, overlaps)), (std::vector<std::size_t>{48}));
 }
 
+TEST(Segmentation, SegmentsOfOneNameInOneFileStayApart) {
+  Segmentation two = to_segmentation(blob());
+  two.segments[0].segment.name = two.segments[1].segment.name = "Lesion";
+  EXPECT_EQ(join({two}, {}, [](const std::string& w) { ADD_FAILURE() << w; }).segments.size(), 2U);
+  std::vector<Overlap> overlaps;
+  EXPECT_EQ(flatten(join({two}, {}, [](const std::string&) {}), {}, overlaps).segments.size(), 2U);
+}
+
+TEST(Segmentation, JoiningSaysWhatItTakesTogetherAndWhatDoesNotCoincide) {
+  const Segmentation a = to_segmentation(make_volume({4, 4, 4}, {1, 1, 1}, [](const Index3&) { return 1; }));
+  const Segmentation b = to_segmentation(
+      make_volume({4, 4, 4}, {1, 1, 1}, [](const Index3&) { return 1; }, Mat3::Identity(), {0.5, 0, 6}));
+  std::string said;
+  const Segmentation joined = join({a, b}, {}, [&](const std::string& w) { said += w + "\n"; });
+  EXPECT_NE(said.find("'segment_1' is in several inputs"), std::string::npos) << said;
+  EXPECT_NE(said.find("nearest voxel"), std::string::npos) << said;
+  EXPECT_EQ(joined.grid.spacing(), a.grid.spacing());
+  EXPECT_EQ(count_voxels(joined)[0], 64U);
+}
+
 TEST(Segmentation, GridsThatContinueEachOtherJoinWithoutResampling) {
   const Mat3 direction = random_rotation(3);
   const Grid base({4, 5, 6}, {0.8, 0.8, 2.5}, {1, 2, 3}, direction);
@@ -228,6 +248,64 @@ TEST(Formats, NiftiTakesTheSformThenTheQformThenTheVoxelSizes) {
       [&](const ReadOptions& o) { EXPECT_EQ(read_labels(folder / "a.nii", o).grid.spacing(), Vec3(1, 2, 3)); });
   ASSERT_EQ(warnings.size(), 1U);
   EXPECT_NE(warnings[0].find("neither sform nor qform"), std::string::npos);
+}
+
+TEST(Formats, NiftiInMetresAndOfEitherByteOrderIsRead) {
+  const TemporaryFolder folder;
+  const LabelVolume volume = make_volume({3, 4, 5}, {1, 2, 3}, [](const Index3& v) { return v[0] + v[2]; });
+  LabelVolume metres = volume;
+  metres.grid = Grid(volume.grid.extent(), volume.grid.spacing() / 1000, Vec3::Zero());
+  std::string bytes = nifti_bytes(metres);
+  bytes[123] = 1;
+  write_text(folder / "a.nii", bytes);
+  EXPECT_TRUE(same_grid(read_labels(folder / "a.nii").grid, reorient_to_lps(volume).grid));
+  // Other byte order: each number of the header and the voxels reversed.
+  bytes = nifti_bytes(volume);
+  const auto reverse = [&](std::size_t from, std::size_t to, std::size_t size) {
+    for (std::size_t at = from; at < to; at += size)
+      std::reverse(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                   bytes.begin() + static_cast<std::ptrdiff_t>(at + size));
+  };
+  reverse(0, 4, 4);
+  reverse(40, 56, 2);
+  reverse(70, 74, 2);
+  reverse(76, 120, 4);
+  reverse(252, 256, 2);
+  reverse(256, 328, 4);
+  reverse(352, bytes.size(), 2);
+  write_text(folder / "b.nii", bytes);
+  EXPECT_EQ(read_labels(folder / "b.nii").labels, reorient_to_lps(volume).labels);
+}
+
+TEST(Formats, NiftiValuesAreRescaled) {
+  const TemporaryFolder folder;
+  const LabelVolume volume = make_volume({3, 4, 5}, {1, 2, 3}, [](const Index3& v) { return v[0]; });
+  std::string bytes = nifti_bytes(volume);
+  const float slope = 2, intercept = -1000;
+  std::memcpy(bytes.data() + 112, &slope, 4);
+  std::memcpy(bytes.data() + 116, &intercept, 4);
+  write_text(folder / "a.nii", bytes);
+  const IntensityVolume read = read_intensity(folder / "a.nii");
+  const LabelVolume expected = reorient_to_lps(volume);
+  for (std::size_t n = 0; n < expected.labels.size(); ++n) ASSERT_EQ(read.values[n], 2 * expected.labels[n] - 1000);
+}
+
+TEST(Formats, LengthsAndSpacesThatAreNotOursAreRefused) {
+  const TemporaryFolder folder;
+  std::string bytes = nrrd_bytes(blob());
+  write_text(folder / "um.nrrd", std::string(bytes).insert(bytes.find("kinds"), "space units: \"um\" \"um\" \"um\"\n"));
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_labels(folder / "um.nrrd"); }).find("'um'"), std::string::npos);
+  write_text(folder / "left.nrrd", nrrd_bytes(blob(), "3D-left-handed"));
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_labels(folder / "left.nrrd"); }).find("left-handed"),
+            std::string::npos);
+  // What no piece covers would be whatever the memory held.
+  std::string vti = vti_bytes(blob());
+  const std::size_t piece = vti.find("Piece Extent=\"0 3 0 4 0 5");
+  ASSERT_NE(piece, std::string::npos);
+  vti.replace(piece, 24, "Piece Extent=\"0 3 0 4 0 2");
+  write_text(folder / "part.vti", vti);
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_labels(folder / "part.vti"); }).find("expected the whole"),
+            std::string::npos);
 }
 
 TEST(Formats, NiftisQuaternionIsARotation) {

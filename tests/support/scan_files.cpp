@@ -8,6 +8,7 @@
 
 #include <cstring>
 #include <stdexcept>
+#include <tuple>
 
 namespace testing_support {
 namespace {
@@ -207,7 +208,8 @@ void write_dicom_seg(const LabelVolume& volume, SegType type, const std::filesys
   set(item(shared, DCM_PlaneOrientationSequence), DCM_ImageOrientationPatient, orientation(grid));
   DcmItem& measures = item(shared, DCM_PixelMeasuresSequence);
   set(measures, DCM_PixelSpacing, pixel_spacing(grid));
-  set(measures, DCM_SpacingBetweenSlices, fmt::format("{:.9g}", grid.spacing()[2]));
+  set(measures, DCM_SliceThickness, fmt::format("{:.9g}", grid.spacing()[2] / 4));  // not how far apart they are
+  if (type == SegType::labelmap) set(measures, DCM_SpacingBetweenSlices, fmt::format("{:.9g}", grid.spacing()[2]));
 
   std::vector<std::uint8_t> bytes;
   int frames = 0;
@@ -254,18 +256,19 @@ void write_rtstruct(const Grid& grid, const Index3& low, const Index3& high, con
   DcmItem& contours = item(dataset, DCM_ROIContourSequence);
   set(contours, DCM_ReferencedROINumber, "7");
   set(contours, DCM_ROIDisplayColor, "255\\0\\51");
-  for (int k = low[2]; k <= high[2]; ++k) {
-    DcmItem& contour = item(contours, DCM_ContourSequence);
-    set(contour, DCM_ContourGeometricType, "CLOSED_PLANAR");
-    set(contour, DCM_NumberOfContourPoints, "4");
-    std::string data;
-    for (const auto& [x, y] : {std::pair{low[0] - 0.4, low[1] - 0.4},
-                               {high[0] + 0.4, low[1] - 0.4},
-                               {high[0] + 0.4, high[1] + 0.4},
-                               {low[0] - 0.4, high[1] + 0.4}})
-      data += fmt::format("{}{}", data.empty() ? "" : "\\", text(grid.position(Vec3(x, y, k))));
-    set(contour, DCM_ContourData, data);
-  }
+  const double middle = (low[0] + high[0]) / 2 + 0.5;
+  for (int k = low[2]; k <= high[2]; ++k)
+    for (const auto& [left, right, z] :
+         {std::tuple{low[0] - 0.4, middle, k + 0.0}, {middle, high[0] + 0.4, k + 0.004}}) {
+      DcmItem& contour = item(contours, DCM_ContourSequence);
+      set(contour, DCM_ContourGeometricType, "CLOSED_PLANAR");
+      set(contour, DCM_NumberOfContourPoints, "4");
+      std::string data;
+      for (const auto& [x, y] :
+           {std::pair{left, low[1] - 0.4}, {right, low[1] - 0.4}, {right, high[1] + 0.4}, {left, high[1] + 0.4}})
+        data += fmt::format("{}{}", data.empty() ? "" : "\\", text(grid.position(Vec3(x, y, z))));
+      set(contour, DCM_ContourData, data);
+    }
   save(file, path);
 }
 

@@ -31,10 +31,11 @@ void write_ct_series(const hexmesh::LabelVolume& volume, const std::filesystem::
 enum class SegType { binary, fractional, labelmap };
 
 /// A DICOM SEG with one frame for each slice of each segment (for each slice in a label map) that holds voxels.
-/// FRACTIONAL frames hold 200 of 250 in the segment and 50 beside it.
+/// FRACTIONAL frames hold 200 of 250 in the segment and 50 beside it. Slices are four times as far apart as thick.
 void write_dicom_seg(const hexmesh::LabelVolume& volume, SegType type, const std::filesystem::path& path);
 
-/// An RTSTRUCT with a square contour around the voxels [low, high] of each slice from low[2] to high[2].
+/// An RTSTRUCT with two contours, side by side and almost in one plane, around the voxels [low, high] of each slice
+/// from low[2] to high[2].
 void write_rtstruct(const hexmesh::Grid& grid, const hexmesh::Index3& low, const hexmesh::Index3& high,
                     const std::filesystem::path& path);
 

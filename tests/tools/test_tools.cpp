@@ -136,7 +136,11 @@ TEST_F(Tools, AZoneOfInterestCleaningAndTheScanGoTogether) {
   expect_failure("hexscan liver.nrrd --roi-mm 900,901,0,1,0,1 -o a.nrrd", 4, {"zone of interest", "no voxel"});
   expect_failure("hexscan liver.nrrd --roi-mm 9,1,0,1,0,1 -o a.nrrd", 2, {"x0 < x1"});
   expect_failure("hexscan liver.nrrd --intensity ct.nrrd -o a.nrrd", 2, {"--intensity-out"});
-  expect_failure("hexscan liver.nrrd --max-memory 0.1 -o a.nrrd", 3, {"--max-memory", "0 MB"});
+  expect_failure("hexscan liver.nrrd --intensity ct.nrrd --intensity-out a.nrrd -o a.nrrd", 2, {"both 'a.nrrd'"});
+  expect_failure("hexscan liver.nrrd -o a.nii.gz", 2, {"a.nii.gz", ".nrrd"});
+  ASSERT_EQ(run("hexscan phantom box --set shift_x=900 -o far.nrrd").exit_code, 0);
+  expect_failure("hexscan far.nrrd --intensity ct.nrrd --intensity-out a.nrrd -o b.nrrd", 4, {"covers none"});
+  expect_failure("hexscan liver.nrrd --max-memory 0.1 -o a.nrrd", 3, {"--max-memory", "0.1 MB"});
 }
 
 TEST_F(Tools, SurfacesAndLinesBecomeOneLabelledVolume) {

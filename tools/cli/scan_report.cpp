@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "hexmesh/file/markup.h"
 #include "hexmesh/surface/surface_file.h"
@@ -42,17 +44,29 @@ json to_json(const ScanSummary& s) {
   return out;
 }
 
+/// " (SCT:10200004 Liver)" of a terminology entry's type, the third of its parts.
+std::string code_of(const std::string& terminology) {
+  std::istringstream parts(terminology);
+  std::string part, scheme, code, meaning;
+  for (int n = 0; n < 3; ++n) std::getline(parts, part, '~');
+  std::istringstream triplet(part);
+  std::getline(triplet, scheme, '^');
+  std::getline(triplet, code, '^');
+  std::getline(triplet, meaning, '^');
+  return terminology.empty() || code.empty() ? "" : fmt::format(" ({}:{} {})", scheme, code, meaning);
+}
+
 std::string to_text(const ScanSummary& s) {
   std::string out = fmt::format("{}: {}\n", s.format, s.name);
   for (const auto& [key, value] : s.facts)
     if (!value.empty()) out += fmt::format("  {}: {}\n", key, value);
   if (s.grid) {
     const hexmesh::Grid& g = *s.grid;
-    out += fmt::format(
-        "  grid: {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm, axes towards {} (small letters: "
-        "oblique)\n",
-        g.extent()[0], g.extent()[1], g.extent()[2], g.spacing()[0], g.spacing()[1], g.spacing()[2],
-        hexmesh::axis_letters(g));
+    const std::string axes = hexmesh::axis_letters(g);
+    const bool oblique = std::any_of(axes.begin(), axes.end(), [](unsigned char c) { return std::islower(c); });
+    out += fmt::format("  grid: {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm, axes towards {}{}\n", g.extent()[0],
+                       g.extent()[1], g.extent()[2], g.spacing()[0], g.spacing()[1], g.spacing()[2], axes,
+                       oblique ? " (small letters: oblique)" : "");
     const Vec3 last(g.extent()[0] - 1, g.extent()[1] - 1, g.extent()[2] - 1);
     const Vec3 from = g.origin(), to = g.position(last);
     out += fmt::format("  first voxel ({:.2f}, {:.2f}, {:.2f}), last ({:.2f}, {:.2f}, {:.2f}) mm LPS\n", from[0],
@@ -61,8 +75,9 @@ std::string to_text(const ScanSummary& s) {
   if (s.range) out += fmt::format("  grey values: {:g} to {:g}\n", s.range->first, s.range->second);
   if (s.layers > 1) out += fmt::format("  layers: {}\n", s.layers);
   for (const hexmesh::SegmentSummary& segment : s.segments)
-    out += fmt::format("  segment {} '{}': {} voxels, {:.1f} mL\n", segment.segment.label, segment.segment.name,
-                       segment.voxels, static_cast<double>(segment.voxels) * s.grid->voxel_volume() / 1000);
+    out += fmt::format("  segment {} '{}': {} voxels, {:.4g} mL{}\n", segment.segment.label, segment.segment.name,
+                       segment.voxels, static_cast<double>(segment.voxels) * s.grid->voxel_volume() / 1000,
+                       code_of(segment.segment.terminology));
   return out;
 }
 
@@ -78,7 +93,7 @@ ScanSummary of_surface(const fs::path& path) {
                {"triangles", fmt::format("{}", shape.surface.triangles.size())},
                {"lines", fmt::format("{}", shape.lines.size())},
                {"open edges", fmt::format("{}", hexmesh::count_open_edges(shape.surface))},
-               {"enclosed volume", fmt::format("{:.2f} mL", hexmesh::enclosed_volume(shape.surface) / 1000)}};
+               {"enclosed volume", fmt::format("{:.4g} mL", hexmesh::enclosed_volume(shape.surface) / 1000)}};
   if (!shape.surface.points.empty())
     out.facts.emplace_back("box", fmt::format("({:.2f}, {:.2f}, {:.2f}) to ({:.2f}, {:.2f}, {:.2f}) mm", low[0], low[1],
                                               low[2], high[0], high[1], high[2]));
@@ -93,6 +108,12 @@ ScanSummary of_markup(const fs::path& path) {
     const Vec3& p = markup.points[n];
     out.facts.emplace_back(fmt::format("point {}", n + 1),
                            fmt::format("({:.2f}, {:.2f}, {:.2f}) mm LPS", p[0], p[1], p[2]));
+  }
+  if (markup.box) {
+    const Vec3 half = markup.box->to_box.rowwise().norm().cwiseInverse();
+    const Vec3& c = markup.box->center;
+    out.facts.emplace_back("ROI", fmt::format("{:.2f} x {:.2f} x {:.2f} mm around ({:.2f}, {:.2f}, {:.2f}) mm LPS",
+                                              2 * half[0], 2 * half[1], 2 * half[2], c[0], c[1], c[2]));
   }
   return out;
 }
@@ -123,7 +144,7 @@ std::string describe_scans(const std::vector<fs::path>& paths, const hexmesh::Re
   if (as_json) {
     json out = {{"inputs", json::array()}, {"warnings", warnings}};
     for (const ScanSummary& s : summaries) out["inputs"].push_back(to_json(s));
-    return out.dump(2) + "\n";
+    return out.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
   }
   std::string out;
   for (const ScanSummary& s : summaries) out += to_text(s);

@@ -25,13 +25,19 @@ Box box_of(const json& markup, const Vec3& sign) {
   const Vec3 size = vector_of(markup.at("size"));
   if (!(size.minCoeff() > 0)) throw std::runtime_error("an ROI without a positive size");
   Mat3 axes = Mat3::Identity();
-  if (markup.contains("objectToBase")) {
-    const json& m = markup["objectToBase"];
-    if (m.size() != 16 && m.size() != 9) throw std::runtime_error("an objectToBase of neither 9 nor 16 numbers");
+  // Columns are the box's axes; the names changed with the schema's version.
+  for (const char* key : {"orientation", "objectToNode", "objectToBase"}) {
+    if (!markup.contains(key)) continue;
+    const json& m = markup[key];
+    if (m.size() != 16 && m.size() != 9)
+      throw std::runtime_error(fmt::format("an {} of neither 9 nor 16 numbers", key));
     const std::size_t row_length = m.size() == 16 ? 4 : 3;
     for (std::size_t r = 0; r < 3; ++r)
       for (std::size_t c = 0; c < 3; ++c)
         axes(static_cast<int>(r), static_cast<int>(c)) = m[row_length * r + c].get<double>();
+    if (!(axes.transpose() * axes).isIdentity(1e-3))
+      throw std::runtime_error(fmt::format("an {} that is no rotation", key));
+    break;
   }
   const Mat3 turned = sign.asDiagonal() * axes;
   return {(2 * size.cwiseInverse()).asDiagonal() * turned.transpose(),

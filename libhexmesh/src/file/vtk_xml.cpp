@@ -50,6 +50,8 @@ void check_vtk_xml(const std::filesystem::path& path, const char* kind) {
   const std::string_view text(bytes);
   constexpr double best_compression = 1100;  // deflate gains at most 1032 : 1
   const double most = best_compression * static_cast<double>(bytes.size());
+  std::string whole;
+  int pieces = 0;
   bool kind_seen = false, in_field_data = false;
   for (std::size_t at = text.find('<'); at != text.npos; at = text.find('<', at + 1)) {
     if (at + 1 < text.size() && text[at + 1] == '/') {
@@ -67,6 +69,11 @@ void check_vtk_xml(const std::filesystem::path& path, const char* kind) {
       refuse(path, "has an element '{}', expected those of VTK {}", std::string(name.substr(0, 40)), kind);
     kind_seen |= name == kind;
     const Attributes attributes = attributes_of(tag);
+    // What no piece covers, VTK leaves as it was in memory.
+    if (attributes.contains("WholeExtent")) whole = attributes.at("WholeExtent");
+    if (name == "Piece" && ++pieces > 1) refuse(path, "consists of several pieces, expected one");
+    if (name == "Piece" && attributes.contains("Extent") && attributes.at("Extent") != whole)
+      refuse(path, "has a piece of extent '{}', expected the whole, '{}'", attributes.at("Extent"), whole);
     for (const auto& [key, value] : attributes) {
       if (!key.starts_with("NumberOf") && key != "offset") continue;
       const double count = std::strtod(value.c_str(), nullptr);
@@ -80,6 +87,7 @@ void check_vtk_xml(const std::filesystem::path& path, const char* kind) {
     }
     if (name == "AppendedData") break;  // what follows is data
   }
+  if (pieces == 0) refuse(path, "has no piece, expected one");
   if (!kind_seen) refuse(path, "is no VTK XML file of type {}", kind);
 }
 

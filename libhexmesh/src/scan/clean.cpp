@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexmesh/scan/clean.h"
 
+#include <fmt/format.h>
 #include <itkConnectedComponentImageFilter.h>
 #include <itkImage.h>
 #include <itkSignedMaurerDistanceMapImageFilter.h>
@@ -8,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hexmesh/scan/segmentation.h"
+#include "hexmesh/core/error.h"
 
 namespace hexmesh {
 namespace {
@@ -91,7 +92,12 @@ Cleaning for_each_segment(LabelVolume& volume, const Index3& margin, Step&& step
     if (!region.mask) continue;
     std::uint8_t* mask = region.mask->GetBufferPointer();
     for_each_voxel(region, volume.grid, [&](std::size_t n, std::size_t v) { mask[n] = volume.labels[v] == label; });
-    step(region);
+    try {
+      step(region);
+    } catch (const itk::ExceptionObject& e) {
+      throw Error(ErrorKind::usage, fmt::format("segment '{}' cannot be cleaned: {}, expected a smaller radius",
+                                                volume.segments[s].name, e.GetDescription()));
+    }
     // What the step left in the mask is the segment now.
     for_each_voxel(region, volume.grid, [&](std::size_t n, std::size_t v) {
       std::uint16_t& now = volume.labels[v];

@@ -16,13 +16,13 @@ struct DicomFile {
   std::filesystem::path path;
   DicomKind kind = DicomKind::other;
   std::string modality, series_uid, description;
-  std::string
-      referenced_series;  ///< of a segmentation or contours: UID of the scan they were drawn on; empty: not said
+  std::string referenced_series;   ///< UID of the scan that a segmentation or contours were drawn on; empty: not said
+  std::string frame_of_reference;  ///< UID of the space its positions are in; empty: not said
 };
 
 /// The images of one series.
 struct DicomSeries {
-  std::string uid, modality, description;
+  std::string uid, modality, description, frame_of_reference;
   std::vector<std::filesystem::path> files;
 };
 
@@ -32,15 +32,17 @@ struct DicomInput {
   std::vector<DicomFile> segmentations, contours, others;
 };
 
-/// Sort DICOM files by what they are; folders are searched, what is no DICOM there is left out.
-/// @throws Error{input} where a file that was named is no DICOM, or nothing was found
+/// Sort DICOM files by what they are; folders are searched, what is no DICOM there is left out. options.series chooses
+/// among segmentations and contours where it is theirs.
+/// @throws Error{input} where a file that was named is no DICOM, nothing was found, or no series is as asked for
 DicomInput gather_dicom(const std::vector<std::filesystem::path>& paths, const ReadOptions& options);
 
 /// The series asked for, or the only one.
 /// @throws Error{input} listing the series where that leaves a choice
 const DicomSeries& choose_series(const DicomInput& input, const ReadOptions& options);
 
-/// The series that a segmentation or contours name; else the one asked for, or the only one; else none.
+/// The series that a segmentation or contours name; else the one asked for, or the only one, unless it says that it
+/// lies in another space; else none.
 const DicomSeries* referenced_series(const DicomInput& input, const DicomFile& file, const ReadOptions& options);
 
 /// How the slices of a series lie.

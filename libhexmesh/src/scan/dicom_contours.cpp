@@ -29,7 +29,7 @@ std::vector<Contour> contours_of(const DicomFile& file, const std::string& name,
     const std::vector<double> data = numbers_of(item, DCM_ContourData);
     if (data.size() % 3 != 0 || data.empty())
       refuse(file.path, "has a contour of '{}' with {} numbers, expected three per point", name, data.size());
-    if (type != "CLOSED_PLANAR" || data.size() < 9) {
+    if ((type != "CLOSED_PLANAR" && type != "CLOSEDPLANAR_XOR") || data.size() < 9) {
       ++skipped;
       continue;
     }
@@ -51,7 +51,8 @@ std::vector<Contour> contours_of(const DicomFile& file, const std::string& name,
     out.push_back(std::move(contour));
   }
   if (skipped > 0)
-    options.warn(fmt::format("{} contours of '{}' are points or open lines and enclose nothing", skipped, name));
+    options.warn(fmt::format(
+        "{} contours of '{}' are points, lines or have fewer than three points and enclose nothing", skipped, name));
   return out;
 }
 
@@ -79,28 +80,46 @@ void flip_inside(const Contour& contour, const Index3& extent, std::vector<bool>
   }
 }
 
+/// Contours that lie in one plane.
+struct Plane {
+  double slice;  ///< k of the first of them
+  std::vector<const Contour*> contours;
+};
+
+/// Planes in ascending order; written positions are rounded, so contours of one plane differ by a little.
+std::vector<Plane> planes_of(const std::vector<Contour>& contours) {
+  std::vector<const Contour*> sorted;
+  for (const Contour& c : contours) sorted.push_back(&c);
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const Contour* a, const Contour* b) { return a->slice < b->slice; });
+  constexpr double same_plane = 0.25;
+  std::vector<Plane> out;
+  for (const Contour* c : sorted) {
+    if (out.empty() || c->slice - out.back().slice > same_plane) out.push_back({c->slice, {}});
+    out.back().contours.push_back(c);
+  }
+  return out;
+}
+
 /// Slices take the contours of the nearest plane that has any, within half of the planes' distance.
-std::vector<std::size_t> fill(const std::vector<Contour>& contours, const Grid& grid) {
-  std::map<long, std::vector<const Contour*>> planes;  // by k in thousandths
-  for (const Contour& c : contours) planes[std::lround(1000 * c.slice)].push_back(&c);
+/// @param outside  receives the planes beyond the grid's first and last slice
+std::vector<std::size_t> fill(const std::vector<Contour>& contours, const Grid& grid, std::size_t& outside) {
+  const std::vector<Plane> planes = planes_of(contours);
   std::vector<double> gaps;
-  for (auto next = planes.begin(); next != planes.end() && std::next(next) != planes.end(); ++next)
-    gaps.push_back(static_cast<double>(std::next(next)->first - next->first) / 1000);
+  for (std::size_t n = 1; n < planes.size(); ++n) gaps.push_back(planes[n].slice - planes[n - 1].slice);
   std::sort(gaps.begin(), gaps.end());
   const double reach = std::max(gaps.empty() ? 0 : gaps[gaps.size() / 2], 1.0) / 2 + 1e-3;
-  std::vector<std::size_t> voxels;
   const Index3& extent = grid.extent();
+  outside = static_cast<std::size_t>(std::count_if(
+      planes.begin(), planes.end(), [&](const Plane& p) { return p.slice < -0.5 || p.slice > extent[2] - 0.5; }));
+  std::vector<std::size_t> voxels;
   for (std::int32_t k = 0; k < extent[2]; ++k) {
-    const std::vector<const Contour*>* nearest = nullptr;
-    double distance = reach;
-    for (const auto& [at, of_plane] : planes)
-      if (const double d = std::abs(static_cast<double>(at) / 1000 - k); d < distance) {
-        distance = d;
-        nearest = &of_plane;
-      }
-    if (!nearest) continue;
+    const auto nearest = std::min_element(planes.begin(), planes.end(), [&](const Plane& a, const Plane& b) {
+      return std::abs(a.slice - k) < std::abs(b.slice - k);
+    });
+    if (nearest == planes.end() || std::abs(nearest->slice - k) >= reach) continue;
     std::vector<bool> inside(static_cast<std::size_t>(extent[0]) * static_cast<std::size_t>(extent[1]));
-    for (const Contour* c : *nearest) flip_inside(*c, extent, inside);
+    for (const Contour* c : nearest->contours) flip_inside(*c, extent, inside);
     for (std::size_t n = 0; n < inside.size(); ++n)
       if (inside[n]) voxels.push_back(grid.offset({0, 0, k}) + n);
   }
@@ -143,7 +162,11 @@ Segmentation read_contours(const DicomFile& file, const ReadOptions& options) {
     if (const std::vector<double> rgb = numbers_of(roi, DCM_ROIDisplayColor); rgb.size() == 3)
       for (std::size_t c = 0; c < 3; ++c) segment.color[c] = std::clamp(rgb[c] / 255, 0.0, 1.0);
     const std::vector<Contour> contours = contours_of(file, segment.name, roi, options);
-    add_segment(out, segment, fill(contours, *options.reference));
+    std::size_t outside = 0;
+    add_segment(out, segment, fill(contours, *options.reference, outside));
+    if (outside > 0)
+      options.warn(fmt::format("'{}': {} planes of contours of '{}' lie beyond the scan and are lost",
+                               file.path.string(), outside, segment.name));
   }
   if (out.segments.empty()) refuse(file.path, "has no contours (ROIContourSequence), expected some");
   return out;

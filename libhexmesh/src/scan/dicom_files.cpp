@@ -32,6 +32,12 @@ std::string referenced_series_of(DcmItem& dataset) {
   return series ? text_of(*series, DCM_SeriesInstanceUID) : "";
 }
 
+/// UID of the space that positions are in.
+std::string frame_of_reference_of(DcmItem& dataset) {
+  DcmItem* contours = item_of(dataset, DCM_ReferencedFrameOfReferenceSequence);
+  return text_of(contours ? *contours : dataset, DCM_FrameOfReferenceUID);
+}
+
 /// @param reason  receives what is wrong with it
 /// @returns nothing where it is no DICOM file, or one that says too little
 std::optional<DicomFile> look_at(const fs::path& path, std::string& reason) {
@@ -56,12 +62,33 @@ std::optional<DicomFile> look_at(const fs::path& path, std::string& reason) {
                    modality,
                    text_of(dataset, DCM_SeriesInstanceUID),
                    text_of(dataset, DCM_SeriesDescription),
-                   referenced_series_of(dataset)};
+                   referenced_series_of(dataset),
+                   frame_of_reference_of(dataset)};
 }
 
 std::string describe(const DicomSeries& series) {
   return fmt::format("{} ({}, '{}', {} files)", series.uid.empty() ? "no UID" : series.uid, series.modality,
                      series.description, series.files.size());
+}
+
+/// Keep the segmentations and contours of that series where there are any.
+/// @throws Error{input} where no series at all is of that UID
+void choose_drawn(DicomInput& input, const std::string& uid) {
+  const auto matches = [&](const auto& file) { return file.series_uid.ends_with(uid); };
+  const bool segmentations = std::any_of(input.segmentations.begin(), input.segmentations.end(), matches);
+  const bool contours = std::any_of(input.contours.begin(), input.contours.end(), matches);
+  if (segmentations || contours) {
+    std::erase_if(input.segmentations, [&](const DicomFile& f) { return !matches(f); });
+    std::erase_if(input.contours, [&](const DicomFile& f) { return !matches(f); });
+  } else if (std::none_of(input.images.begin(), input.images.end(),
+                          [&](const DicomSeries& s) { return s.uid.ends_with(uid); })) {
+    std::vector<std::string> names;
+    for (const DicomSeries& s : input.images) names.push_back(describe(s));
+    for (const auto* files : {&input.segmentations, &input.contours})
+      for (const DicomFile& f : *files) names.push_back(fmt::format("{} ({})", f.series_uid, f.modality));
+    throw Error(ErrorKind::input,
+                fmt::format("no series ends in '{}', expected one of: {}", uid, fmt::join(names, ", ")));
+  }
 }
 
 }  // namespace
@@ -83,15 +110,17 @@ DicomInput gather_dicom(const std::vector<fs::path>& paths, const ReadOptions& o
       found.push_back(*std::move(file));
       continue;
     }
-    for (const auto& entry : fs::recursive_directory_iterator(path))
+    std::vector<DicomFile> inside;
+    for (const auto& entry : fs::recursive_directory_iterator(path, fs::directory_options::skip_permission_denied))
       if (entry.is_regular_file()) {
         if (std::optional<DicomFile> file = look_at(entry.path(), reason))
-          found.push_back(*std::move(file));
+          inside.push_back(*std::move(file));
         else if (detect_format(entry.path()) == VolumeFormat::dicom)
           options.warn(fmt::format("'{}' {}: left out", entry.path().string(), reason));
       }
+    std::sort(inside.begin(), inside.end(), [](const DicomFile& a, const DicomFile& b) { return a.path < b.path; });
+    std::move(inside.begin(), inside.end(), std::back_inserter(found));
   }
-  std::sort(found.begin(), found.end(), [](const DicomFile& a, const DicomFile& b) { return a.path < b.path; });
   DicomInput out;
   std::map<std::string, DicomSeries> series;
   for (DicomFile& file : found) {
@@ -100,6 +129,7 @@ DicomInput gather_dicom(const std::vector<fs::path>& paths, const ReadOptions& o
       s.uid = file.series_uid;
       s.modality = file.modality;
       s.description = file.description;
+      s.frame_of_reference = file.frame_of_reference;
       s.files.push_back(file.path);
     } else {
       (file.kind == DicomKind::segmentation ? out.segmentations
@@ -109,6 +139,7 @@ DicomInput gather_dicom(const std::vector<fs::path>& paths, const ReadOptions& o
     }
   }
   for (auto& [uid, s] : series) out.images.push_back(std::move(s));
+  if (!options.series.empty()) choose_drawn(out, options.series);
   if (found.empty()) refuse(paths.front(), "holds no DICOM file");
   return out;
 }
@@ -128,8 +159,8 @@ const DicomSeries& choose_series(const DicomInput& input, const ReadOptions& opt
     refuse(other.front().path, "is of modality {}, expected a scan (CT, MR, PT ...)", other.front().modality);
   }
   if (matching.empty())
-    throw Error(ErrorKind::input,
-                fmt::format("no series ends in '{}', expected one of: {}", options.series, fmt::join(names, ", ")));
+    throw Error(ErrorKind::input, fmt::format("no scan's series ends in '{}', expected one of: {}", options.series,
+                                              fmt::join(names, ", ")));
   throw Error(ErrorKind::input, fmt::format("the DICOM files hold {} series, expected one or --series: {}",
                                             names.size(), fmt::join(names, ", ")));
 }
@@ -138,7 +169,10 @@ const DicomSeries* referenced_series(const DicomInput& input, const DicomFile& f
   std::vector<const DicomSeries*> matching;
   for (const DicomSeries& s : input.images) {
     if (!file.referenced_series.empty() && s.uid == file.referenced_series) return &s;
-    if (options.series.empty() || s.uid.ends_with(options.series)) matching.push_back(&s);
+    const bool asked = options.series.empty() || s.uid.ends_with(options.series);
+    const bool elsewhere = !file.frame_of_reference.empty() && !s.frame_of_reference.empty() &&
+                           file.frame_of_reference != s.frame_of_reference;
+    if (asked && !elsewhere) matching.push_back(&s);
   }
   return matching.size() == 1 ? matching[0] : nullptr;
 }

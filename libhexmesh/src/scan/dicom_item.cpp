@@ -17,7 +17,10 @@ std::unique_ptr<DcmFileFormat> try_load_dicom(const std::filesystem::path& path,
   auto file = std::make_unique<DcmFileFormat>();
   const OFCondition loaded =
       file->loadFile(OFFilename(path.c_str()), EXS_Unknown, EGL_noChange, values_kept_on_disk_from);
-  if (loaded.good()) return file;
+  if (loaded.good()) {
+    file->getDataset()->convertToUTF8();  // where it says which characters it uses
+    return file;
+  }
   reason = loaded.text();
   return nullptr;
 }
@@ -103,12 +106,10 @@ FramePlane frame_plane(const std::filesystem::path& path, DcmItem& dataset, unsi
   return plane;
 }
 
-double slice_distance(DcmItem& dataset, unsigned long frame) {
-  DcmItem* measures = frame_group(dataset, frame, DCM_PixelMeasuresSequence);
-  for (DcmItem* item : {measures, &dataset})
+double pixel_measure(DcmItem& dataset, unsigned long frame, const DcmTagKey& tag) {
+  for (DcmItem* item : {frame_group(dataset, frame, DCM_PixelMeasuresSequence), &dataset})
     if (item)
-      for (const DcmTagKey& tag : {DCM_SpacingBetweenSlices, DCM_SliceThickness})
-        if (const double distance = std::abs(number_of(*item, tag, 0)); distance > 0) return distance;
+      if (const double length = std::abs(number_of(*item, tag, 0)); length > 0 && std::isfinite(length)) return length;
   return 0;
 }
 

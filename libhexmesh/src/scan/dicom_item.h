@@ -52,7 +52,7 @@ DcmItem* frame_group(DcmItem& dataset, unsigned long frame, const DcmTagKey& gro
 /// @throws Error{input} where position, orientation or pixel size is missing or impossible
 FramePlane frame_plane(const std::filesystem::path& path, DcmItem& dataset, unsigned long frame);
 
-/// Distance to the next slice as the file has it: SpacingBetweenSlices, else SliceThickness, else 0 [mm].
-double slice_distance(DcmItem& dataset, unsigned long frame);
+/// A length from the pixel measures of a frame or the dataset; 0 where neither has it [mm].
+double pixel_measure(DcmItem& dataset, unsigned long frame, const DcmTagKey& tag);
 
 }  // namespace hexmesh

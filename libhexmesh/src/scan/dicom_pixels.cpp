@@ -101,15 +101,18 @@ std::vector<char> unpack_pixels(const fs::path& path, DcmFileFormat& file) {
 DicomPixels decode_pixels(const fs::path& path) {
   const std::unique_ptr<DcmFileFormat> file = load_dicom(path);
   DcmDataset& dataset = *file->getDataset();
+  const E_TransferSyntax syntax = dataset.getOriginalXfer();
+  const bool jpeg_2000 = syntax == EXS_JPEG2000LosslessOnly || syntax == EXS_JPEG2000;
   DicomPixels out;
+  out.bytes = jpeg_2000 ? decode_by_gdcm(path, *file) : unpack_pixels(path, *file);
+  // Read after unpacking: decoders set what the pixels are now.
   out.bits = static_cast<int>(number_of(dataset, DCM_BitsAllocated, 0));
   out.is_signed = number_of(dataset, DCM_PixelRepresentation, 0) == 1;
   const int stored = static_cast<int>(number_of(dataset, DCM_BitsStored, out.bits));
-  if ((out.bits != 8 && out.bits != 16 && out.bits != 32) || stored < 1 || stored > out.bits)
-    refuse(path, "has pixels of {} of {} bits, expected 8, 16 or 32", stored, out.bits);
-  const E_TransferSyntax syntax = dataset.getOriginalXfer();
-  const bool jpeg_2000 = syntax == EXS_JPEG2000LosslessOnly || syntax == EXS_JPEG2000;
-  out.bytes = jpeg_2000 ? decode_by_gdcm(path, *file) : unpack_pixels(path, *file);
+  const int high = static_cast<int>(number_of(dataset, DCM_HighBit, stored - 1));
+  if ((out.bits != 8 && out.bits != 16 && out.bits != 32) || stored < 1 || stored > out.bits || high != stored - 1)
+    refuse(path, "has pixels of {} of {} bits up to bit {}, expected 8, 16 or 32 with the stored ones lowest", stored,
+           out.bits, high);
   if (out.bits == 16 && out.is_signed) extend<std::int16_t>(out.bytes, stored);
   if (out.bits == 16 && !out.is_signed) extend<std::uint16_t>(out.bytes, stored);
   if (out.bits == 8 && out.is_signed) extend<std::int8_t>(out.bytes, stored);

@@ -76,7 +76,9 @@ Grid grid_of(const fs::path& path, DcmItem& dataset, const std::vector<FramePlan
   }
   std::sort(at.begin(), at.end());
   at.erase(std::unique(at.begin(), at.end(), [](double a, double b) { return b - a < 1e-3; }), at.end());
-  double spacing = slice_distance(dataset, 0);
+  // How far apart slices are is not how thick they are; that serves a single one only.
+  double spacing = pixel_measure(dataset, 0, DCM_SpacingBetweenSlices);
+  if (at.size() == 1 && spacing == 0) spacing = pixel_measure(dataset, 0, DCM_SliceThickness);
   const auto fits = [&](double s) {
     return s > 0 && std::all_of(at.begin(), at.end(), [&](double a) {
              const double n = (a - at[0]) / s;
@@ -89,7 +91,10 @@ Grid grid_of(const fs::path& path, DcmItem& dataset, const std::vector<FramePlan
     greatest = std::max(greatest, at[n] - at[n - 1]);
   }
   if (!fits(spacing) || (least > 0 && spacing > 1.02 * least)) spacing = least;
-  if (spacing == 0) spacing = 1;
+  if (spacing == 0) {
+    spacing = 1;
+    options.warn(fmt::format("'{}' has one slice and says nothing of its thickness: taken as 1 mm", path.string()));
+  }
   if (!fits(spacing))
     refuse(path, "has slices {:.3f} to {:.3f} mm apart, expected multiples of one distance", least, greatest);
   const double count = std::round((at.back() - at[0]) / spacing) + 1;

@@ -57,7 +57,8 @@ std::vector<Slice> slices_of(const fs::path& path, const ReadOptions& options) {
     DcmItem& rescale = transformation ? *transformation : dataset;
     s.slope = number_of(rescale, DCM_RescaleSlope, 1);
     s.intercept = number_of(rescale, DCM_RescaleIntercept, 0);
-    s.thickness = slice_distance(dataset, f);
+    s.thickness = pixel_measure(dataset, f, DCM_SpacingBetweenSlices);
+    if (s.thickness == 0) s.thickness = pixel_measure(dataset, f, DCM_SliceThickness);
     if (!std::isfinite(s.slope * s.intercept)) refuse(path, "has a rescale slope or intercept that is not finite");
     out.push_back(std::move(s));
   }

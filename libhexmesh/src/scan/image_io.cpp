@@ -32,15 +32,7 @@ ReadOptions with_reference(const DicomInput& input, const DicomFile& file, const
 
 Segmentation read_dicom(const std::vector<fs::path>& paths, const ReadOptions& options) {
   const DicomInput input = gather_dicom(paths, options);
-  std::optional<Segmentation> out;
-  const auto add = [&](Segmentation more) {
-    if (!out) {
-      out = std::move(more);
-      return;
-    }
-    const Grid grid = extend_over(out->grid, more.grid);
-    out = combine(place_on(*out, grid), place_on(more, grid));
-  };
+  std::vector<Segmentation> parts;
   if (input.segmentations.empty() && input.contours.empty()) {
     const std::string modality = input.images.empty() ? input.others.front().modality : input.images.front().modality;
     throw Error(ErrorKind::input, fmt::format("'{}' is of modality {}, expected a segmentation (SEG, RTSTRUCT); a scan "
@@ -48,16 +40,16 @@ Segmentation read_dicom(const std::vector<fs::path>& paths, const ReadOptions& o
                                               paths.front().string(), modality));
   }
   for (const DicomFile& file : input.segmentations)
-    add(read_dicom_segmentation(file, with_reference(input, file, options)));
+    parts.push_back(read_dicom_segmentation(file, with_reference(input, file, options)));
   for (const DicomFile& file : input.contours) {
     const ReadOptions placed = with_reference(input, file, options);
     if (!placed.reference)
       throw Error(ErrorKind::input, fmt::format("'{}' holds contours (RTSTRUCT) without the scan they were drawn on, "
                                                 "expected it beside them, --series or --intensity",
                                                 file.path.string()));
-    add(read_contours(file, placed));
+    parts.push_back(reorient_to_lps(read_contours(file, placed)));
   }
-  return std::move(*out);
+  return join(std::move(parts), {}, options.warn);
 }
 
 template <class Pixel>
@@ -96,7 +88,7 @@ void write_nrrd(const Grid& grid, const std::vector<Pixel>& values, const Keys& 
 
 Segmentation read_segmentation(const std::vector<fs::path>& paths, const ReadOptions& options) {
   const fs::path& path = paths.front();
-  if (paths.size() > 1 || is_dicom(path)) return reorient_to_lps(read_dicom(paths, options));
+  if (paths.size() > 1 || is_dicom(path)) return read_dicom(paths, options);
   return reorient_to_lps(to_segmentation(read_stored(path, options), path));
 }
 

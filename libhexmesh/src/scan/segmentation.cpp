@@ -123,6 +123,11 @@ Segmentation select_segments(Segmentation segmentation, const std::vector<Segmen
     for (const std::uint16_t label : resolve(segmentation.segments, choice.what))
       if (!chosen.emplace(label, choice.name).second)
         throw Error(ErrorKind::usage, fmt::format("segment '{}' is chosen twice, expected each once", choice.what));
+  std::set<std::string> names;
+  for (const SegmentChoice& choice : choices)
+    if (!choice.name.empty() && !names.insert(choice.name).second)
+      throw Error(ErrorKind::usage,
+                  fmt::format("the name '{}' is given to two segments, expected each once", choice.name));
   std::vector<LayeredSegment> kept;
   for (LayeredSegment& s : segmentation.segments) {
     const auto choice = chosen.find(s.segment.label);
@@ -136,14 +141,15 @@ Segmentation select_segments(Segmentation segmentation, const std::vector<Segmen
 
 Segmentation combine(Segmentation base, Segmentation more) {
   const std::size_t first_layer = base.layers.size();
+  const auto known = static_cast<std::ptrdiff_t>(base.segments.size());
   std::map<std::uint16_t, Segment> renamed;  // by label in `more`
   for (LayeredSegment& s : more.segments) {
     if (!renamed.contains(s.segment.label)) {
       Segment segment = s.segment;
-      const auto same = std::find_if(base.segments.begin(), base.segments.end(), [&](const LayeredSegment& known) {
-        return find_segment({known.segment}, segment.name) != nullptr;
-      });
-      if (same != base.segments.end())
+      const auto same = std::find_if(
+          base.segments.begin(), base.segments.begin() + known,
+          [&](const LayeredSegment& other) { return find_segment({other.segment}, segment.name) != nullptr; });
+      if (same != base.segments.begin() + known)
         segment = same->segment;
       else
         segment.label = free_label(base, segment.label);
@@ -153,6 +159,32 @@ Segmentation combine(Segmentation base, Segmentation more) {
   }
   for (auto& layer : more.layers) base.layers.push_back(std::move(layer));
   return base;
+}
+
+Segmentation join(std::vector<Segmentation> parts, const std::vector<Grid>& also,
+                  const std::function<void(const std::string&)>& warn) {
+  Grid grid = parts.front().grid;
+  for (const Grid& other : also) grid = extend_over(grid, other);
+  for (const Segmentation& part : parts) {
+    if (!same_lattice_of_voxels(grid, part.grid))
+      warn(fmt::format(
+          "voxels of {:.4g} x {:.4g} x {:.4g} mm do not coincide with the first input's of {:.4g} x {:.4g} x "
+          "{:.4g} mm: labels are taken from the nearest voxel",
+          part.grid.spacing()[0], part.grid.spacing()[1], part.grid.spacing()[2], grid.spacing()[0], grid.spacing()[1],
+          grid.spacing()[2]));
+    grid = extend_over(grid, part.grid);
+  }
+  Segmentation out{grid, {}, {}};
+  for (Segmentation& part : parts) {
+    for (const LayeredSegment& s : part.segments)
+      if (std::any_of(out.segments.begin(), out.segments.end(), [&](const LayeredSegment& known) {
+            return find_segment({known.segment}, s.segment.name) != nullptr;
+          }))
+        warn(fmt::format("'{}' is in several inputs: its voxels are taken together", s.segment.name));
+    if (!same_grid(part.grid, grid)) part = place_on(part, grid);
+    out = combine(std::move(out), std::move(part));
+  }
+  return out;
 }
 
 LabelVolume flatten(Segmentation segmentation, const std::vector<std::string>& priority,

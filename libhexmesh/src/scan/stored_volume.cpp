@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <itkMetaDataObject.h>
 #include <itkMetaImageIO.h>
-#include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 
 #include <algorithm>
@@ -22,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// ITK's NIfTI and MetaImage readers insist on the file's extension: a link of that name beside temporary files.
+/// ITK's MetaImage reader insists on the file's extension: a link of that name beside temporary files.
 class NamedInput {
 public:
   NamedInput(const fs::path& path, const std::string& suffix, bool any_name) : path_(path) {
@@ -110,15 +109,14 @@ StoredVolume read_by(itk::ImageIOBase& io, const std::string& format, const std:
     io.ReadImageInformation();
     if (static_cast<std::uintmax_t>(io.GetImageSizeInComponents()) != header.values)
       refuse(path, "has a header that can be read in two ways, expected {} values", header.values);
-    if (io.GetNumberOfDimensions() < 3 && !header.grid)
-      refuse(path, "has {} axes, expected 3", io.GetNumberOfDimensions());
+    if (io.GetNumberOfDimensions() < 3) refuse(path, "has {} axes, expected 3", io.GetNumberOfDimensions());
     for (unsigned d = 3; d < io.GetNumberOfDimensions(); ++d)
       if (io.GetDimensions(d) != 1)
         refuse(path, "has {} dimensions, expected a volume of 3", io.GetNumberOfDimensions());
     itk::ImageIORegion region(io.GetNumberOfDimensions());
     for (unsigned d = 0; d < io.GetNumberOfDimensions(); ++d) region.SetSize(d, io.GetDimensions(d));
     io.SetIORegion(region);
-    StoredVolume out{format, header.grid ? *header.grid : grid_of(io, path), io.GetNumberOfComponents(), {}, {}};
+    StoredVolume out{format, grid_of(io, path), io.GetNumberOfComponents(), {}, {}};
     const std::size_t count = out.grid.num_voxels() * out.components;
     out.values = make_values(io.GetComponentType(), count, path);
     std::visit(
@@ -197,7 +195,8 @@ void name_unnamed(Segmentation& segmentation) {
   for (std::size_t label = 1; label < 65536; ++label)
     if (occurs[label] && !known[label]) {
       const auto value = static_cast<std::uint16_t>(label);
-      segmentation.segments.push_back({{value, fmt::format("label_{}", label), distinct_color(label)}, 0, value});
+      const std::uint16_t own = free_label(segmentation, value);
+      segmentation.segments.push_back({{own, fmt::format("label_{}", label), distinct_color(label)}, 0, value});
     }
   std::stable_sort(segmentation.segments.begin(), segmentation.segments.end(),
                    [](const LayeredSegment& a, const LayeredSegment& b) { return a.segment.label < b.segment.label; });
@@ -219,17 +218,14 @@ StoredVolume read_stored(const fs::path& path, const ReadOptions& options) {
       return read_by(*itk::MetaImageIO::New(), "MetaImage", input.name(), path, header);
     }
     case VolumeFormat::nifti:
-    case VolumeFormat::nifti_gz: {
-      const VolumeHeader header = check_nifti(path, options);
-      const NamedInput input(path, detect_format(path) == VolumeFormat::nifti ? ".nii" : ".nii.gz", false);
-      return read_by(*itk::NiftiImageIO::New(), "NIfTI", input.name(), path, header);
-    }
+    case VolumeFormat::nifti_gz:
+      return read_nifti(path, options);
     case VolumeFormat::vti:
       return read_vti(path, options);
     default:
       refuse(path,
              "is of an unknown format, expected NRRD, NIfTI, MetaImage, VTI or "
-             "DICOM");
+             "DICOM (surfaces are told by their names: .obj, .stl, .ply, .off, .vtp)");
   }
 }
 

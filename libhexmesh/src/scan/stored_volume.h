@@ -25,7 +25,7 @@ struct StoredVolume {
   std::map<std::string, std::string> keys;
 };
 
-/// Read an image file: NRRD, NIfTI, MetaImage (ITK), VTI (VTK).
+/// Read an image file: NRRD, MetaImage (ITK), NIfTI, VTI (VTK).
 /// @throws Error{input}
 StoredVolume read_stored(const std::filesystem::path& path, const ReadOptions& options);
 
@@ -40,6 +40,9 @@ Segmentation to_segmentation(const StoredVolume& stored, const std::filesystem::
 /// Whether every value is a whole number from 0 to 65535 and at most 256 of them differ: labels rather than grey
 /// values.
 bool looks_like_labels(const StoredVolume& stored);
+
+/// NIfTI-1, packed or not.
+StoredVolume read_nifti(const std::filesystem::path& path, const ReadOptions& options);
 
 /// VTK image data in XML; in a file of its own since VTK and ITK do not share well.
 StoredVolume read_vti(const std::filesystem::path& path, const ReadOptions& options);

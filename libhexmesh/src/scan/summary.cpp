@@ -72,30 +72,46 @@ std::vector<ScanSummary> summarize(const std::vector<fs::path>& paths, const Rea
   if (paths.size() == 1 && !is_dicom(paths.front())) return {of_volume(paths.front(), options)};
   const DicomInput input = gather_dicom(paths, options);
   std::vector<ScanSummary> out;
+  // One item that cannot be read leaves the others to be told of; alone, it is an error.
+  const std::size_t items = input.images.size() + input.segmentations.size() + input.contours.size();
+  const auto add = [&](auto&& make) {
+    try {
+      out.push_back(make());
+    } catch (const Error& e) {
+      if (items == 1) throw;
+      options.warn(fmt::format("{}: left out", e.what()));
+    }
+  };
   std::map<std::string, Grid> grids;  // by series
   for (const DicomSeries& series : input.images)
-    if (options.series.empty() || series.uid.ends_with(options.series)) {
-      out.push_back(of_series(series, options));
-      grids.emplace(series.uid, *out.back().grid);
-    }
+    add([&] {
+      ScanSummary summary = of_series(series, options);
+      grids.emplace(series.uid, *summary.grid);
+      return summary;
+    });
   const auto with_reference = [&](const DicomFile& file) {
     ReadOptions placed = options;
     const DicomSeries* series = referenced_series(input, file, options);
     if (!placed.reference && series && grids.contains(series->uid)) placed.reference = grids.at(series->uid);
     return placed;
   };
-  for (const DicomFile& file : input.segmentations) {
-    out.push_back({"DICOM SEG", file.path.string(), {{"description", file.description}}});
-    add_segments(out.back(), read_dicom_segmentation(file, with_reference(file)));
-  }
-  for (const DicomFile& file : input.contours) {
-    out.push_back({"DICOM RTSTRUCT", file.path.string(), {{"description", file.description}}});
-    out.back().facts.emplace_back("structures", fmt::format("{}", fmt::join(contour_names(file), ", ")));
-    if (const ReadOptions placed = with_reference(file); placed.reference)
-      add_segments(out.back(), read_contours(file, placed));
-    else
-      options.warn(fmt::format("'{}': contours need the scan they were drawn on to become voxels", file.path.string()));
-  }
+  for (const DicomFile& file : input.segmentations)
+    add([&] {
+      ScanSummary summary{"DICOM SEG", file.path.string(), {{"description", file.description}}};
+      add_segments(summary, read_dicom_segmentation(file, with_reference(file)));
+      return summary;
+    });
+  for (const DicomFile& file : input.contours)
+    add([&] {
+      ScanSummary summary{"DICOM RTSTRUCT", file.path.string(), {{"description", file.description}}};
+      summary.facts.emplace_back("structures", fmt::format("{}", fmt::join(contour_names(file), ", ")));
+      if (const ReadOptions placed = with_reference(file); placed.reference)
+        add_segments(summary, read_contours(file, placed));
+      else
+        options.warn(
+            fmt::format("'{}': contours need the scan they were drawn on to become voxels", file.path.string()));
+      return summary;
+    });
   for (const DicomFile& file : input.others)
     options.warn(fmt::format("'{}' is of modality {} and not used", file.path.string(), file.modality));
   if (out.empty())

@@ -2,18 +2,15 @@
 #include "volume_header.h"
 
 #include <fmt/format.h>
-#include <zlib.h>
 
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <charconv>
-#include <cmath>
-#include <cstring>
 #include <fstream>
-#include <memory>
 #include <sstream>
 
 #include "../file/refuse.h"
+#include "file_bytes.h"
 #include "hexmesh/core/error.h"
 
 namespace hexmesh {
@@ -22,67 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t most_header_bytes = 1 << 20;
-
-std::string first_bytes(const fs::path& path, std::size_t count) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file || fs::is_directory(path))
-    throw Error(ErrorKind::input, fmt::format("cannot read '{}', expected a readable file", path.string()));
-  std::string bytes(count, '\0');
-  file.read(bytes.data(), static_cast<std::streamsize>(count));
-  bytes.resize(static_cast<std::size_t>(file.gcount()));
-  return bytes;
-}
-
-/// A gzip or zlib stream that starts somewhere in a file, read from its start.
-class Inflater {
-public:
-  Inflater(const fs::path& path, std::uintmax_t offset) : path_(path), file_(path, std::ios::binary), input_(1 << 18) {
-    file_.seekg(static_cast<std::streamoff>(offset));
-    constexpr int either_format = 15 + 32;
-    if (inflateInit2(&stream_, either_format) != Z_OK) throw std::bad_alloc();
-  }
-  ~Inflater() { inflateEnd(&stream_); }
-  Inflater(const Inflater&) = delete;
-  Inflater& operator=(const Inflater&) = delete;
-
-  /// @returns bytes written, fewer than asked only at the end of the data
-  std::size_t read(char* to, std::size_t count) {
-    std::size_t done = 0;
-    while (done < count) {
-      if (stream_.avail_in == 0) refill();
-      constexpr Bytef first_of_gzip = 0x1f;
-      if (ended_ && (stream_.avail_in == 0 || *stream_.next_in != first_of_gzip)) break;  // what follows is padding
-      if (ended_) {  // gzip files may follow one another
-        inflateReset(&stream_);
-        ended_ = false;
-      }
-      const auto room = static_cast<uInt>(std::min<std::size_t>(count - done, 1U << 30));
-      stream_.next_out = reinterpret_cast<Bytef*>(to + done);
-      stream_.avail_out = room;
-      const int status = inflate(&stream_, Z_NO_FLUSH);
-      done += room - stream_.avail_out;
-      total_ += room - stream_.avail_out;
-      ended_ = status == Z_STREAM_END;
-      if (status != Z_OK && status != Z_STREAM_END)
-        refuse(path_, "is cut or damaged: its compressed data ends after {} bytes, expected a whole file", total_);
-    }
-    return done;
-  }
-
-private:
-  void refill() {
-    file_.read(input_.data(), static_cast<std::streamsize>(input_.size()));
-    stream_.next_in = reinterpret_cast<Bytef*>(input_.data());
-    stream_.avail_in = static_cast<uInt>(file_.gcount());
-  }
-
-  fs::path path_;
-  std::ifstream file_;
-  std::vector<char> input_;
-  z_stream stream_{};
-  std::uintmax_t total_ = 0;
-  bool ended_ = false;
-};
 
 /// Libraries fill what a cut file lacks with zeros; this does not let them.
 /// @param offset  where the data starts in the file
@@ -171,137 +107,6 @@ std::size_t nrrd_value_size(const fs::path& path, const std::string& type) {
   return found->second;
 }
 
-// ---- NIfTI-1, as nifti1.h of the NIfTI project lays it out
-
-class NiftiHeader {
-public:
-  explicit NiftiHeader(std::string bytes) : bytes_(std::move(bytes)) {
-    swap_ = value<std::int16_t>(40) > 7 || value<std::int16_t>(40) < 0;
-  }
-
-  template <class T>
-  T value(std::size_t offset) const {
-    std::array<char, sizeof(T)> raw;
-    std::memcpy(raw.data(), bytes_.data() + offset, sizeof(T));
-    if (swap_) std::reverse(raw.begin(), raw.end());
-    return std::bit_cast<T>(raw);
-  }
-  double real(std::size_t offset) const { return value<float>(offset); }
-  std::int16_t dim(std::size_t n) const { return value<std::int16_t>(40 + 2 * n); }
-  double pixdim(std::size_t n) const { return real(76 + 4 * n); }
-
-private:
-  std::string bytes_;
-  bool swap_ = false;
-};
-
-void check_real(const fs::path& path, const char* what, double value, double most) {
-  if (!(std::abs(value) <= most)) refuse(path, "has the number {} in its {}, expected at most {}", value, what, most);
-}
-
-/// Millimetres per unit.
-double nifti_unit(const fs::path& path, const NiftiHeader& header) {
-  switch (header.value<std::uint8_t>(123) & 7) {
-    case 0:  // not said: mm, as everybody writes them
-    case 2:
-      return 1;
-    case 1:
-      return 1000;
-    case 3:
-      return 1e-3;
-    default:
-      refuse(path, "has lengths in unit {}, expected metre, millimetre or micron", header.value<std::uint8_t>(123) & 7);
-  }
-}
-
-/// Voxel to RAS [mm], 3 x 4: columns are the axes times the spacing, then the origin.
-using Affine = Eigen::Matrix<double, 3, 4>;
-
-Affine nifti_sform(const NiftiHeader& h) {
-  Affine a;
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 4; ++c)
-      a(r, c) = h.real(280 + 16 * static_cast<std::size_t>(r) + 4 * static_cast<std::size_t>(c));
-  return a;
-}
-
-/// Source: nifti1.h, method 2.
-Affine nifti_qform(const NiftiHeader& h) {
-  const double b = h.real(256), c = h.real(260), d = h.real(264);
-  const double a = std::sqrt(std::max(0.0, 1 - b * b - c * c - d * d));
-  Mat3 r;
-  r << a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c),  //
-      2 * (b * c + a * d), a * a + c * c - b * b - d * d, 2 * (c * d - a * b),   //
-      2 * (b * d - a * c), 2 * (c * d + a * b), a * a + d * d - b * b - c * c;
-  if (h.pixdim(0) < 0) r.col(2) *= -1;
-  Affine out;
-  for (std::size_t n = 0; n < 3; ++n) {
-    const auto e = static_cast<Eigen::Index>(n);
-    out.col(e) = r.col(e) * h.pixdim(n + 1);
-    out(e, 3) = h.real(268 + 4 * n);
-  }
-  return out;
-}
-
-/// Where the voxels are: the sform where its code is positive, else the qform, else the voxel sizes alone.
-Grid nifti_grid(const fs::path& path, const NiftiHeader& h, const ReadOptions& options) {
-  const int qform_code = h.value<std::int16_t>(252), sform_code = h.value<std::int16_t>(254);
-  Index3 extent;
-  for (std::size_t d = 0; d < 3; ++d) extent[d] = static_cast<int>(d) < h.dim(0) ? h.dim(d + 1) : 1;
-  Affine affine = Affine::Zero();
-  if (sform_code > 0) {
-    affine = nifti_sform(h);
-  } else if (qform_code > 0) {
-    affine = nifti_qform(h);
-  } else {
-    for (std::size_t d = 0; d < 3; ++d) affine(static_cast<int>(d), static_cast<int>(d)) = h.pixdim(d + 1);
-    options.warn(fmt::format("'{}' has neither sform nor qform: voxel sizes alone are used, axes taken as R, A, S",
-                             path.string()));
-  }
-  if (sform_code > 0 && qform_code > 0) {
-    const Eigen::Vector4d last(extent[0] - 1, extent[1] - 1, extent[2] - 1, 1);
-    const Affine q = nifti_qform(h);
-    const double apart = std::max((affine * last - q * last).norm(), (affine.col(3) - q.col(3)).norm());
-    if (apart > 0.1 * affine.leftCols<3>().colwise().norm().minCoeff())
-      options.warn(
-          fmt::format("'{}': sform and qform are up to {:.3g} mm apart, the sform is used", path.string(), apart));
-  }
-  affine *= nifti_unit(path, h);
-  affine.topRows<2>() *= -1;  // RAS to LPS
-  Vec3 spacing = affine.leftCols<3>().colwise().norm();
-  for (std::size_t d = 0; d < 3; ++d)  // a header of fewer axes
-    if (static_cast<int>(d) >= h.dim(0) && !(spacing[static_cast<int>(d)] > 0))
-      refuse(path, "has {} axes, expected 3", h.dim(0));
-  Mat3 direction = affine.leftCols<3>();
-  for (int d = 0; d < 3; ++d) direction.col(d) /= spacing[d];
-  try {
-    return Grid(extent, spacing, affine.col(3), direction);
-  } catch (const Error& e) {
-    throw Error(e.kind(), fmt::format("'{}': {}", path.string(), e.what()));
-  }
-}
-
-std::size_t nifti_value_size(const fs::path& path, int type) {
-  switch (type) {
-    case 2:
-    case 256:
-      return 1;
-    case 4:
-    case 512:
-      return 2;
-    case 8:
-    case 16:
-    case 768:
-      return 4;
-    case 64:
-    case 1024:
-    case 1280:
-      return 8;
-    default:
-      refuse(path, "has values of NIfTI type {}, expected whole or real numbers of up to 64 bits", type);
-  }
-}
-
 }  // namespace
 
 VolumeFormat detect_format(const fs::path& path) {
@@ -328,9 +133,13 @@ std::uintmax_t promised_bytes(const fs::path& path, const std::vector<std::int64
 
 void check_memory(const fs::path& path, std::uintmax_t bytes, const ReadOptions& options) {
   if (bytes > options.max_memory)
-    refuse(path, "claims {:.0f} MB of voxels, expected at most {:.0f} MB (--max-memory)",
+    refuse(path, "claims {:.4g} MB of voxels, expected at most {:.4g} MB (--max-memory)",
            static_cast<double>(bytes) / 1e6, static_cast<double>(options.max_memory) / 1e6);
 }
+
+/// Those that ITK's reader turns to LPS, and LPS itself.
+constexpr std::array<std::string_view, 6> known_spaces = {
+    "left-posterior-superior", "lps", "right-anterior-superior", "ras", "left-anterior-superior", "las"};
 
 VolumeHeader check_nrrd(const fs::path& path, const ReadOptions& options) {
   const std::string bytes = first_bytes(path, most_header_bytes);
@@ -397,7 +206,18 @@ VolumeHeader check_nrrd(const fs::path& path, const ReadOptions& options) {
   else if (text)  // at least a digit and a separator a value
     check_data(data, offset, false, 0, 2 * promised / value_size - 1);
   VolumeHeader header;
-  header.has_space = fields.contains("space");
+  const std::string space = lower(field(fields, {"space"}));
+  header.has_space = std::find(known_spaces.begin(), known_spaces.end(), space) != known_spaces.end();
+  if (space.find("left-handed") != space.npos) refuse(path, "lies in the space '{}', expected LPS, RAS or LAS", space);
+  const std::string units = field(fields, {"space units"});
+  for (std::size_t at = units.find('"'); at != units.npos; at = units.find('"', at + 1)) {
+    const std::size_t end = units.find('"', at + 1);
+    const std::string unit = lower(units.substr(at + 1, end - at - 1));
+    if (!unit.empty() && unit != "mm" && unit != "millimeter" && unit != "millimeters" && unit != "\"\"")
+      refuse(path, "has lengths in '{}', expected mm", unit);
+    if (end == units.npos) break;
+    at = end;
+  }
   header.values = promised / value_size;
   return header;
 }
@@ -474,64 +294,6 @@ VolumeHeader check_meta(const fs::path& path, const ReadOptions& options) {
   VolumeHeader header;
   header.values = promised / value_sizes.at(type);
   return header;
-}
-
-VolumeHeader check_nifti(const fs::path& path, const ReadOptions& options) {
-  constexpr std::size_t header_size = 348;
-  const bool compressed = first_bytes(path, 2) == "\x1f\x8b";
-  std::string bytes(header_size + 4, '\0');
-  if (compressed) {
-    bytes.resize(Inflater(path, 0).read(bytes.data(), bytes.size()));
-  } else {
-    bytes = first_bytes(path, bytes.size());
-  }
-  if (bytes.size() >= header_size && bytes.substr(344, 4) == std::string("ni1\0", 4))
-    refuse(path, "is the header of a NIfTI pair, expected one .nii or .nii.gz file");
-  if (bytes.size() < header_size + 4 || bytes.substr(344, 4) != std::string("n+1\0", 4))
-    refuse(path, "is of an unknown format (compressed or not), expected NIfTI-1");
-  const NiftiHeader header(bytes);
-  if (header.value<std::int32_t>(0) != static_cast<std::int32_t>(header_size))
-    refuse(path, "has a header of {} bytes, expected {}", header.value<std::int32_t>(0), header_size);
-  if (header.dim(0) < 1 || header.dim(0) > 7) refuse(path, "has {} axes, expected 3", header.dim(0));
-  std::vector<std::int64_t> extents;
-  for (int d = 1; d <= header.dim(0); ++d) {
-    extents.push_back(header.dim(static_cast<std::size_t>(d)));
-    if (d > 3 && extents.back() != 1)
-      refuse(path, "has {} axes, axis {} of extent {}, expected a volume of 3", header.dim(0), d, extents.back());
-  }
-  const int type = header.value<std::int16_t>(70);
-  const std::size_t value_size = nifti_value_size(path, type);
-  if (header.value<std::int16_t>(72) != static_cast<std::int16_t>(8 * value_size))
-    refuse(path, "has {} bits a value, expected {} for NIfTI type {}", header.value<std::int16_t>(72), 8 * value_size,
-           type);
-  const std::uintmax_t promised = promised_bytes(path, extents, value_size);
-  check_memory(path, promised, options);
-  constexpr double farthest = 1e6;  // ITK's reader does not end on what is not finite
-  for (std::size_t at = 76; at < 108; at += 4) check_real(path, "pixdim", header.real(at), farthest);
-  for (std::size_t at = 256; at < 328; at += 4) check_real(path, "orientation", header.real(at), farthest);
-  const double offset = header.real(108);
-  if (!(offset >= static_cast<double>(header_size) && offset < 1e9 && offset == std::floor(offset)))
-    refuse(path, "has its voxels at byte {}, expected {} or more", offset, header_size + 4);
-
-  // Extensions between header and voxels: their sizes must lead from one to the next.
-  const auto data_at = static_cast<std::size_t>(offset);
-  if (bytes[header_size] != 0 && data_at > header_size + 4) {
-    std::string extensions(data_at, '\0');
-    if (data_at > (1 << 26)) refuse(path, "has {} bytes of extensions, expected at most 64 MB", data_at);
-    if (compressed)
-      extensions.resize(Inflater(path, 0).read(extensions.data(), data_at));
-    else
-      extensions = first_bytes(path, data_at);
-    const NiftiHeader all(extensions + std::string(8, '\0'));
-    for (std::size_t at = header_size + 4; at + 8 <= extensions.size();) {
-      const auto size = header.value<std::int16_t>(40) == all.value<std::int16_t>(40) ? all.value<std::int32_t>(at) : 0;
-      if (size < 16 || size % 16 != 0 || at + static_cast<std::size_t>(size) > data_at)
-        refuse(path, "has an extension of {} bytes at byte {}, expected a multiple of 16 before the voxels", size, at);
-      at += static_cast<std::size_t>(size);
-    }
-  }
-  check_data(path, compressed ? 0 : data_at, compressed, compressed ? data_at : 0, promised);
-  return {nifti_grid(path, header, options), true, promised / value_size};
 }
 
 }  // namespace hexmesh

@@ -19,8 +19,8 @@ VolumeFormat detect_format(const std::filesystem::path& path);
 
 /// What a header promises, checked before a library sees the file.
 struct VolumeHeader {
-  std::optional<Grid> grid;  ///< where the format's own rules decide (NIfTI)
-  bool has_space = true;     ///< whether the header says which way is left
+  std::optional<Grid> grid;   ///< where the format's own rules decide (NIfTI)
+  bool has_space = true;      ///< whether the header says which way is left
   std::uintmax_t values = 0;  ///< in all; the library must find the same number
 };
 
@@ -29,7 +29,6 @@ struct VolumeHeader {
 // @throws Error{input}
 VolumeHeader check_nrrd(const std::filesystem::path& path, const ReadOptions& options);
 VolumeHeader check_meta(const std::filesystem::path& path, const ReadOptions& options);
-VolumeHeader check_nifti(const std::filesystem::path& path, const ReadOptions& options);
 
 /// @throws Error{input} if the voxels of one input need more than the limit
 void check_memory(const std::filesystem::path& path, std::uintmax_t bytes, const ReadOptions& options);

@@ -72,7 +72,8 @@ StoredVolume read_vti(const std::filesystem::path& path, const ReadOptions& opti
   std::vector<std::int64_t> sizes;
   for (int d = 0; d < 3; ++d) sizes.push_back(std::int64_t{extent[2 * d + 1]} - extent[2 * d] + 1);
   const std::uintmax_t promised = promised_bytes(path, sizes, 1);
-  check_memory(path, promised, options);
+  constexpr std::uintmax_t largest_value = 8;
+  check_memory(path, promised_bytes(path, sizes, largest_value), options);
   constexpr std::uintmax_t best_compression = 1100;  // deflate gains at most 1032 : 1
   if (promised / best_compression > std::filesystem::file_size(path))
     refuse(path, "claims {} voxels, more than its {} bytes can hold", promised, std::filesystem::file_size(path));

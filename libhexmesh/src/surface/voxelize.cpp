@@ -55,12 +55,22 @@ std::vector<TriangleSurface> parts_of(const TriangleSurface& surface) {
     partition.join(t[0], t[1]);
     partition.join(t[0], t[2]);
   }
-  std::map<std::int32_t, TriangleSurface> by_root;
-  for (const auto& t : surface.triangles) by_root[partition.root(t[0])].triangles.push_back(t);
+  std::map<std::int32_t, std::size_t> part_of;                  // by root
+  std::vector<std::int32_t> number(surface.points.size(), -1);  // of a point in its part
   std::vector<TriangleSurface> out;
-  for (auto& [root, part] : by_root) {
-    part.points = surface.points;
-    out.push_back(merged(part));  // drops the points of the others
+  for (std::array<std::int32_t, 3> t : surface.triangles) {
+    const auto [at, added] = part_of.emplace(partition.root(t[0]), out.size());
+    if (added) out.emplace_back();
+    TriangleSurface& part = out[at->second];
+    for (std::int32_t& n : t) {
+      std::int32_t& mapped = number[static_cast<std::size_t>(n)];
+      if (mapped < 0) {
+        mapped = static_cast<std::int32_t>(part.points.size());
+        part.points.push_back(surface.points[static_cast<std::size_t>(n)]);
+      }
+      n = mapped;
+    }
+    part.triangles.push_back(t);
   }
   return out;
 }

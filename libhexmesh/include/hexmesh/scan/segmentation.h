@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+
 #include "hexmesh/scan/label_volume.h"
 
 namespace hexmesh {
@@ -46,6 +48,12 @@ Segmentation select_segments(Segmentation segmentation, const std::vector<Segmen
 /// the same segment.
 /// @pre same_grid(base.grid, more.grid)
 Segmentation combine(Segmentation base, Segmentation more);
+
+/// All on one grid: the first one's, continued to hold `also` and the others. Where voxels do not coincide, labels come
+/// from the nearest voxel.
+/// @param warn  told of that, and of segments of one name that become one
+Segmentation join(std::vector<Segmentation> parts, const std::vector<Grid>& also,
+                  const std::function<void(const std::string&)>& warn);
 
 /// Voxels that two segments share.
 struct Overlap {
