@@ -298,12 +298,12 @@ int run_scan(const Options& o, const CommonOptions& common, const Console& conso
     LabelVolume volume = one_label_per_voxel(o, gather(o, options, console), console);
     volume = cut_out(o, std::move(volume));
     clean(o, volume, console);
+    if (intensity) warn_uncovered(volume, intensity->grid, console);
     summarize(volume, console);
     hexmesh::write_labels(volume, output->path());
     if (intensity && !hexmesh::same_grid(intensity->grid, volume.grid)) {
       if (!hexmesh::same_lattice_of_voxels(intensity->grid, volume.grid))
         console.warning("the scan lies on another grid than the labels: its grey values are interpolated to theirs");
-      warn_uncovered(volume, intensity->grid, console);
       intensity = hexmesh::place_on(*intensity, volume.grid);
     }
   }
