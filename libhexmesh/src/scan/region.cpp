@@ -24,8 +24,7 @@ struct Bounds {
   bool empty() const { return high[0] < 0; }
 };
 
-}  // namespace
-
+/// The voxels from `low` to `high`, both included, as a volume of their own.
 LabelVolume crop(const LabelVolume& volume, const Index3& low, const Index3& high) {
   const Grid grid({high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}, volume.grid.spacing(),
                   volume.grid.position(Vec3(low[0], low[1], low[2])), volume.grid.direction());
@@ -38,6 +37,8 @@ LabelVolume crop(const LabelVolume& volume, const Index3& low, const Index3& hig
     }
   return out;
 }
+
+}  // namespace
 
 LabelVolume crop_to_box(const LabelVolume& volume, const Box& box) {
   LabelVolume inside = volume;

@@ -6,9 +6,6 @@
 
 namespace hexmesh {
 
-/// The voxels from `low` to `high`, both included, as a volume of their own.
-LabelVolume crop(const LabelVolume& volume, const Index3& low, const Index3& high);
-
 /// The zone of interest: voxels whose centres lie in the box, the others background, on the smallest grid that holds
 /// them.
 /// @throws Error{geometry} where no voxel lies in it
