@@ -64,8 +64,9 @@ hexmesh::ReadOptions read_options(const Options& o, const Console& console) {
   return options;
 }
 
-/// One segment of all that a file labels.
+/// One segment of all that a file labels; an empty one where it labels nothing.
 void merge_segments(Segmentation& segmentation, const std::string& name) {
+  if (segmentation.segments.empty()) segmentation.segments.push_back({{}, 0, 1});
   for (hexmesh::LayeredSegment& s : segmentation.segments) {
     s.segment.label = 1;
     s.segment.name = name;
@@ -97,14 +98,14 @@ Sources read_sources(const Options& o, const hexmesh::ReadOptions& options) {
   std::vector<std::filesystem::path> dicom;
   for (const std::string& input : o.inputs) {
     const std::filesystem::path path = open(input);
-    if (hexmesh::is_surface_name(path))
+    if (hexmesh::is_surface_name(path)) {
       out.shapes.emplace_back(path.stem().string(), hexmesh::read_shape(path));
-    else if (hexmesh::is_dicom(path))
+    } else if (hexmesh::is_dicom(path)) {
       dicom.push_back(path);
-    else
+    } else {
       out.volumes.push_back(hexmesh::read_segmentation({path}, options));
-    if (!hexmesh::is_surface_name(path) && (dicom.empty() || dicom.back() != path) && o.inputs.size() > 1)
-      name_after_file(out.volumes.back(), path);
+      if (o.inputs.size() > 1) name_after_file(out.volumes.back(), path);
+    }
   }
   if (!dicom.empty()) out.volumes.insert(out.volumes.begin(), hexmesh::read_segmentation(dicom, options));
   for (const std::string& text : o.named_inputs) {
