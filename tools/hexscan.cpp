@@ -261,12 +261,8 @@ void warn_uncovered(const LabelVolume& volume, const Grid& scan, const Console& 
     if (volume.labels[n] == 0) continue;
     ++labelled;
     const hexmesh::Index3 v = volume.grid.index(n);
-    const hexmesh::Vec3 at = scan.continuous_index(volume.grid.position(hexmesh::Vec3(v[0], v[1], v[2])));
-    for (int d = 0; d < 3; ++d)
-      if (!(at[d] >= -0.5 && at[d] <= scan.extent()[static_cast<std::size_t>(d)] - 0.5)) {
-        ++outside;
-        break;
-      }
+    const hexmesh::Vec3 position = volume.grid.position(hexmesh::Vec3(v[0], v[1], v[2]));
+    if (!scan.covers(scan.continuous_index(position))) ++outside;
   }
   if (outside > 0 && outside == labelled)
     throw Error(ErrorKind::geometry,

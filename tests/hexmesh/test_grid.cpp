@@ -22,6 +22,16 @@ TEST(Grid, OffsetsRunThroughAllVoxelsWithTheFirstAxisFastest) {
   for (std::size_t n = 0; n < grid.num_voxels(); ++n) EXPECT_EQ(grid.offset(grid.index(n)), n);
 }
 
+TEST(Grid, CoversItsVoxelsToTheirFaces) {
+  const Grid grid({3, 4, 5}, {1, 2, 3});
+  EXPECT_EQ(grid.corner(0), Vec3(0, 0, 0));
+  EXPECT_EQ(grid.corner(5), Vec3(2, 0, 4));
+  for (int n = 0; n < 8; ++n) EXPECT_TRUE(grid.covers(grid.corner(n)));
+  EXPECT_TRUE(grid.covers({-0.5, 3.5, 4.5}));
+  EXPECT_FALSE(grid.covers({0, 3.6, 0}));
+  EXPECT_FALSE(grid.covers({0, 0, NAN}));
+}
+
 TEST(Grid, RefusesWhatIsNoGridAndNamesIt) {
   EXPECT_NE(message_of(ErrorKind::input,
                        [] {

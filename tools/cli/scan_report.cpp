@@ -67,8 +67,7 @@ std::string to_text(const ScanSummary& s) {
     out += fmt::format("  grid: {} x {} x {} voxels of {:.4g} x {:.4g} x {:.4g} mm, axes towards {}{}\n", g.extent()[0],
                        g.extent()[1], g.extent()[2], g.spacing()[0], g.spacing()[1], g.spacing()[2], axes,
                        oblique ? " (small letters: oblique)" : "");
-    const Vec3 last(g.extent()[0] - 1, g.extent()[1] - 1, g.extent()[2] - 1);
-    const Vec3 from = g.origin(), to = g.position(last);
+    const Vec3 from = g.origin(), to = g.position(g.corner(7));
     out += fmt::format("  first voxel ({:.2f}, {:.2f}, {:.2f}), last ({:.2f}, {:.2f}, {:.2f}) mm LPS\n", from[0],
                        from[1], from[2], to[0], to[1], to[2]);
   }

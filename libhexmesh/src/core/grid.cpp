@@ -37,6 +37,18 @@ bool Grid::contains(const Index3& ijk) const noexcept {
   return true;
 }
 
+bool Grid::covers(const Vec3& index) const noexcept {
+  for (int d = 0; d < 3; ++d)
+    if (!(index[d] >= -0.5 && index[d] <= extent_[d] - 0.5)) return false;
+  return true;
+}
+
+Vec3 Grid::corner(int n) const noexcept {
+  Vec3 index;
+  for (int d = 0; d < 3; ++d) index[d] = (n >> d & 1) ? extent_[d] - 1 : 0;
+  return index;
+}
+
 std::size_t Grid::offset(const Index3& ijk) const noexcept {
   const auto nx = static_cast<std::size_t>(extent_[0]);
   const auto ny = static_cast<std::size_t>(extent_[1]);
@@ -54,11 +66,8 @@ Index3 Grid::index(std::size_t offset) const noexcept {
 bool same_grid(const Grid& a, const Grid& b, double tolerance) {
   if (a.extent() != b.extent()) return false;
   const double allowed = tolerance * a.spacing().minCoeff();
-  for (int corner = 0; corner < 8; ++corner) {
-    Vec3 index;
-    for (int d = 0; d < 3; ++d) index[d] = (corner >> d & 1) ? a.extent()[d] - 1 : 0;
-    if ((a.position(index) - b.position(index)).norm() > allowed) return false;
-  }
+  for (int n = 0; n < 8; ++n)
+    if ((a.position(a.corner(n)) - b.position(b.corner(n))).norm() > allowed) return false;
   return true;
 }
 

@@ -22,11 +22,11 @@ double value_at(const IntensityVolume& volume, const Vec3& position) {
   constexpr double at_center = 1e-3;
   const Grid& grid = volume.grid;
   const Vec3 index = grid.continuous_index(position);
+  if (!grid.covers(index)) return std::numeric_limits<double>::quiet_NaN();
   Index3 base;
   Vec3 s;
   for (std::size_t d = 0; d < 3; ++d) {
     const double i = index[static_cast<Eigen::Index>(d)];
-    if (!(i >= -0.5 && i <= grid.extent()[d] - 0.5)) return std::numeric_limits<double>::quiet_NaN();
     const double nearest = std::round(i);
     const double clamped = std::clamp(std::abs(i - nearest) < at_center ? nearest : i, 0.0, grid.extent()[d] - 1.0);
     base[d] = std::min(static_cast<std::int32_t>(clamped), std::max(grid.extent()[d] - 2, 0));

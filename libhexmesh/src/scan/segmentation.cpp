@@ -227,10 +227,8 @@ LabelVolume flatten(Segmentation segmentation, const std::vector<std::string>& p
 }
 
 bool same_lattice_of_voxels(const Grid& base, const Grid& other) {
-  for (int corner = 0; corner < 8; ++corner) {
-    Vec3 index;
-    for (int d = 0; d < 3; ++d) index[d] = (corner >> d & 1) ? other.extent()[static_cast<std::size_t>(d)] - 1 : 0;
-    const Vec3 at = base.continuous_index(other.position(index));
+  for (int n = 0; n < 8; ++n) {
+    const Vec3 at = base.continuous_index(other.position(other.corner(n)));
     if ((at.array() - at.array().round()).abs().maxCoeff() > 0.01) return false;
   }
   return (base.spacing() - other.spacing()).cwiseAbs().maxCoeff() < 0.01 * base.spacing().minCoeff() &&
@@ -238,11 +236,9 @@ bool same_lattice_of_voxels(const Grid& base, const Grid& other) {
 }
 
 Grid extend_over(const Grid& base, const Grid& other) {
-  Vec3 low = Vec3::Zero(), high(base.extent()[0] - 1, base.extent()[1] - 1, base.extent()[2] - 1);
-  for (int corner = 0; corner < 8; ++corner) {
-    Vec3 index;
-    for (int d = 0; d < 3; ++d) index[d] = (corner >> d & 1) ? other.extent()[static_cast<std::size_t>(d)] - 1 : 0;
-    const Vec3 at = base.continuous_index(other.position(index));
+  Vec3 low = Vec3::Zero(), high = base.corner(7);
+  for (int n = 0; n < 8; ++n) {
+    const Vec3 at = base.continuous_index(other.position(other.corner(n)));
     low = low.cwiseMin((at.array() + 0.01).floor().matrix());
     high = high.cwiseMax((at.array() - 0.01).ceil().matrix());
   }

@@ -44,6 +44,13 @@ public:
 
   bool contains(const Index3& ijk) const noexcept;
 
+  /// Whether a continuous index lies in a voxel, the outermost faces included; false where it is not finite.
+  bool covers(const Vec3& index) const noexcept;
+
+  /// Index of a corner voxel, the last one along axis d where bit d of `n` is set.
+  /// @param n  0 to 7
+  Vec3 corner(int n) const noexcept;
+
   /// Position of a voxel in any per-voxel array: i + nx (j + ny k).
   /// @pre contains(ijk)
   std::size_t offset(const Index3& ijk) const noexcept;
