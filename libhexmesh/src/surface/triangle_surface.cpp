@@ -7,23 +7,26 @@
 
 namespace hexmesh {
 
+void add_triangle(TriangleSurface& to, const TriangleSurface& from, std::size_t triangle,
+                  std::vector<std::int32_t>& number) {
+  std::array<std::int32_t, 3> corners = from.triangles[triangle];
+  for (std::int32_t& n : corners) {
+    std::int32_t& mapped = number[static_cast<std::size_t>(n)];
+    if (mapped < 0) {
+      mapped = static_cast<std::int32_t>(to.points.size());
+      to.points.push_back(from.points[static_cast<std::size_t>(n)]);
+    }
+    n = mapped;
+  }
+  to.triangles.push_back(corners);
+  if (!from.segment.empty()) to.segment.push_back(from.segment[triangle]);
+}
+
 TriangleSurface of_segment(const TriangleSurface& surface, std::uint16_t label) {
   TriangleSurface out;
   std::vector<std::int32_t> number(surface.points.size(), -1);
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    if (surface.segment[t] != label) continue;
-    std::array<std::int32_t, 3> triangle = surface.triangles[t];
-    for (std::int32_t& n : triangle) {
-      std::int32_t& mapped = number[static_cast<std::size_t>(n)];
-      if (mapped < 0) {
-        mapped = static_cast<std::int32_t>(out.points.size());
-        out.points.push_back(surface.points[static_cast<std::size_t>(n)]);
-      }
-      n = mapped;
-    }
-    out.triangles.push_back(triangle);
-    out.segment.push_back(label);
-  }
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+    if (surface.segment[t] == label) add_triangle(out, surface, t, number);
   return out;
 }
 

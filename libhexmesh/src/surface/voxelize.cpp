@@ -58,19 +58,10 @@ std::vector<TriangleSurface> parts_of(const TriangleSurface& surface) {
   std::map<std::int32_t, std::size_t> part_of;                  // by root
   std::vector<std::int32_t> number(surface.points.size(), -1);  // of a point in its part
   std::vector<TriangleSurface> out;
-  for (std::array<std::int32_t, 3> t : surface.triangles) {
-    const auto [at, added] = part_of.emplace(partition.root(t[0]), out.size());
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const auto [at, added] = part_of.emplace(partition.root(surface.triangles[t][0]), out.size());
     if (added) out.emplace_back();
-    TriangleSurface& part = out[at->second];
-    for (std::int32_t& n : t) {
-      std::int32_t& mapped = number[static_cast<std::size_t>(n)];
-      if (mapped < 0) {
-        mapped = static_cast<std::int32_t>(part.points.size());
-        part.points.push_back(surface.points[static_cast<std::size_t>(n)]);
-      }
-      n = mapped;
-    }
-    part.triangles.push_back(t);
+    add_triangle(out[at->second], surface, t, number);
   }
   return out;
 }

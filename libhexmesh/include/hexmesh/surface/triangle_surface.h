@@ -25,6 +25,11 @@ struct Shape {
 /// The triangles of one segment with the points they use.
 TriangleSurface of_segment(const TriangleSurface& surface, std::uint16_t label);
 
+/// Add one triangle of another surface, with its label where it has one and those of its points that are not there yet.
+/// @param number  of each point of `from` in `to`, -1 where it is not there yet; kept up to date
+void add_triangle(TriangleSurface& to, const TriangleSurface& from, std::size_t triangle,
+                  std::vector<std::int32_t>& number);
+
 /// Enclosed volume [mm^3], positive for triangles that are counter-clockwise seen from outside.
 double enclosed_volume(const TriangleSurface& surface);
 
