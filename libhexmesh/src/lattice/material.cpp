@@ -3,10 +3,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
 #include <cmath>
 
+#include "../core/text.h"
 #include "hexmesh/core/error.h"
 
 namespace hexmesh {
@@ -61,8 +60,7 @@ const std::vector<Tissue>& known_tissues() {
 }
 
 const Tissue* tissue_of(const std::string& segment_name) {
-  std::string name = segment_name;
-  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
+  const std::string name = lower(segment_name);
   for (const Tissue& tissue : known_tissues())
     for (const std::string& word : tissue.words)
       if (name.find(word) != std::string::npos) return &tissue;

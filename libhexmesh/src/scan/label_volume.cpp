@@ -5,19 +5,11 @@
 #include <cmath>
 #include <limits>
 
+#include "../core/text.h"
 #include "hexmesh/lattice/shape.h"
 #include "reorient.h"
 
 namespace hexmesh {
-namespace {
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
-}
-
-}  // namespace
-
 double value_at(const IntensityVolume& volume, const Vec3& position) {
   constexpr double at_center = 1e-3;
   const Grid& grid = volume.grid;

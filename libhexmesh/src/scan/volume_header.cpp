@@ -9,6 +9,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "../core/text.h"
 #include "../file/refuse.h"
 #include "file_bytes.h"
 #include "hexmesh/core/error.h"
@@ -51,11 +52,6 @@ fs::path data_file_of(const fs::path& header, const std::string& name) {
     refuse(header, "keeps its data in '{}', expected a file inside the header's folder", name);
   if (!fs::is_regular_file(data)) refuse(header, "keeps its data in '{}', which is not there", name);
   return data;
-}
-
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
-  return text;
 }
 
 std::string trimmed(const std::string& text) {

@@ -12,12 +12,12 @@
 #include <vtkTriangleFilter.h>
 #include <vtkXMLPolyDataReader.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
 
+#include "../core/text.h"
 #include "../file/refuse.h"
 #include "from_vtk.h"
 #include "hexmesh/core/error.h"
@@ -28,11 +28,7 @@ namespace {
 
 using Point = CGAL::Simple_cartesian<double>::Point_3;
 
-std::string ending_of(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  return ending;
-}
+std::string ending_of(const std::filesystem::path& path) { return lower(path.extension().string()); }
 
 bool says_ras(const std::filesystem::path& path) {
   std::string start(1024, '\0');
