@@ -288,8 +288,9 @@ int run_scan(const Options& o, const CommonOptions& common, const Console& conso
   std::optional<hexmesh::IntensityVolume> intensity;
   if (!o.intensity.empty()) {
     const hexmesh::InputFile file(o.intensity);
-    intensity = hexmesh::read_intensity(file.path(), options);
-    options.reference = hexmesh::read_stored_grid(file.path(), {.series = o.series, .max_memory = options.max_memory});
+    std::optional<Grid> stored;
+    intensity = hexmesh::read_intensity(file.path(), options, &stored);
+    options.reference = stored;
   }
   if (labels_wanted) {
     LabelVolume volume = one_label_per_voxel(o, gather(o, options, console), console);

@@ -47,17 +47,20 @@ const DicomSeries* referenced_series(const DicomInput& input, const DicomFile& f
 
 /// How the slices of a series lie.
 struct SliceReport {
-  double tilt_degrees = 0;  ///< between the slices' normal and the line through their corners
-  double least_distance = 0, greatest_distance = 0;
+  double tilt_degrees = 0;                           ///< between the slices' normal and the line through their corners
+  double least_distance = 0, greatest_distance = 0;  ///< of neighbours [mm]
   std::size_t slices = 0;
   bool regular = true;
 };
 
 /// The grid of a series without its pixels.
-Grid series_grid(const DicomSeries& series, const ReadOptions& options, SliceReport& report);
+/// @throws Error{input}
+Grid series_grid(const DicomSeries& series, const ReadOptions& options);
 
 /// Slices ordered by where they are. Tilted or unevenly spaced ones are interpolated onto a regular grid.
-IntensityVolume read_series(const DicomSeries& series, const ReadOptions& options);
+/// @param report  receives how they lie
+/// @throws Error{input}
+IntensityVolume read_series(const DicomSeries& series, const ReadOptions& options, SliceReport* report = nullptr);
 
 /// DICOM SEG: BINARY, FRACTIONAL, LABELMAP. Its frames define the grid; with options.reference on the same lattice of
 /// voxels, they go there.

@@ -283,14 +283,13 @@ std::vector<float> resample(const Stack& stack, const std::vector<std::vector<fl
 
 }  // namespace
 
-Grid series_grid(const DicomSeries& series, const ReadOptions& options, SliceReport& report) {
-  const Stack stack = stack_of(series, options);
-  report = stack.report;
-  return grid_of(stack, options);
+Grid series_grid(const DicomSeries& series, const ReadOptions& options) {
+  return grid_of(stack_of(series, options), options);
 }
 
-IntensityVolume read_series(const DicomSeries& series, const ReadOptions& options) {
+IntensityVolume read_series(const DicomSeries& series, const ReadOptions& options, SliceReport* report) {
   const Stack stack = stack_of(series, options);
+  if (report) *report = stack.report;
   IntensityVolume out{grid_of(stack, options), {}};
   std::vector<std::vector<float>> pixels;
   std::map<fs::path, PixelFile> files;  // of several frames

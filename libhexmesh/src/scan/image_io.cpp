@@ -20,16 +20,6 @@ namespace fs = std::filesystem;
 
 using Keys = std::map<std::string, std::string>;
 
-/// With the grid of the scan that a segmentation was drawn on, where it lies beside it.
-ReadOptions with_reference(const DicomInput& input, const DicomFile& file, const ReadOptions& options) {
-  ReadOptions out = options;
-  const DicomSeries* series = referenced_series(input, file, options);
-  if (out.reference || !series) return out;
-  SliceReport unused;
-  out.reference = series_grid(*series, options, unused);
-  return out;
-}
-
 Segmentation read_dicom(const std::vector<fs::path>& paths, const ReadOptions& options) {
   const DicomInput input = gather_dicom(paths, options);
   std::vector<Segmentation> parts;
@@ -39,10 +29,19 @@ Segmentation read_dicom(const std::vector<fs::path>& paths, const ReadOptions& o
                                               "goes to --intensity",
                                               paths.front().string(), modality));
   }
+  std::map<std::string, Grid> grids;  // by series
+  const auto with_reference = [&](const DicomFile& file) {
+    ReadOptions placed = options;
+    const DicomSeries* series = referenced_series(input, file, options);
+    if (placed.reference || !series) return placed;
+    if (!grids.contains(series->uid)) grids.emplace(series->uid, series_grid(*series, options));
+    placed.reference = grids.at(series->uid);
+    return placed;
+  };
   for (const DicomFile& file : input.segmentations)
-    parts.push_back(read_dicom_segmentation(file, with_reference(input, file, options)));
+    parts.push_back(read_dicom_segmentation(file, with_reference(file)));
   for (const DicomFile& file : input.contours) {
-    const ReadOptions placed = with_reference(input, file, options);
+    const ReadOptions placed = with_reference(file);
     if (!placed.reference)
       throw Error(ErrorKind::input, fmt::format("'{}' holds contours (RTSTRUCT) without the scan they were drawn on, "
                                                 "expected it beside them, --series or --intensity",
@@ -101,21 +100,18 @@ LabelVolume read_labels(const fs::path& path, const ReadOptions& options) {
   return out;
 }
 
-IntensityVolume read_intensity(const std::vector<fs::path>& paths, const ReadOptions& options) {
+IntensityVolume read_intensity(const std::vector<fs::path>& paths, const ReadOptions& options,
+                               std::optional<Grid>* stored) {
   const fs::path& path = paths.front();
-  if (paths.size() > 1 || is_dicom(path))
-    return reorient_to_lps(read_series(choose_series(gather_dicom(paths, options), options), options));
-  return reorient_to_lps(to_intensity(read_stored(path, options), path));
+  IntensityVolume out = paths.size() > 1 || is_dicom(path)
+                            ? read_series(choose_series(gather_dicom(paths, options), options), options)
+                            : to_intensity(read_stored(path, options), path);
+  if (stored) *stored = out.grid;
+  return reorient_to_lps(std::move(out));
 }
 
-IntensityVolume read_intensity(const fs::path& path, const ReadOptions& options) {
-  return read_intensity(std::vector{path}, options);
-}
-
-Grid read_stored_grid(const fs::path& path, const ReadOptions& options) {
-  if (!is_dicom(path)) return read_stored(path, options).grid;
-  SliceReport unused;
-  return series_grid(choose_series(gather_dicom({path}, options), options), options, unused);
+IntensityVolume read_intensity(const fs::path& path, const ReadOptions& options, std::optional<Grid>* stored) {
+  return read_intensity(std::vector{path}, options, stored);
 }
 
 void write_labels(const LabelVolume& volume, const fs::path& path) {

@@ -52,7 +52,8 @@ ScanSummary of_series(const DicomSeries& series, const ReadOptions& options) {
   out.facts.emplace_back("description", series.description);
   out.facts.emplace_back("files", fmt::format("{}", series.files.size()));
   SliceReport slices;
-  out.grid = series_grid(series, options, slices);
+  const IntensityVolume volume = read_series(series, options, &slices);
+  out.grid = volume.grid;
   out.facts.emplace_back("slices", fmt::format("{}", slices.slices));
   if (slices.slices > 1)
     out.facts.emplace_back("slice distance", slices.regular ? fmt::format("{:.4g} mm", slices.greatest_distance)
@@ -60,7 +61,6 @@ ScanSummary of_series(const DicomSeries& series, const ReadOptions& options) {
                                                                           slices.greatest_distance));
   if (slices.tilt_degrees > 0)
     out.facts.emplace_back("gantry tilt", fmt::format("{:.1f} degrees", slices.tilt_degrees));
-  const IntensityVolume volume = read_series(series, {.max_memory = options.max_memory});
   const auto [low, high] = std::minmax_element(volume.values.begin(), volume.values.end());
   out.range = {*low, *high};
   return out;

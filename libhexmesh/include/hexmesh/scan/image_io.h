@@ -31,12 +31,12 @@ Segmentation read_segmentation(const std::vector<std::filesystem::path>& paths, 
 LabelVolume read_labels(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// Read a scan: the same image formats and reordering; a DICOM series (CT, MR, PET) as a folder or as its files.
+/// @param stored  receives the grid before reordering, for ReadOptions::reference
 /// @throws Error{input}
-IntensityVolume read_intensity(const std::vector<std::filesystem::path>& paths, const ReadOptions& options = {});
-IntensityVolume read_intensity(const std::filesystem::path& path, const ReadOptions& options = {});
-
-/// The grid of a scan as it is stored, for ReadOptions::reference.
-Grid read_stored_grid(const std::filesystem::path& path, const ReadOptions& options = {});
+IntensityVolume read_intensity(const std::vector<std::filesystem::path>& paths, const ReadOptions& options = {},
+                               std::optional<Grid>* stored = nullptr);
+IntensityVolume read_intensity(const std::filesystem::path& path, const ReadOptions& options = {},
+                               std::optional<Grid>* stored = nullptr);
 
 /// Whether this is a folder or a DICOM file: several of them are one input.
 bool is_dicom(const std::filesystem::path& path);
