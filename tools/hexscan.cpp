@@ -85,7 +85,8 @@ void name_after_file(Segmentation& segmentation, const std::filesystem::path& pa
 /// All inputs before they share a grid.
 struct Sources {
   std::vector<Segmentation> volumes;
-  std::vector<std::pair<std::string, hexmesh::Shape>> shapes;  ///< with their names
+  std::vector<hexmesh::Shape> shapes;
+  std::vector<std::string> shape_names;
 };
 
 Sources read_sources(const Options& o, const hexmesh::ReadOptions& options) {
@@ -95,11 +96,15 @@ Sources read_sources(const Options& o, const hexmesh::ReadOptions& options) {
     files.push_back(std::make_unique<hexmesh::InputFile>(name));
     return files.back()->path();
   };
+  const auto add_shape = [&](const std::string& name, const std::filesystem::path& path) {
+    out.shapes.push_back(hexmesh::read_shape(path));
+    out.shape_names.push_back(name);
+  };
   std::vector<std::filesystem::path> dicom;
   for (const std::string& input : o.inputs) {
     const std::filesystem::path path = open(input);
     if (hexmesh::is_surface_name(path)) {
-      out.shapes.emplace_back(path.stem().string(), hexmesh::read_shape(path));
+      add_shape(path.stem().string(), path);
     } else if (hexmesh::is_dicom(path)) {
       dicom.push_back(path);
     } else {
@@ -112,7 +117,7 @@ Sources read_sources(const Options& o, const hexmesh::ReadOptions& options) {
     const auto [name, file] = split("--input", text, "NAME=FILE");
     const std::filesystem::path path = open(file);
     if (hexmesh::is_surface_name(path)) {
-      out.shapes.emplace_back(name, hexmesh::read_shape(path));
+      add_shape(name, path);
       continue;
     }
     out.volumes.push_back(hexmesh::read_segmentation({path}, options));
@@ -123,17 +128,15 @@ Sources read_sources(const Options& o, const hexmesh::ReadOptions& options) {
 
 /// Where shapes go beside label volumes: voxels of their size around them.
 std::vector<Grid> grids_of_shapes(const Options& o, const Sources& sources) {
-  std::vector<hexmesh::Shape> shapes;
-  for (const auto& [name, shape] : sources.shapes) shapes.push_back(shape);
   if (sources.volumes.empty() && o.spacing == 0)
     throw Error(ErrorKind::usage, "surfaces have no voxels of their own, expected --spacing MM");
   if (!sources.volumes.empty() && o.spacing != 0)
     throw Error(
         ErrorKind::usage,
         fmt::format("--spacing {} goes with surfaces alone, the voxels of the label volume are used", o.spacing));
-  if (shapes.empty()) return {};
+  if (sources.shapes.empty()) return {};
   return {hexmesh::grid_around(
-      shapes, sources.volumes.empty() ? o.spacing : sources.volumes.front().grid.spacing().minCoeff())};
+      sources.shapes, sources.volumes.empty() ? o.spacing : sources.volumes.front().grid.spacing().minCoeff())};
 }
 
 void report_shape(const std::string& name, const hexmesh::Voxelization& v, const Grid& grid, const Console& console) {
@@ -167,8 +170,8 @@ Segmentation gather(const Options& o, const hexmesh::ReadOptions& options, const
   Segmentation out = sources.volumes.empty() ? Segmentation{around.front(), {}, {}}
                                              : hexmesh::join(std::move(sources.volumes), around, options.warn);
   for (std::size_t n = 0; n < sources.shapes.size(); ++n) {
-    const auto& [name, shape] = sources.shapes[n];
-    const hexmesh::Voxelization voxels = hexmesh::voxelize(shape, out.grid);
+    const std::string& name = sources.shape_names[n];
+    const hexmesh::Voxelization voxels = hexmesh::voxelize(sources.shapes[n], out.grid);
     report_shape(name, voxels, out.grid, console);
     Segmentation added{out.grid, {}, {}};
     hexmesh::add_segment(added, {1, name, hexmesh::distinct_color(n), ""}, voxels.voxels);
