@@ -168,13 +168,9 @@ private:
   std::map<std::uint16_t, std::vector<std::string>> files_;
 };
 
-hexmesh::ReadOptions warning_on(const Console& console) {
-  return {.warn = [&console](const std::string& message) { console.warning(message); }};
-}
-
 hexmesh::LabelVolume read_voxels(const Options& o, Notes& notes, const Console& console) {
   const hexmesh::InputFile file(o.input);
-  hexmesh::LabelVolume labels = hexmesh::read_labels(file.path(), warning_on(console));
+  hexmesh::LabelVolume labels = hexmesh::read_labels(file.path(), {.warn = warning_on(console)});
   if (o.cell_size == 0) return labels;
   const auto volume = [](const hexmesh::LabelVolume& v) {
     std::size_t count = 0;
@@ -206,7 +202,7 @@ Lattice build(const Options& o, Notes& notes, const Console& console) {
   if (o.intensity.empty())
     throw Error(ErrorKind::usage, "a material follows the grey values, expected --intensity SCAN");
   const hexmesh::InputFile file(o.intensity);
-  const hexmesh::IntensityVolume intensity = hexmesh::read_intensity(file.path(), warning_on(console));
+  const hexmesh::IntensityVolume intensity = hexmesh::read_intensity(file.path(), {.warn = warning_on(console)});
   const hexmesh::GreyMaterials grey{&intensity, std::move(materials.rules)};
   return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice, &grey);
 }

@@ -60,7 +60,7 @@ hexmesh::ReadOptions read_options(const Options& o, const Console& console) {
   options.series = o.series;
   options.max_memory =
       static_cast<std::size_t>(1e6 * (o.max_memory_mb > 0 ? o.max_memory_mb : 0.8 * machine_memory_mb()));
-  options.warn = [&console](const std::string& message) { console.warning(message); };
+  options.warn = warning_on(console);
   return options;
 }
 

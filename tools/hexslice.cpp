@@ -27,8 +27,7 @@ int run_planes(const Options& o, const CommonOptions& common, const Console& con
   std::optional<hexmesh::IntensityVolume> scan;
   if (!o.scan.empty()) {
     const hexmesh::InputFile file(o.scan);
-    scan = hexmesh::read_intensity(file.path(),
-                                   {.warn = [&console](const std::string& message) { console.warning(message); }});
+    scan = hexmesh::read_intensity(file.path(), {.warn = warning_on(console)});
   }
   const hexmesh::SliceRenderer renderer(result, scan ? &*scan : nullptr, o.slice);
 

@@ -71,6 +71,10 @@ bool Console::shows_progress() const {
 
 void Console::progress(const std::string& line) const { fmt::print(stderr, "{}:   {}\n", tool_, line); }
 
+std::function<void(const std::string&)> warning_on(const Console& console) {
+  return [&console](const std::string& message) { console.warning(message); };
+}
+
 int run_tool(int argc, char** argv, const Tool& tool) {
   hexmesh::remove_temporary_files_on_signals();
   std::vector<std::string> words = {tool.name};

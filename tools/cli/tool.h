@@ -37,6 +37,9 @@ private:
   const CommonOptions& options_;
 };
 
+/// For readers that say what they assumed: each message becomes a warning. Not to be called after the console's end.
+std::function<void(const std::string&)> warning_on(const Console& console);
+
 /// One executable. `declare` adds options to the app and returns what to run once they are parsed: the exit code.
 struct Tool {
   std::string name;
