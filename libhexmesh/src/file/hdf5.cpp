@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "hexmesh/core/error.h"
+#include "refuse.h"
 
 namespace hexmesh::hdf5 {
 namespace {
@@ -135,10 +136,10 @@ Shape Reader::checked_shape(const std::string& name, const Shape& expected, std:
       fail(fmt::format("claims '{}' of shape ({}), more than can be", name, fmt::join(found, ", ")));
     count *= found[d];
   }
-  // What is not compressed cannot claim more values than the file has bytes for; deflate gains at most 1032 : 1.
+  // What is not compressed cannot claim more values than the file has bytes for.
   const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
   const hsize_t stored = H5Dget_storage_size(set);
-  if (count * value_size / 1100 > stored || stored > std::filesystem::file_size(path_))
+  if (count * value_size / best_deflation > stored || stored > std::filesystem::file_size(path_))
     fail(fmt::format("claims '{}' of shape ({}) but stores {} bytes for it", name, fmt::join(found, ", "), stored));
   return found;
 }

@@ -3,11 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <filesystem>
 
 #include "hexmesh/core/error.h"
 
 namespace hexmesh {
+
+/// More bytes than one byte of a file can inflate to; deflate gains at most 1032 : 1.
+inline constexpr std::uintmax_t best_deflation = 1100;
 
 /// "'PATH' has ..., expected ...".
 /// @throws Error{input} always

@@ -43,9 +43,8 @@ std::vector<Slice> slices_of(const fs::path& path, const ReadOptions& options) {
   check_memory(path, promised, options);
   const bool compressed = DcmXfer(dataset.getOriginalXfer()).isEncapsulated() ||
                           dataset.getOriginalXfer() == EXS_DeflatedLittleEndianExplicit;
-  constexpr std::uintmax_t best_compression = 10000;  // an empty frame in JPEG 2000
-  if (promised / (compressed ? best_compression : 1) > fs::file_size(path))
-    refuse(path, "is cut: it claims {} bytes of pixels and has {}", promised, fs::file_size(path));
+  constexpr std::uintmax_t empty_jpeg_2000 = 10000;
+  check_plausible(path, promised, compressed ? empty_jpeg_2000 : 1);
   std::vector<Slice> out;
   for (std::size_t f = 0; f < static_cast<std::size_t>(frames); ++f) {
     Slice s{path,

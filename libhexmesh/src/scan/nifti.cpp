@@ -227,9 +227,7 @@ StoredVolume read_nifti(const fs::path& path, const ReadOptions& options) {
           if (got == 0) refuse(path, "is cut before its voxels");
           left -= got;
         }
-        constexpr std::uintmax_t best_compression = 1100;  // deflate gains at most 1032 : 1
-        if (promised / best_compression > fs::file_size(path))
-          refuse(path, "is cut: it has {} bytes, expected {} for its voxels alone", fs::file_size(path), promised);
+        check_plausible(path, promised, best_deflation);
         typed.resize(static_cast<std::size_t>(promised / sizeof(Value)));
         const std::size_t there = file.read(reinterpret_cast<char*>(typed.data()), static_cast<std::size_t>(promised));
         if (there < promised) refuse(path, "is cut: it has {} bytes of voxels, expected {}", there, promised);

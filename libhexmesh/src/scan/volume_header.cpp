@@ -133,6 +133,11 @@ void check_memory(const fs::path& path, std::uintmax_t bytes, const ReadOptions&
            static_cast<double>(bytes) / 1e6, static_cast<double>(options.max_memory) / 1e6);
 }
 
+void check_plausible(const fs::path& path, std::uintmax_t bytes, std::uintmax_t best_compression) {
+  if (bytes / best_compression > fs::file_size(path))
+    refuse(path, "is cut: it claims {} bytes of voxels and has {}", bytes, fs::file_size(path));
+}
+
 /// Those that ITK's reader turns to LPS, and LPS itself.
 constexpr std::array<std::string_view, 6> known_spaces = {
     "left-posterior-superior", "lps", "right-anterior-superior", "ras", "left-anterior-superior", "las"};

@@ -33,6 +33,10 @@ VolumeHeader check_meta(const std::filesystem::path& path, const ReadOptions& op
 /// @throws Error{input} if the voxels of one input need more than the limit
 void check_memory(const std::filesystem::path& path, std::uintmax_t bytes, const ReadOptions& options);
 
+/// @param best_compression  how many bytes one byte of the file can become
+/// @throws Error{input} if the file cannot hold so many bytes of voxels
+void check_plausible(const std::filesystem::path& path, std::uintmax_t bytes, std::uintmax_t best_compression);
+
 /// Bytes promised by three or more extents and the size of a value.
 /// @throws Error{input} if an extent is not positive or the product does not fit
 std::uintmax_t promised_bytes(const std::filesystem::path& path, const std::vector<std::int64_t>& extents,

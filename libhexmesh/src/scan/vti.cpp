@@ -74,9 +74,7 @@ StoredVolume read_vti(const std::filesystem::path& path, const ReadOptions& opti
   const std::uintmax_t promised = promised_bytes(path, sizes, 1);
   constexpr std::uintmax_t largest_value = 8;
   check_memory(path, promised_bytes(path, sizes, largest_value), options);
-  constexpr std::uintmax_t best_compression = 1100;  // deflate gains at most 1032 : 1
-  if (promised / best_compression > std::filesystem::file_size(path))
-    refuse(path, "claims {} voxels, more than its {} bytes can hold", promised, std::filesystem::file_size(path));
+  check_plausible(path, promised, best_deflation);
   reader->Update();
   vtkImageData& image = *reader->GetOutput();
   vtkDataArray* array = image.GetPointData()->GetScalars();
