@@ -204,7 +204,7 @@ VolumeHeader check_nrrd(const fs::path& path, const ReadOptions& options) {
   if (byte_skip < 0 && !raw) refuse(path, "has a byte skip of -1 with encoding {}, expected raw", encoding);
   if (raw || gzip)
     check_data(data, offset, gzip, byte_skip > 0 ? static_cast<std::uintmax_t>(byte_skip) : 0, promised);
-  else if (text)  // at least a digit and a separator a value
+  else  // at least a digit and a separator a value
     check_data(data, offset, false, 0, 2 * promised / value_size - 1);
   VolumeHeader header;
   const std::string space = lower(field(fields, {"space"}));
@@ -266,7 +266,6 @@ VolumeHeader check_meta(const fs::path& path, const ReadOptions& options) {
   const std::string type = field(fields, {"ElementType"});
   if (!value_sizes.contains(type))
     refuse(path, "has values of type '{}', expected one of MET_UCHAR, MET_SHORT, ...", type);
-  std::vector<std::int64_t> extents = sizes;
   if (channels.size() > 1 || (channels.size() == 1 && channels[0] > 1))
     refuse(path, "has {} values per voxel, expected 1", channels[0]);
   for (const char* flag : {"BinaryData", "CompressedData", "BinaryDataByteOrderMSB", "ElementByteOrderMSB"}) {
@@ -274,7 +273,7 @@ VolumeHeader check_meta(const fs::path& path, const ReadOptions& options) {
     if (!value.empty() && value != "true" && value != "false")
       refuse(path, "has {} = '{}', expected True or False", flag, value);
   }
-  const std::uintmax_t promised = promised_bytes(path, extents, value_sizes.at(type));
+  const std::uintmax_t promised = promised_bytes(path, sizes, value_sizes.at(type));
   check_memory(path, promised, options);
   const std::string name = fields.at("ElementDataFile");
   const bool local = lower(name) == "local";

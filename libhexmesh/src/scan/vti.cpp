@@ -9,9 +9,6 @@
 #include <vtkStreamingDemandDrivenPipeline.h>
 #include <vtkXMLImageDataReader.h>
 
-#include <algorithm>
-#include <fstream>
-
 #include "../file/refuse.h"
 #include "../file/vtk_xml.h"
 #include "hexmesh/core/error.h"
