@@ -32,6 +32,10 @@ std::string warning_of(const std::function<void(const ReadOptions&)>& read) {
   return out;
 }
 
+void edit_files(const std::filesystem::path& folder, const std::string& change) {
+  for (const auto& file : std::filesystem::directory_iterator(folder)) edit_dicom(file.path(), change);
+}
+
 }  // namespace
 
 TEST(DicomSeries, SlicesAreOrderedByWhereTheyAre) {
@@ -105,6 +109,18 @@ TEST(DicomSeries, UnevenSlicesAreResampledAndGapsRefused) {
             std::string::npos);
 }
 
+TEST(DicomSeries, PixelsThatAreNotPlainGreyValuesAreRefused) {
+  const TemporaryFolder folder;
+  for (const auto& [change, part] :
+       {std::pair{"HighBit=14", "up to bit 14"}, {"ModalityLUTSequence[0].ModalityLUTType=US", "by a table"}}) {
+    std::filesystem::remove_all(folder / "ct");
+    write_ct_series(body(), folder / "ct");
+    edit_files(folder / "ct", change);
+    const std::string message = message_of(ErrorKind::input, [&] { read_intensity(folder / "ct"); });
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  }
+}
+
 TEST(DicomSegmentation, BinaryFractionalAndLabelMapGiveTheSameVoxels) {
   const TemporaryFolder folder;
   for (const Mat3& direction : {Mat3(Mat3::Identity()), random_rotation(7)}) {
@@ -139,6 +155,44 @@ TEST(DicomSegmentation, ItGoesOntoTheGridOfTheScanBesideIt) {
   expect_same(read_labels(folder / "all"), volume);
 }
 
+TEST(DicomSegmentation, TheScanOfAnotherFrameOfReferenceIsNotItsScan) {
+  const TemporaryFolder folder;
+  LabelVolume volume = body();
+  for (std::size_t n = 0; n < volume.labels.size(); ++n)
+    if (volume.grid.index(n)[2] < 2) volume.labels[n] = 0;
+  write_ct_series(volume, folder / "all/ct");
+  edit_files(folder / "all/ct", "FrameOfReferenceUID=1.6");
+  write_dicom_seg(volume, SegType::binary, folder / "all/seg.dcm");
+  for (const auto& [change, slices] : {std::pair{"FrameOfReferenceUID=1.6", 7}, {"FrameOfReferenceUID=1.7", 5}}) {
+    edit_dicom(folder / "all/seg.dcm", change);
+    EXPECT_EQ(read_labels(folder / "all").grid.extent()[2], slices) << change;
+  }
+}
+
+TEST(DicomSegmentation, OneOfSeveralIsChosenByItsSeries) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "all");
+  write_dicom_seg(body(), SegType::binary, folder / "all/a.dcm");
+  write_dicom_seg(make_volume({4, 4, 4}, {1, 1, 1}, [](const Index3&) { return 1; }), SegType::binary,
+                  folder / "all/b.dcm");
+  edit_dicom(folder / "all/b.dcm", "SeriesInstanceUID=1.2.9");
+  EXPECT_EQ(read_labels(folder / "all", {.series = "2.9"}).labels.size(), 64U);
+  const std::string message = message_of(ErrorKind::input, [&] { read_labels(folder / "all", {.series = "8"}); });
+  EXPECT_NE(message.find("no series ends in '8', expected one of: 1.2.4 (SEG), 1.2.9 (SEG)"), std::string::npos)
+      << message;
+}
+
+TEST(DicomSegmentation, NamesAreTurnedIntoUtf8) {
+  const TemporaryFolder folder;
+  write_dicom_seg(body(), SegType::binary, folder / "seg.dcm");
+  for (const auto& [set, name] : {std::pair{"SpecificCharacterSet=ISO_IR 192", "L\xc3\xa4sion"},
+                                  {"SpecificCharacterSet=ISO_IR 100", "L\xe4sion"}}) {
+    edit_dicom(folder / "seg.dcm", set);
+    edit_dicom(folder / "seg.dcm", std::string("SegmentSequence[0].SegmentLabel=") + name);
+    EXPECT_EQ(read_labels(folder / "seg.dcm").segments[0].name, "L\xc3\xa4sion") << set;
+  }
+}
+
 TEST(DicomSegmentation, AScanIsNotTakenForOne) {
   const TemporaryFolder folder;
   write_ct_series(body(), folder / "ct");
@@ -163,6 +217,12 @@ TEST(DicomContours, AreFilledOnTheScanTheyWereDrawnOn) {
     expected.labels[n] = v[0] >= 2 && v[0] <= 6 && v[1] >= 1 && v[1] <= 4 && v[2] >= 2 && v[2] <= 5;
   }
   expect_same(read, reorient_to_lps(expected));
+  edit_dicom(folder / "all/rt.dcm", "ROIContourSequence[0].ContourSequence[*].ContourGeometricType=CLOSEDPLANAR_XOR");
+  EXPECT_EQ(read_labels(folder / "all").labels, read.labels);
+  edit_files(folder / "all/ct", "FrameOfReferenceUID=1.6");
+  edit_dicom(folder / "all/rt.dcm", "ReferencedFrameOfReferenceSequence[0].FrameOfReferenceUID=1.7");
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_labels(folder / "all"); }).find("without the scan"),
+            std::string::npos);
   EXPECT_NE(message_of(ErrorKind::input, [&] { read_labels(folder / "all/rt.dcm"); }).find("without the scan"),
             std::string::npos);
 }

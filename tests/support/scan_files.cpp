@@ -2,6 +2,7 @@
 #include "support/scan_files.h"
 
 #include <dcmtk/config/osconfig.h>
+#include <dcmtk/dcmdata/dcpath.h>
 #include <dcmtk/dcmdata/dctk.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -269,6 +270,15 @@ void write_rtstruct(const Grid& grid, const Index3& low, const Index3& high, con
         data += fmt::format("{}{}", data.empty() ? "" : "\\", text(grid.position(Vec3(x, y, z))));
       set(contour, DCM_ContourData, data);
     }
+  save(file, path);
+}
+
+void edit_dicom(const std::filesystem::path& path, const std::string& change) {
+  DcmFileFormat file;
+  if (file.loadFile(path.c_str()).bad() || file.loadAllDataIntoMemory().bad())
+    throw std::runtime_error("cannot read " + path.string());
+  if (DcmPathProcessor().applyPathWithValue(file.getDataset(), change.c_str()).bad())
+    throw std::runtime_error("cannot set " + change);
   save(file, path);
 }
 

@@ -39,4 +39,8 @@ void write_dicom_seg(const hexmesh::LabelVolume& volume, SegType type, const std
 void write_rtstruct(const hexmesh::Grid& grid, const hexmesh::Index3& low, const hexmesh::Index3& high,
                     const std::filesystem::path& path);
 
+/// Change or add one value of a DICOM file.
+/// @param change  as dcmodify takes it, e.g. "SegmentSequence[0].SegmentLabel=liver"; [*] is every item
+void edit_dicom(const std::filesystem::path& path, const std::string& change);
+
 }  // namespace testing_support
