@@ -7,7 +7,7 @@
 #include "cli/tool.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/lattice_file.h"
-#include "hexsolver/equilibrium.h"
+#include "hexsolver/plan.h"
 
 namespace {
 
@@ -20,9 +20,35 @@ using nlohmann::json;
 struct Options {
   std::string lattice, scene, output, report;
   std::vector<std::string> settings;
-  int level = -1;
-  bool example = false;
+  std::optional<int> level;
+  std::optional<double> accuracy, budget;
+  bool example = false, check = false, plan = false;
 };
+
+double megabytes(std::size_t bytes) { return static_cast<double>(bytes) / (1 << 20); }
+
+json to_json(const std::optional<double>& value) { return value ? json(*value) : json(); }
+
+json to_json(const hexmesh::Vec3& v) { return {v[0], v[1], v[2]}; }
+
+json to_json(const hexsolver::ConditionReport& c) { return {{"name", c.name}, {"points", c.points}, {"kept", c.kept}}; }
+
+json to_json(const std::vector<hexsolver::ForceReport>& forces) {
+  json out = json::array();
+  for (const hexsolver::ForceReport& f : forces) out.push_back({{"name", f.name}, {"total_n", to_json(f.total_n)}});
+  return out;
+}
+
+json to_json(const std::vector<hexsolver::Effect>& effects) {
+  json out = json::array();
+  for (const hexsolver::Effect& e : effects)
+    out.push_back({{"name", e.name}, {"active", e.active}, {"why", e.why}, {"seconds", e.seconds}});
+  return out;
+}
+
+json to_json(const hexsolver::ErrorEstimate& e) {
+  return {{"mean", to_json(e.mean_mm)}, {"max", to_json(e.max_mm)}, {"algebraic", to_json(e.algebraic_mm)}};
+}
 
 json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   json out;
@@ -35,13 +61,18 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   out["load_fraction"] = r.load_fraction;
   out["constraint_violation_mm"] = r.constraint_violation_mm;
   out["kept_directions"] = r.kept_directions;
-  for (const hexsolver::ConditionReport& c : r.conditions)
-    out["conditions"].push_back({{"name", c.name},
-                                 {"points", c.points},
-                                 {"misfit_mm", c.misfit_mm},
-                                 {"reaction_n", {c.reaction_n[0], c.reaction_n[1], c.reaction_n[2]}}});
-  for (const hexsolver::ForceReport& f : r.forces)
-    out["forces"].push_back({{"name", f.name}, {"total_n", {f.total_n[0], f.total_n[1], f.total_n[2]}}});
+  for (const hexsolver::ConditionReport& c : r.conditions) {
+    json condition = to_json(c);
+    condition["misfit_mm"] = c.misfit_mm;
+    condition["reaction_n"] = to_json(c.reaction_n);
+    out["conditions"].push_back(condition);
+  }
+  out["forces"] = to_json(r.forces);
+  out["free_modes"] = json::array();
+  out["island_cells"] = r.island_cells;
+  out["effects"] = to_json(r.effects);
+  out["warnings"] = r.warnings;
+  out["error_estimate_mm"] = to_json(r.levels.back().error);
   out["strain_energy_n_mm"] = r.strain_energy_n_mm;
   out["min_jacobian"] = r.min_jacobian;
   out["inverted_cells"] = r.inverted_cells;
@@ -56,7 +87,8 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
                              {"newton_iterations", l.newton.iterations},
                              {"linear_iterations", l.newton.linear_iterations},
                              {"relative_residual", l.newton.relative_residual},
-                             {"converged", l.newton.converged}});
+                             {"converged", l.newton.converged},
+                             {"error_mm", to_json(l.error)}});
   const hexsolver::LevelReport& finest = r.levels.back();
   out["lattice"] = {
       {"level", finest.level}, {"cells", finest.cells}, {"nodes", finest.nodes}, {"dofs", 3 * finest.nodes}};
@@ -73,8 +105,52 @@ void summarize(const SolveReport& r, const Console& console) {
   for (const hexsolver::ConditionReport& c : r.conditions)
     console.note(fmt::format("condition '{}': {} points, misfit {:.2g} mm, reaction [{:.4g}, {:.4g}, {:.4g}] N", c.name,
                              c.points, c.misfit_mm, c.reaction_n[0], c.reaction_n[1], c.reaction_n[2]));
+  if (const hexsolver::ErrorEstimate& e = l.error; e.mean_mm)
+    console.note(fmt::format("estimated error: mean {:.2g} mm, largest {:.2g} mm, of this from the equations {:.1g} mm",
+                             *e.mean_mm, e.max_mm.value_or(0), e.algebraic_mm.value_or(0)));
+  if (r.island_cells > 0) console.note(fmt::format("{} cells of islands left out or held", r.island_cells));
   console.note(fmt::format("strain energy {:.6g} N mm, smallest Jacobian {:.3g}, {} inverted cells",
                            r.strain_energy_n_mm, r.min_jacobian, r.inverted_cells));
+}
+
+int show_check(const hexsolver::SceneCheck& check, const Options& o, const CommonOptions& common,
+               const Console& console) {
+  json out = {{"level", check.level},
+              {"conditions", json::array()},
+              {"forces", to_json(check.forces)},
+              {"island_cells", check.island_cells},
+              {"warnings", check.warnings}};
+  for (const hexsolver::ConditionReport& c : check.conditions) out["conditions"].push_back(to_json(c));
+  if (!o.report.empty()) write_text(o.report, out.dump(2) + "\n", common);
+  for (const std::string& w : check.warnings) console.warning(w);
+  std::string text;
+  for (const hexsolver::ConditionReport& c : check.conditions)
+    text += fmt::format("condition '{}': {} points, {} directions held\n", c.name, c.points, c.kept);
+  for (const hexsolver::ForceReport& f : check.forces)
+    text += fmt::format("force '{}': [{:.4g}, {:.4g}, {:.4g}] N\n", f.name, f.total_n[0], f.total_n[1], f.total_n[2]);
+  if (check.island_cells > 0) text += fmt::format("islands: {} cells\n", check.island_cells);
+  text += fmt::format("level {}: every part is held\n", check.level);
+  if (o.report != "-") fmt::print("{}", text);
+  return 0;
+}
+
+int show_plan(const hexsolver::SolvePlan& plan, const Options& o, const CommonOptions& common) {
+  json out = {{"effects", to_json(plan.effects)}, {"levels", json::array()}};
+  std::string text;
+  for (const hexsolver::Effect& e : plan.effects)
+    text += fmt::format("{:3}  {}: {}\n", e.active ? "on" : "off", e.name, e.why);
+  for (const hexsolver::SolvePlan::Level& l : plan.levels) {
+    out["levels"].push_back({{"level", l.level},
+                             {"cells", l.cells},
+                             {"dofs", l.dofs},
+                             {"seconds", l.seconds},
+                             {"memory_mb", megabytes(l.bytes)}});
+    text += fmt::format("level {}: {} cells, {} dofs, about {:.2g} s and {:.3g} MB\n", l.level, l.cells, l.dofs,
+                        l.seconds, megabytes(l.bytes));
+  }
+  if (!o.report.empty()) write_text(o.report, out.dump(2) + "\n", common);
+  if (o.report != "-") fmt::print("{}", text);
+  return 0;
 }
 
 int run(const Options& o, const CommonOptions& common, const Console& console) {
@@ -85,22 +161,29 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
                hexsolver::example_scene(hexmesh::read_lattice(lattice_file.path(), {-1})), common);
     return 0;
   }
-  if (o.scene.empty() || o.output.empty())
+  const bool solves = !o.check && !o.plan;
+  if (o.scene.empty() || (solves && o.output.empty()))
     throw Error(ErrorKind::usage, "SCENE and -o are missing, expected hexsolve LATTICE SCENE -o RESULT");
   if (o.scene == "-") throw Error(ErrorKind::usage, "SCENE is -, expected a file");
   const hexmesh::InputFile scene_file(o.scene);
-  std::vector<std::string> settings = o.settings;
-  if (o.level >= 0) settings.push_back(fmt::format("solve.level={}", o.level));
-  const hexsolver::Scene scene = hexsolver::read_scene(scene_file.path(), o.scene, settings);
-  const auto output = open_output(o.output, "", common, {o.lattice, o.scene});
+  hexsolver::Scene scene = hexsolver::read_scene(scene_file.path(), o.scene, o.settings);
+  if (o.level || o.accuracy || o.budget) {
+    scene.level = o.level;
+    scene.accuracy = o.accuracy;
+    scene.budget = o.budget;
+  }
+  std::unique_ptr<hexmesh::OutputFile> output;
+  if (solves) output = open_output(o.output, "", common, {o.lattice, o.scene});
 
   const hexmesh::Lattice lattice = [&] {
     std::vector<int> wanted;
-    if (scene.level)
+    if (scene.level)  // the levels of an accuracy or a budget are not known yet
       for (int n = *scene.level; n < hexmesh::count_levels(lattice_file.path()); ++n) wanted.push_back(n);
     return hexsolver::with_overrides(hexmesh::read_lattice(lattice_file.path(), wanted), scene);
   }();
-  const int level = hexsolver::mechanical_level(scene, lattice);
+  const int level = hexsolver::finest_level(scene, lattice);
+  if (o.check) return show_check(hexsolver::check_scene(lattice, scene, level), o, common, console);
+  if (o.plan) return show_plan(hexsolver::plan_equilibrium(lattice, scene, level), o, common);
   const double read_done = omp_get_wtime();
 
   SolveReport report;
@@ -125,6 +208,8 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
                         {"write", omp_get_wtime() - solve_done},
                         {"total", omp_get_wtime() - start}};
   summary["peak_memory_mb"] = peak_memory_mb();
+  for (const auto& [what, bytes] : report.bytes) summary["memory_mb"][what] = megabytes(bytes);
+  for (const std::string& w : report.warnings) console.warning(w);
   summarize(report, console);
   if (!o.report.empty()) write_text(o.report, summary.dump(2) + "\n", common);
   if (report.converged) return 0;
@@ -144,13 +229,22 @@ int main(int argc, char** argv) {
        [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
          app.add_option("lattice", o->lattice, "Lattice file of hexmesh build; - is standard input")->required();
          app.add_option("scene", o->scene, "Scene file (TOML)");
-         app.add_option("--level", o->level,
-                        "Mechanical level, 0 = voxels; without it and without solve.level the finest of at most 20000 "
-                        "cells")
-             ->check(CLI::Range(0, 30));
+         CLI::Option* level = app.add_option(
+             "--level", o->level,
+             "Mechanical level, 0 = voxels; without it and what the scene says the finest of at most 20000 cells");
+         CLI::Option* accuracy = app.add_option(
+             "--accuracy", o->accuracy, "Solve to the first level whose estimated mean error is at most this, in mm");
+         CLI::Option* budget =
+             app.add_option("--budget", o->budget, "Solve as many levels, coarse to fine, as this many seconds allow");
+         level->check(CLI::Range(0, 30))->excludes(accuracy)->excludes(budget);
+         accuracy->check(CLI::PositiveNumber)->excludes(budget);
+         budget->check(CLI::Range(0.001, 1e9));
          add_repeated(app, "--set", o->settings, "KEY=VALUE: override a key of the scene, e.g. solve.strain=cauchy");
          app.add_flag("--example", o->example,
                       "Print a scene for this lattice: three places held, a fourth pulled by 40 mm");
+         app.add_flag("--check", o->check, "Only say what each condition selects and whether every part is held");
+         app.add_flag("--plan", o->plan,
+                      "Only say which effects are on, why, and what the solution is expected to cost");
          app.add_option("--report", o->report, "Write a JSON report; - is standard output");
          app.add_option("-o,--output", o->output, "Result file (.hexresult, HDF5); - is standard output");
          return [=, &common, &console] { return run(*o, common, console); };

@@ -270,6 +270,18 @@ std::size_t Constraints::num_kept() const {
   return kept;
 }
 
+std::vector<std::size_t> Constraints::kept_by_condition(std::size_t num_conditions) const {
+  std::vector<std::size_t> kept(num_conditions);
+  for (const auto& axis : clusters_)
+    for (const auto& cluster : axis) {
+      std::vector<std::size_t> points(num_conditions);
+      for (const std::size_t p : cluster->points) ++points[static_cast<std::size_t>(held_[p].condition)];
+      const auto most = std::max_element(points.begin(), points.end()) - points.begin();
+      kept[static_cast<std::size_t>(most)] += static_cast<std::size_t>(cluster->kept.vectors.cols());
+    }
+  return kept;
+}
+
 std::vector<double> Constraints::contradiction() const {
   std::vector<Vec3> miss(held_.size(), Vec3::Zero());
   for (int axis = 0; axis < 3; ++axis)

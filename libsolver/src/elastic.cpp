@@ -1,37 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexsolver/elastic.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-#include <Eigen/QR>
+#include <algorithm>
 #include <limits>
 
-#include "cell_product.h"
+#include "cell_vectors.h"
+#include "hexmesh/core/bytes.h"
 
 namespace hexsolver {
-namespace {
-
-CellVector times(const CellMatrix& k, const CellVector& x) {
-  CellVector y;
-  multiply24(k.data(), x.data(), y.data());
-  return y;
-}
-
-/// Rotate the vector of each node.
-CellVector rotate(const Mat3& r, const CellVector& x) {
-  CellVector y;
-  for (int a = 0; a < 8; ++a) y.segment<3>(3 * a) = r * x.segment<3>(3 * a);
-  return y;
-}
-
-Mat3 cross_matrix(const Vec3& v) {
-  Mat3 m;
-  m << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0;
-  return m;
-}
-
-}  // namespace
 
 ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
                                 Volumetric volumetric) {
@@ -40,11 +16,13 @@ ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const 
       volumetric == Volumetric::mean ? matrices.mean_dilatation_stiffness(element) : matrices.stiffness(element);
   const CellVector b = matrices.divergence(element) / element.volume();
   for (int a = 0; a < 8; ++a) model.mean_gradient.row(a) = b.segment<3>(3 * a);
+  model.mean_shape = matrices.mean_shape(element);
+  model.volume = element.volume();
   return model;
 }
 
-Elastic::Elastic(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models, Strain strain)
-    : mesh_(mesh), elements_(std::move(elements)), models_(std::move(models)), strain_(strain) {
+ElasticCells::ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models)
+    : mesh_(mesh), elements_(std::move(elements)), models_(std::move(models)) {
   for (int a = 0; a < 8; ++a) {
     Vec3 corner;
     for (int d = 0; d < 3; ++d) corner[d] = hexmesh::corner_bit(a, d) - 0.5;
@@ -58,168 +36,56 @@ Elastic::Elastic(const Mesh& mesh, std::vector<std::int32_t> elements, std::vect
   rounding_ = 50 * std::numeric_limits<double>::epsilon() * sum.norm();
 }
 
-Elastic::Frame Elastic::frame(std::size_t cell, const NodeVector& u) const {
-  CellVector x = mesh_.gather(cell, u) + rest_;
-  Vec3 mean = Vec3::Zero();
-  Mat3 f = Mat3::Zero();
-  for (int a = 0; a < 8; ++a) mean += x.segment<3>(3 * a) / 8;
-  for (int a = 0; a < 8; ++a) {
-    x.segment<3>(3 * a) -= mean;
-    f += x.segment<3>(3 * a) * model(cell).mean_gradient.row(a);
-  }
-  const Polar polar = polar_decomposition(f);
-  Frame frame{polar.rotation, polar.stretch, polar.inverse_m, rotate(polar.rotation.transpose(), x), {}, {}};
-  frame.f = times(model(cell).stiffness, frame.y - rest_);
-  Vec3 torque = Vec3::Zero();
-  for (int a = 0; a < 8; ++a) torque += Vec3(frame.y.segment<3>(3 * a)).cross(Vec3(frame.f.segment<3>(3 * a)));
-  frame.h = polar.inverse_m * torque;
-  return frame;
-}
+std::size_t ElasticCells::bytes() const { return hexmesh::bytes_of(elements_) + hexmesh::bytes_of(models_); }
 
-std::vector<double> Elastic::cell_energies(const NodeVector& u) const {
-  std::vector<double> energies(mesh_.num_cells());
-  mesh_.for_each_cell([&](std::size_t c) {
-    if (strain_ == Strain::cauchy) {
-      const CellVector v = mesh_.gather(c, u);
-      energies[c] = 0.5 * v.dot(times(model(c).stiffness, v));
-    } else {
-      const Frame f = frame(c, u);
-      energies[c] = 0.5 * (f.y - rest_).dot(f.f);
-    }
-  });
-  return energies;
-}
-
-double Elastic::energy(const NodeVector& u) const {
+double ElasticCells::energy(const NodeVector& u) const {
   const std::vector<double> energies = cell_energies(u);
   return Eigen::Map<const Eigen::VectorXd>(energies.data(), static_cast<Eigen::Index>(energies.size())).sum();
 }
 
-void Elastic::gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
-  gradient.setZero(static_cast<Eigen::Index>(mesh_.num_dofs()));
-  magnitude.setZero(static_cast<Eigen::Index>(mesh_.num_dofs()));
+std::vector<double> CauchyCells::cell_energies(const NodeVector& u) const {
+  std::vector<double> energies(mesh_.num_cells());
   mesh_.for_each_cell([&](std::size_t c) {
-    CellVector force;
-    if (strain_ == Strain::cauchy) {
-      force = times(model(c).stiffness, mesh_.gather(c, u));
-    } else {
-      Frame f = frame(c, u);
-      for (int a = 0; a < 8; ++a) f.f.segment<3>(3 * a) -= f.h.cross(Vec3(model(c).mean_gradient.row(a)));
-      force = rotate(f.r, f.f);
-    }
+    const CellVector v = mesh_.gather(c, u);
+    energies[c] = 0.5 * v.dot(times(model(c).stiffness, v));
+  });
+  return energies;
+}
+
+void CauchyCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
+  mesh_.for_each_cell([&](std::size_t c) {
+    const CellVector force = times(model(c).stiffness, mesh_.gather(c, u));
     mesh_.scatter_add(c, force, gradient);
     mesh_.scatter_add(c, force.cwiseAbs(), magnitude);
   });
 }
 
-Elastic::StressTerm Elastic::stress_term(const Frame& f, const NodeGradients& gradient) const {
-  StressTerm e;
-  Mat3 yf = Mat3::Zero();
-  for (int a = 0; a < 8; ++a) {
-    const Vec3 ga = gradient.row(a), ya = f.y.segment<3>(3 * a), fa = f.f.segment<3>(3 * a);
-    e.t.block<3, 3>(0, 3 * a) = f.inverse_m * cross_matrix(ga);
-    e.l.block<3, 3>(0, 3 * a) = f.h * ga.transpose() - ga * f.h.transpose() + cross_matrix(fa);
-    yf += ya * fa.transpose();
+void CauchyCells::add_product(const NodeVector& x, NodeVector& y) const {
+  mesh_.for_each_cell([&](std::size_t c) { mesh_.scatter_add(c, times(model(c).stiffness, mesh_.gather(c, x)), y); });
+}
+
+ElasticCells::Size ElasticCells::size_in_material(const NodeVector& field) const {
+  Size size;
+  double volume = 0;
+  for (std::size_t c = 0; c < mesh_.num_cells(); ++c) {
+    const ElementModel& m = model(c);
+    const CellVector v = mesh_.gather(c, field);
+    Vec3 average = Vec3::Zero();
+    for (int a = 0; a < 8; ++a) average += m.mean_shape[a] * v.segment<3>(3 * a);
+    size.mean += m.volume * average.norm();
+    size.largest = std::max(size.largest, average.norm());
+    volume += m.volume;
   }
-  const Mat3 a = yf - cross_matrix(f.h) * f.s;
-  e.a = 0.5 * (a + a.transpose());
-  e.a.diagonal().array() -= yf.trace();
-  return e;
+  size.mean /= volume;
+  return size;
 }
 
-Elastic::Columns Elastic::positive_part(const StressTerm& e) {
-  // E = W^T C W with W = [T; L] and C = [[A, 1], [1, 0]]; in an orthonormal basis of W's rows it is 6 x 6.
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
-  Eigen::Matrix<double, 24, 6> w;
-  w << e.t.transpose(), e.l.transpose();
-  Matrix6 c = Matrix6::Zero();
-  c.topLeftCorner<3, 3>() = e.a;
-  c.topRightCorner<3, 3>().setIdentity();
-  c.bottomLeftCorner<3, 3>().setIdentity();
-  const Eigen::HouseholderQR<Eigen::Matrix<double, 24, 6>> qr(w);
-  const Matrix6 r = qr.matrixQR().topRows<6>().triangularView<Eigen::Upper>();
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(r * c * r.transpose());
-  Eigen::Matrix<double, 24, 3> z = Eigen::Matrix<double, 24, 3>::Zero();
-  z.topRows<6>() =
-      eigen.eigenvectors().rightCols<3>() * eigen.eigenvalues().tail<3>().cwiseMax(0).cwiseSqrt().asDiagonal();
-  return qr.householderQ() * z;
-}
-
-void Elastic::linearize(const NodeVector& u, Hessian which) {
-  if (strain_ == Strain::cauchy) return;
-  frames_.resize(mesh_.num_cells());
-  positive_.resize(which == Hessian::clamped ? mesh_.num_cells() : 0);
-  mesh_.for_each_cell([&](std::size_t c) {
-    frames_[c] = frame(c, u);
-    if (which == Hessian::clamped) positive_[c] = positive_part(stress_term(frames_[c], model(c).mean_gradient));
-  });
-}
-
-void Elastic::apply(const NodeVector& x, NodeVector& y) const {
-  y.setZero(static_cast<Eigen::Index>(mesh_.num_dofs()));
-  if (strain_ == Strain::cauchy) {
-    mesh_.for_each_cell([&](std::size_t c) { mesh_.scatter_add(c, times(model(c).stiffness, mesh_.gather(c, x)), y); });
-    return;
-  }
-  mesh_.for_each_cell([&](std::size_t c) {
-    const Frame& f = frames_[c];
-    const NodeGradients& gradient = model(c).mean_gradient;
-    const CellVector v = rotate(f.r.transpose(), mesh_.gather(c, x));
-    Vec3 axial = Vec3::Zero();
-    for (int a = 0; a < 8; ++a) axial += Vec3(gradient.row(a)).cross(Vec3(v.segment<3>(3 * a)));
-    const Vec3 w = f.inverse_m * axial;
-    CellVector dy;
-    for (int a = 0; a < 8; ++a) dy.segment<3>(3 * a) = v.segment<3>(3 * a) - w.cross(Vec3(f.y.segment<3>(3 * a)));
-    CellVector out = times(model(c).stiffness, dy);
-
-    // Q^T K Q v = K dy - T^T sum y_a x (K dy)_a, and the stress term T^T (A w + L v) + L^T w.
-    Vec3 torque = Vec3::Zero();
-    for (int a = 0; a < 8; ++a) torque -= Vec3(f.y.segment<3>(3 * a)).cross(Vec3(out.segment<3>(3 * a)));
-    if (positive_.empty()) {
-      Vec3 l = Vec3::Zero(), yfw = Vec3::Zero(), fyw = Vec3::Zero();
-      double yf = 0;
-      for (int a = 0; a < 8; ++a) {
-        const Vec3 ga = gradient.row(a), ya = f.y.segment<3>(3 * a), fa = f.f.segment<3>(3 * a),
-                   va = v.segment<3>(3 * a);
-        l += f.h * ga.dot(va) - ga * f.h.dot(va) + fa.cross(va);
-        yfw += ya * fa.dot(w);
-        fyw += fa * ya.dot(w);
-        yf += ya.dot(fa);
-        out.segment<3>(3 * a) += ga * f.h.dot(w) - f.h * ga.dot(w) - fa.cross(w);
-      }
-      const Vec3 sw = f.s * w;
-      torque += l + 0.5 * (yfw + fyw) - yf * w - 0.5 * (f.h.cross(sw) - f.s * f.h.cross(w));
-    } else {
-      out += positive_[c] * (positive_[c].transpose() * v);
-    }
-    const Vec3 dh = f.inverse_m * torque;
-    for (int a = 0; a < 8; ++a) out.segment<3>(3 * a) += dh.cross(Vec3(gradient.row(a)));
-    mesh_.scatter_add(c, rotate(f.r, out), y);
-  });
-}
-
-CellMatrix Elastic::cell_hessian(std::size_t cell) const {
-  const CellMatrix& k = model(cell).stiffness;
-  if (strain_ == Strain::cauchy) return k;
-  const Frame& f = frames_[cell];
-  const StressTerm e = stress_term(f, model(cell).mean_gradient);
-  Columns y;  // w x y_a = (Y w)_a
-  for (int a = 0; a < 8; ++a) y.block<3, 3>(3 * a, 0) = -cross_matrix(f.y.segment<3>(3 * a));
-  // (1 - Y T)^T K (1 - Y T) = K - B^T - B with B = T^T (Y^T K - Y^T K Y T / 2)
-  const Columns ky = k * y;
-  Eigen::Matrix<double, 3, 24> inner = 0.5 * (y.transpose() * ky) * e.t - ky.transpose();
-  if (positive_.empty()) inner += e.l + 0.5 * e.a * e.t;
-  CellMatrix h = k;
-  const CellMatrix half = e.t.transpose() * inner;
-  h += half + half.transpose();
-  if (!positive_.empty()) h += positive_[cell] * positive_[cell].transpose();
-  CellMatrix out;
-  for (int a = 0; a < 8; ++a)
-    for (int b = 0; b <= a; ++b) {
-      out.block<3, 3>(3 * a, 3 * b) = f.r * h.block<3, 3>(3 * a, 3 * b) * f.r.transpose();
-      out.block<3, 3>(3 * b, 3 * a) = out.block<3, 3>(3 * a, 3 * b).transpose();
-    }
-  return out;
+std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, std::vector<std::int32_t> elements,
+                                                 std::vector<ElementModel> models, Strain strain, Rotation rotation) {
+  if (strain == Strain::cauchy) return std::make_unique<CauchyCells>(mesh, std::move(elements), std::move(models));
+  if (rotation == Rotation::edges)
+    return std::make_unique<EdgeRotatedCells>(mesh, std::move(elements), std::move(models));
+  return std::make_unique<CorotationalCells>(mesh, std::move(elements), std::move(models));
 }
 
 }  // namespace hexsolver

@@ -5,15 +5,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <chrono>
 #include <memory>
 
 #include "hexmesh/core/error.h"
-#include "hexmesh/lattice/element_tree.h"
 #include "hexmesh/lattice/locator.h"
 #include "hexsolver/cell_measures.h"
-#include "hexsolver/selection.h"
-#include "hexsolver/supports.h"
+#include "level_problem.h"
+#include "stopwatch.h"
 
 namespace hexsolver {
 namespace {
@@ -23,126 +21,42 @@ using hexmesh::ErrorKind;
 using hexmesh::Lattice;
 using hexmesh::Result;
 
-constexpr std::size_t coarsest_nested_cells = 64;
 constexpr std::size_t default_most_cells = 20000;
 constexpr double smallest_load_step = 1.0 / 64;
 /// Coarser levels only provide a start.
 constexpr double nested_tolerance = 1e-4;
-/// Where points cannot come closer than this part of the largest prescribed displacement, conditions contradict.
-constexpr double conflict_fraction = 0.05;
+/// The algebraic error is to be at most this part of the accuracy asked.
+constexpr double algebraic_part = 0.1;
 
-class Stopwatch {
-public:
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
-private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+/// A level and the best state found on it.
+struct Solved {
+  std::unique_ptr<LevelProblem> problem;
+  NodeVector u;
+  double load_fraction = 0;
+  NewtonReport newton;
 };
 
-/// A level ready to be solved. Its parts refer to each other: it stays where it was made.
-struct Problem {
-  Problem(const Problem&) = delete;
-  Problem& operator=(const Problem&) = delete;
-  Problem(const Lattice& lattice, const Scene& scene, int number)
-      : level(number),
-        hierarchy(
-            Mesh(lattice.levels[static_cast<std::size_t>(number)].cells, lattice.cell_edges(number), lattice.corner()),
-            lattice.corner()),
-        selector(lattice, number, mesh()),
-        constraints(mesh(), select_points(scene, selector)),
-        forces(external_forces(scene, lattice, number, mesh(), selector, force_totals)) {}
-
-  const Mesh& mesh() const { return hierarchy.meshes.front(); }
-
-  int level;
-  Hierarchy hierarchy;
-  Selector selector;
-  Constraints constraints;
-  std::vector<Vec3> force_totals;  ///< of each [[force]], then of gravity [N]
-  NodeVector forces;               ///< on the nodes [N]; empty if there are none
-};
-
-std::vector<hexmesh::Element> scene_elements(const Lattice& lattice, const Scene& scene, int level) {
-  std::vector<hexmesh::Element> elements = hexmesh::form_elements(lattice, level);
-  if (scene.stiffness == Stiffness::uniform)
-    for (hexmesh::Element& e : elements) e = hexmesh::spread_evenly(e);
-  return elements;
-}
-
-Elastic make_elastic(const Lattice& lattice, const Scene& scene, const Problem& problem) {
-  const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(problem.level)];
-  const hexmesh::ElementMatrices matrices(lattice.cell_edges(problem.level));
-  const std::vector<hexmesh::Element> elements = scene_elements(lattice, scene, problem.level);
-  std::vector<ElementModel> models(elements.size());
-#pragma omp parallel for schedule(static)
-  for (std::size_t e = 0; e < models.size(); ++e)
-    models[e] = make_element_model(matrices, elements[e], scene.volumetric);
-  return Elastic(problem.mesh(), level.element, std::move(models), scene.strain);
-}
-
-double largest_prescribed(const Scene& scene) {
-  double largest = 0;
-  for (const Condition& c : scene.conditions) largest = std::max(largest, c.by.norm());
-  return largest;
-}
-
-/// Distance of each condition's worst point from its prescribed place.
-std::vector<double> misfits(const Constraints& constraints, const Scene& scene, const NodeVector& u, double fraction) {
-  std::vector<double> worst(scene.conditions.size());
-  for (const ConstraintPoint& p : constraints.points()) {
-    Vec3 miss = fraction * p.value - constraints.displacement(p, u);
-    for (int d = 0; d < 3; ++d)
-      if (!p.axes[static_cast<std::size_t>(d)]) miss[d] = 0;
-    double& w = worst[static_cast<std::size_t>(p.condition)];
-    w = std::max(w, miss.norm());
-  }
-  return worst;
-}
-
-void check_supports(const Problem& problem, const Scene& scene) {
-  const std::vector<std::string> free = free_motions(problem.mesh(), problem.constraints.points());
-  if (!free.empty()) {
-    const std::size_t shown = std::min<std::size_t>(free.size(), 3);
-    throw Error(ErrorKind::geometry,
-                fmt::format("missing supports at level {}: {}{}, expected every part held", problem.level,
-                            fmt::join(free.begin(), free.begin() + static_cast<std::ptrdiff_t>(shown), "; "),
-                            free.size() > shown ? fmt::format("; and {} more", free.size() - shown) : ""));
-  }
-  std::vector<double> miss(scene.conditions.size());
-  const std::vector<double> of_point = problem.constraints.contradiction();
-  for (std::size_t p = 0; p < of_point.size(); ++p) {
-    double& worst = miss[static_cast<std::size_t>(problem.constraints.held()[p].condition)];
-    worst = std::max(worst, of_point[p]);
-  }
-  std::vector<std::string> conflicting;
-  for (std::size_t c = 0; c < miss.size(); ++c)
-    if (miss[c] > conflict_fraction * largest_prescribed(scene))
-      conflicting.push_back(
-          fmt::format("'{}' ({}, misses by {:.3g} mm)", scene.conditions[c].name, scene.conditions[c].where, miss[c]));
-  if (!conflicting.empty())
-    throw Error(ErrorKind::geometry,
-                fmt::format("conditions contradict each other at level {}: {}, expected displacements that the cells "
-                            "can follow (a finer level, or patches farther apart)",
-                            problem.level, fmt::join(conflicting, " and ")));
-}
-
-/// Newton with automatic load cut-back from u.
-NewtonReport solve_level(const Problem& problem, Elastic& elastic, const NewtonOptions& options, bool has_start,
-                         NodeVector& u, double& fraction, const SolveProgress& progress) {
+/// Newton with automatic load cut-back from `state.u`.
+void solve_with_cutback(Solved& state, const NewtonOptions& options, bool has_start, const SolveProgress& progress) {
+  const LevelProblem& problem = *state.problem;
   NewtonReport total;
   double reached = 0, step = 1;
-  NodeVector good = NodeVector::Zero(u.size());
+  NodeVector good = NodeVector::Zero(state.u.size());
   while (true) {
     const double target = std::min(1.0, reached + step);
-    NodeVector trial = has_start ? u : good;
-    NewtonReport report = minimize(problem.hierarchy, elastic, problem.constraints, problem.forces, target, options,
-                                   trial, [&](int iteration, double residual, int linear) {
-                                     if (progress) progress(problem.level, target, iteration, residual, linear);
+    NodeVector trial = has_start ? state.u : good;
+    NewtonReport report = minimize(problem.hierarchy(), state.problem->potential(), problem.constraints(), target,
+                                   options, trial, [&](int iteration, double residual, int linear) {
+                                     if (progress) progress(problem.level(), target, iteration, residual, linear);
                                    });
     total.iterations += report.iterations;
     total.linear_iterations += report.linear_iterations;
     total.relative_residual = report.relative_residual;
     total.reason = report.reason;
+    total.interrupted = report.interrupted;
+    total.preconditioner_bytes = std::max(total.preconditioner_bytes, report.preconditioner_bytes);
+    total.remaining = std::move(report.remaining);
+    if (report.interrupted) break;
     if (report.converged) {
       good = std::move(trial);
       reached = target;
@@ -156,10 +70,187 @@ NewtonReport solve_level(const Problem& problem, Elastic& elastic, const NewtonO
   }
   total.converged = reached == 1;
   if (!total.converged) total.reason = fmt::format("stopped at {:.3g} of the load: {}", reached, total.reason);
-  u = std::move(good);
-  fraction = reached;
-  return total;
+  state.u = std::move(good);
+  state.load_fraction = reached;
+  state.newton = std::move(total);
 }
+
+/// What one level differs from the coarser one before it, and what both are expected to differ from the limit.
+class ErrorEstimator {
+public:
+  /// Levels come coarse to fine; `difference` is that to the level before, nothing for one without.
+  /// Writes the estimates of the last levels into `levels`.
+  void add(const std::optional<ElasticCells::Size>& difference, std::vector<LevelReport>& levels) {
+    // Errors that fall by r from level to level differ by (1/r - 1) times the finer one. Where there is no ratio to be
+    // measured yet, and where it cannot be that of a convergent series, errors are taken to fall as trilinear cells'
+    // near the rims of patches: by half.
+    constexpr double usual = 0.5, least = 0.25, most = 0.7;
+    if (!difference) {
+      differences_.clear();
+      return;
+    }
+    const double ratio =
+        differences_.empty() ? usual : std::clamp(difference->mean / differences_.back().mean, least, most);
+    differences_.push_back(*difference);
+    ErrorEstimate& now = levels.back().error;
+    now.mean_mm = difference->mean * ratio / (1 - ratio);
+    now.max_mm = difference->largest * ratio / (1 - ratio);
+    // What is known about coarser levels gets sharper.
+    double mean = *now.mean_mm, largest = *now.max_mm;
+    for (std::size_t n = 0; n < differences_.size(); ++n) {
+      mean += differences_[differences_.size() - 1 - n].mean;
+      largest += differences_[differences_.size() - 1 - n].largest;
+      ErrorEstimate& coarser = levels[levels.size() - 2 - n].error;
+      coarser.mean_mm = mean;
+      coarser.max_mm = largest;
+    }
+  }
+
+private:
+  std::vector<ElasticCells::Size> differences_;
+};
+
+class NestedIteration {
+public:
+  NestedIteration(const Lattice& lattice, const Scene& scene, int finest, SolveReport& report,
+                  const SolveProgress& progress)
+      : lattice_(lattice), scene_(scene), coarse_scene_(scene), finest_(finest), report_(report), progress_(progress) {
+    // Lattice nodes of a coarser level are other points: there the faces stand for them.
+    const auto by_faces = [](Selection& s) {
+      if (s.on == SurfacePoints::nodes) s.on = SurfacePoints::faces;
+    };
+    for (Condition& c : coarse_scene_.conditions) by_faces(c.selection);
+    for (Force& f : coarse_scene_.forces) by_faces(f.selection);
+    report_.effects = list_effects(scene);
+  }
+
+  /// @returns the mechanical level
+  Solved run() {
+    std::unique_ptr<LevelProblem> finest;
+    if (!is_open_ended()) {
+      const Stopwatch setup;
+      finest = std::make_unique<LevelProblem>(lattice_, scene_, finest_);
+      warn(check_conflicts(*finest, scene_));
+      report_.setup_seconds = setup.seconds();
+    }
+    const Stopwatch solve;
+    Solved best;
+    for (int level = first_nested_level(lattice_, finest_); level >= finest_; --level) {
+      if (best.problem && !has_time_for(level)) break;
+      const Stopwatch watch;
+      Solved next;
+      next.problem = level == finest_ && finest
+                         ? std::move(finest)
+                         : std::make_unique<LevelProblem>(lattice_, level == finest_ ? scene_ : coarse_scene_, level);
+      if (is_open_ended()) {
+        if (level > finest_ && !next.problem->conflicts().empty()) continue;
+        warn(check_conflicts(*next.problem, scene_));
+      }
+      solve_level(next, best);
+      if (next.newton.interrupted) break;
+      add_report(next, best, watch.seconds());
+      best = std::move(next);
+      if (is_accurate()) break;
+    }
+    report_.solve_seconds = solve.seconds();
+    conclude(best);
+    return best;
+  }
+
+private:
+  const hexmesh::Level& level(int number) const { return lattice_.levels[static_cast<std::size_t>(number)]; }
+  void warn(const std::vector<std::string>& warnings) {
+    report_.warnings.insert(report_.warnings.end(), warnings.begin(), warnings.end());
+  }
+  bool is_open_ended() const { return scene_.accuracy || scene_.budget; }
+
+  /// The next level is expected to cost as much per node as the last, and a third more.
+  bool has_time_for(int next) const {
+    if (!scene_.budget) return true;
+    const LevelReport& last = report_.levels.back();
+    const double growth =
+        static_cast<double>(level(next).cells.size()) / static_cast<double>(level(last.level).cells.size());
+    return clock_.seconds() + 4.0 / 3 * growth * last.seconds <= *scene_.budget;
+  }
+
+  void solve_level(Solved& next, const Solved& coarser) {
+    next.problem->build_potential();
+    const Mesh& mesh = next.problem->mesh();
+    const bool has_start = coarser.problem && coarser.newton.converged;
+    if (has_start)
+      Prolongation(mesh, coarser.problem->mesh(), level(coarser.problem->level()).merge).prolongate(coarser.u, next.u);
+    else
+      next.u = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
+    start_ = has_start ? next.u : NodeVector();
+
+    NewtonOptions options;
+    const bool is_only_a_start = next.problem->level() != finest_ || scene_.accuracy;
+    options.tolerance = is_only_a_start ? std::max(scene_.tolerance, nested_tolerance) : scene_.tolerance;
+    if (scene_.budget && coarser.problem) options.interrupt = [this] { return clock_.seconds() > *scene_.budget; };
+    solve_with_cutback(next, options, has_start, progress_);
+    while (scene_.accuracy && next.newton.converged && options.tolerance > scene_.tolerance &&
+           !(algebraic_error(next).value_or(0) <= algebraic_part * *scene_.accuracy)) {
+      options.tolerance = std::max(scene_.tolerance, 0.1 * options.tolerance);
+      NewtonReport before = std::move(next.newton);
+      solve_with_cutback(next, options, true, progress_);
+      next.newton.iterations += before.iterations;
+      next.newton.linear_iterations += before.linear_iterations;
+    }
+  }
+
+  static std::optional<double> algebraic_error(const Solved& state) {
+    if (state.newton.remaining.size() == 0) return {};
+    return state.problem->elastic().size_in_material(state.newton.remaining).mean;
+  }
+
+  void add_report(Solved& now, const Solved& coarser, double seconds) {
+    const LevelProblem& problem = *now.problem;
+    const std::optional<double> algebraic = algebraic_error(now);
+    now.newton.remaining.resize(0);
+    report_.levels.push_back(
+        {problem.level(), problem.mesh().num_cells(), problem.mesh().num_nodes(), seconds, now.newton, {}});
+    report_.levels.back().error.algebraic_mm = algebraic;
+    std::optional<ElasticCells::Size> difference;
+    if (coarser.problem && coarser.newton.converged && now.newton.converged)
+      difference = problem.elastic().size_in_material(now.u - start_);
+    estimator_.add(difference, report_.levels);
+    for (const Potential::Cost& cost : problem.potential().costs())
+      for (Effect& e : report_.effects) {
+        if (e.name == cost.name) e.seconds += cost.seconds - cost.linearize_seconds;
+        if (e.name == "rotation" && cost.name == problem.elastic().name()) e.seconds += cost.linearize_seconds;
+      }
+  }
+
+  bool is_accurate() const {
+    if (!scene_.accuracy) return false;
+    const LevelReport& last = report_.levels.back();
+    return last.newton.converged && last.error.mean_mm && *last.error.mean_mm <= *scene_.accuracy;
+  }
+
+  void conclude(const Solved& best) {
+    report_.converged = best.newton.converged;
+    report_.reason = best.newton.reason;
+    if (report_.converged && scene_.accuracy && !is_accurate()) {
+      const auto& error = report_.levels.back().error.mean_mm;
+      report_.converged = false;
+      report_.reason = fmt::format("the finest level's estimated error is {}, accuracy_mm = {:g} was asked",
+                                   error ? fmt::format("{:.2g} mm", *error) : "unknown", *scene_.accuracy);
+    }
+    if (scene_.budget && clock_.seconds() > *scene_.budget)
+      report_.warnings.push_back(fmt::format("the first level alone took {:.3g} s, more than budget_s = {:g}",
+                                             clock_.seconds(), *scene_.budget));
+  }
+
+  const Lattice& lattice_;
+  const Scene& scene_;
+  Scene coarse_scene_;
+  int finest_;
+  SolveReport& report_;
+  const SolveProgress& progress_;
+  Stopwatch clock_;
+  ErrorEstimator estimator_;
+  NodeVector start_;  ///< the coarser solution on the level being solved
+};
 
 std::vector<Vec3> to_points(const NodeVector& u) {
   std::vector<Vec3> out(static_cast<std::size_t>(u.size() / 3));
@@ -167,17 +258,17 @@ std::vector<Vec3> to_points(const NodeVector& u) {
   return out;
 }
 
-Result make_result(const Lattice& lattice, const Scene& scene, const Problem& problem, const Elastic& elastic,
-                   const NodeVector& u) {
-  const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(problem.level)];
+Result make_result(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u) {
+  const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(problem.level())];
   const Mesh& mesh = problem.mesh();
-  Result r = hexmesh::rest_state(lattice, problem.level);
+  Result r = hexmesh::rest_state(lattice, problem.level());
   r.displacement = to_points(u);
 
-  const double cell_volume = lattice.cell_size(problem.level).prod();
+  const double cell_volume = lattice.cell_size(problem.level()).prod();
   std::vector<double>& density = r.cell_fields["strain_energy_density"];
-  density = elastic.cell_energies(u);
+  density = problem.elastic().cell_energies(u);
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) density[c] /= level.fill(c) * cell_volume;
+  if (!problem.islands().empty()) r.cell_fields["island"] = {problem.islands().begin(), problem.islands().end()};
 
   const hexmesh::CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells);
   for (const Vec3& p : lattice.surface.points) {
@@ -190,15 +281,15 @@ Result make_result(const Lattice& lattice, const Scene& scene, const Problem& pr
     r.surface_displacement.push_back(moved);
   }
 
-  for (const Condition& c : scene.conditions) r.conditions.push_back({c.name, {}, {}});
-  for (const ConstraintPoint& p : problem.constraints.points()) {
+  for (const Condition& c : problem.conditions()) r.conditions.push_back({c.name, {}, {}});
+  for (const ConstraintPoint& p : problem.constraints().points()) {
     const CellNodes& nodes = mesh.cell_nodes()[static_cast<std::size_t>(p.cell)];
     Vec3 position = Vec3::Zero();
     for (int a = 0; a < 8; ++a)
       position += p.weights[a] * r.nodes[static_cast<std::size_t>(nodes[static_cast<std::size_t>(a)])];
     auto& condition = r.conditions[static_cast<std::size_t>(p.condition)];
     condition.points.push_back(position);
-    condition.displacement.push_back(problem.constraints.displacement(p, u));
+    condition.displacement.push_back(problem.constraints().displacement(p, u));
   }
   return r;
 }
@@ -212,35 +303,37 @@ void add_measures(CellMeasures measures, Result& result, SolveReport& report) {
   result.cell_fields["von_mises_stress"] = std::move(measures.von_mises_stress);
 }
 
-void report_conditions(const Scene& scene, const Problem& problem, const Elastic& elastic, const NodeVector& u,
-                       SolveReport& report) {
+void report_conditions(const LevelProblem& problem, const NodeVector& u, SolveReport& report) {
+  const Constraints& constraints = problem.constraints();
   NodeVector gradient, magnitude;
-  elastic.gradient(u, gradient, magnitude);
-  if (problem.forces.size() > 0) gradient -= report.load_fraction * problem.forces;
-  for (std::size_t n = 0; n < problem.force_totals.size(); ++n)
-    report.forces.push_back(
-        {n < scene.forces.size() ? scene.forces[n].name : "gravity", report.load_fraction * problem.force_totals[n]});
-  const std::vector<Vec3> forces = problem.constraints.multipliers(gradient);
-  const std::vector<double> miss = misfits(problem.constraints, scene, u, report.load_fraction);
-  for (std::size_t c = 0; c < scene.conditions.size(); ++c)
-    report.conditions.push_back({scene.conditions[c].name, 0, miss[c], Vec3::Zero()});
-  for (const ConstraintPoint& p : problem.constraints.points())
-    ++report.conditions[static_cast<std::size_t>(p.condition)].points;
+  problem.potential().gradient(u, gradient, magnitude);
+  for (const LevelProblem::Load& load : problem.loads())
+    report.forces.push_back({load.name, report.load_fraction * load.total});
+  report.conditions = report_points(problem);
+  for (const ConstraintPoint& p : constraints.points()) {
+    ConditionReport& r = report.conditions[static_cast<std::size_t>(p.condition)];
+    Vec3 miss = report.load_fraction * p.value - constraints.displacement(p, u);
+    for (int d = 0; d < 3; ++d)
+      if (!p.axes[static_cast<std::size_t>(d)]) miss[d] = 0;
+    r.misfit_mm = std::max(r.misfit_mm, miss.norm());
+  }
+  const std::vector<Vec3> forces = constraints.multipliers(gradient);
   for (std::size_t p = 0; p < forces.size(); ++p)
-    report.conditions[static_cast<std::size_t>(problem.constraints.held()[p].condition)].reaction_n += forces[p];
-  report.kept_directions = problem.constraints.num_kept();
-  report.constraint_violation_mm = problem.constraints.violation(u, report.load_fraction);
+    report.conditions[static_cast<std::size_t>(constraints.held()[p].condition)].reaction_n += forces[p];
+  report.kept_directions = constraints.num_kept();
+  report.constraint_violation_mm = constraints.violation(u, report.load_fraction);
 }
 
 }  // namespace
 
-int mechanical_level(const Scene& scene, const Lattice& lattice) {
+int finest_level(const Scene& scene, const Lattice& lattice) {
   const int count = static_cast<int>(lattice.levels.size());
   if (scene.level) {
     if (*scene.level >= count)
       throw Error(ErrorKind::input, fmt::format("solve.level is {}, expected 0 to {}", *scene.level, count - 1));
     return *scene.level;
   }
+  if (scene.accuracy || scene.budget) return 0;
   for (int level = 0; level < count; ++level)
     if (lattice.levels[static_cast<std::size_t>(level)].cells.size() <= default_most_cells) return level;
   return count - 1;
@@ -248,135 +341,22 @@ int mechanical_level(const Scene& scene, const Lattice& lattice) {
 
 Result solve_equilibrium(const Lattice& lattice, const Scene& scene, int level, SolveReport& report,
                          const SolveProgress& progress) {
-  const Stopwatch setup;
-  Problem finest(lattice, scene, level);
-  check_supports(finest, scene);
-  report.setup_seconds = setup.seconds();
-
-  const Stopwatch solve;
-  int start = level;
-  for (int coarser = level + 1; coarser < static_cast<int>(lattice.levels.size()); ++coarser)
-    if (lattice.levels[static_cast<std::size_t>(coarser)].cells.size() >= coarsest_nested_cells) start = coarser;
-
-  // Lattice nodes of a coarser level are other points: there the faces stand for them.
-  Scene coarse_scene = scene;
-  const auto by_faces = [](Selection& s) {
-    if (s.on == SurfacePoints::nodes) s.on = SurfacePoints::faces;
-  };
-  for (Condition& c : coarse_scene.conditions) by_faces(c.selection);
-  for (Force& f : coarse_scene.forces) by_faces(f.selection);
-
-  NodeVector u;
-  std::unique_ptr<const Problem> previous;
-  for (int number = start; number >= level; --number) {
-    const Stopwatch watch;
-    std::unique_ptr<const Problem> coarse;
-    if (number != level) coarse = std::make_unique<const Problem>(lattice, coarse_scene, number);
-    const Problem& problem = coarse ? *coarse : finest;
-    Elastic elastic = make_elastic(lattice, scene, problem);
-
-    const bool has_start = previous && u.size() > 0;
-    if (has_start) {
-      const Index3& merge = lattice.levels[static_cast<std::size_t>(previous->level)].merge;
-      NodeVector fine;
-      Prolongation(problem.mesh(), previous->mesh(), merge).prolongate(u, fine);
-      u = std::move(fine);
-    } else {
-      u = NodeVector::Zero(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
-    }
-    NewtonOptions options;
-    options.tolerance = number == level ? scene.tolerance : std::max(scene.tolerance, nested_tolerance);
-    NewtonReport newton = solve_level(problem, elastic, options, has_start, u, report.load_fraction, progress);
-    report.levels.push_back({number, problem.mesh().num_cells(), problem.mesh().num_nodes(), watch.seconds(), newton});
-    if (number != level) {
-      // A coarse level that fails says nothing about the fine one: that starts from rest.
-      if (!newton.converged) u.resize(0);
-      previous = std::move(coarse);
-      continue;
-    }
-    report.converged = newton.converged;
-    report.reason = newton.reason;
-    report.relative_residual = newton.relative_residual;
-    report.solve_seconds = solve.seconds();
-    report.strain_energy_n_mm = elastic.energy(u);
-    report_conditions(scene, problem, elastic, u, report);
-    Result result = make_result(lattice, scene, problem, elastic, u);
-    add_measures(measure_cells(lattice, level, problem.mesh(), scene.strain, u), result, report);
-    return result;
-  }
-  throw std::logic_error("no level was solved");
-}
-
-Lattice with_overrides(Lattice lattice, const Scene& scene) {
-  if (scene.materials.empty()) return lattice;
-  for (const auto& [name, change] : scene.materials) {
-    const auto found = std::find_if(lattice.segments.begin(), lattice.segments.end(),
-                                    [&, &wanted = name](const auto& s) { return s.segment.name == wanted; });
-    if (found == lattice.segments.end() || !found->material)
-      throw Error(ErrorKind::input,
-                  fmt::format("[material.{}]: the lattice has no such segment with a material", name));
-    const auto apply = [&change = change](hexmesh::Material& m) {
-      if (change.young_kpa) m.young = *change.young_kpa * 1e-3;
-      if (change.poisson) m.poisson = *change.poisson;
-      if (change.density_kg_m3) m.density = *change.density_kg_m3 * 1e-12;
-    };
-    apply(*found->material);
-    hexmesh::check_material(*found->material, name);
-    for (hexmesh::VoxelMaterial& m : lattice.materials)
-      if (m.label == found->segment.label) apply(m.material);
-  }
-  return lattice;
-}
-
-std::string example_scene(const Lattice& lattice) {
-  // Extreme points of the surface, each at least three patch radii from those chosen before.
-  constexpr double radius = 10;
-  struct Place {
-    const char* name;
-    Vec3 towards;
-  };
-  const std::array<Place, 8> places = {{{"left end", {1, 0, 0}},
-                                        {"right end", {-1, 0, 0}},
-                                        {"back", {0, 1, 0}},
-                                        {"lower end", {0, 0, -1}},
-                                        {"upper end", {0, 0, 1}},
-                                        {"front", {0, -1, 0}},
-                                        {"lower right", {-1, 0, -1}},
-                                        {"upper right", {-1, 0, 1}}}};
-  std::vector<std::pair<std::string, Vec3>> chosen;
-  const std::vector<hexmesh::ExposedFace> faces = hexmesh::exposed_faces(lattice);
-  for (const Place& place : places) {
-    const hexmesh::ExposedFace* best = nullptr;
-    double most = 0;
-    for (const hexmesh::ExposedFace& face : faces) {
-      const double along = lattice.voxels.position(hexmesh::face_index(face)).dot(place.towards);
-      if (!best || along > most + 1e-9) {
-        best = &face;
-        most = along;
-      }
-    }
-    const Vec3 point = lattice.voxels.position(hexmesh::face_index(*best));
-    const bool apart = std::all_of(chosen.begin(), chosen.end(),
-                                   [&](const auto& c) { return (c.second - point).norm() > 3 * radius; });
-    if (apart && chosen.size() < 4) chosen.emplace_back(place.name, point);
-  }
-  if (chosen.size() < 4)
-    throw Error(ErrorKind::geometry, fmt::format("the body is too small for four patches of {} mm", radius));
-
-  std::string text =
-      "# Three places on the surface held, a fourth pulled by 40 mm: the displacement-driven liver experiment of\n"
-      "# Nesme, Faure, Payan, \"Accurate interactive animation of deformable models at arbitrary resolution\" (2010).\n"
-      "# Positions are patient LPS in mm. radius_mm = 0 takes the one nearest point, as in the paper.\n"
-      "[solve]\nkind = \"equilibrium\"\nstrain = \"corotational\"   # or \"cauchy\"\n"
-      "volumetric = \"mean\"        # or \"full\", the paper's\ntolerance = 1e-8\n";
-  for (std::size_t n = 1; n < 4; ++n)
-    text += fmt::format("\n[[fix]]\nname = \"{}\"\npoint_mm = [{:.3f}, {:.3f}, {:.3f}]\nradius_mm = {:g}\n",
-                        chosen[n].first, chosen[n].second[0], chosen[n].second[1], chosen[n].second[2], radius);
-  text += fmt::format(
-      "\n[[displace]]\nname = \"{}\"\npoint_mm = [{:.3f}, {:.3f}, {:.3f}]\nradius_mm = {:g}\n"
-      "by_mm = [0.0, -28.284271, -28.284271]   # 40 mm to the front and down\n",
-      chosen[0].first, chosen[0].second[0], chosen[0].second[1], chosen[0].second[2], radius);
-  return text;
+  report.warnings = check_single_points(scene);
+  const Solved solved = NestedIteration(lattice, scene, level, report, progress).run();
+  const LevelProblem& problem = *solved.problem;
+  report.load_fraction = solved.load_fraction;
+  report.relative_residual = solved.newton.relative_residual;
+  report.strain_energy_n_mm = problem.elastic().energy(solved.u);
+  report.island_cells = problem.num_island_cells();
+  solved.problem->potential().set_load_fraction(solved.load_fraction);
+  report_conditions(problem, solved.u, report);
+  report.bytes = {{"lattice", hexmesh::bytes_of(lattice)},
+                  {"meshes", problem.hierarchy().bytes()},
+                  {"multigrid", solved.newton.preconditioner_bytes}};
+  for (const Potential::Cost& cost : problem.potential().costs()) report.bytes.emplace_back(cost.name, cost.bytes);
+  Result result = make_result(lattice, problem, solved.u);
+  add_measures(measure_cells(lattice, problem.level(), problem.mesh(), scene.strain, solved.u), result, report);
+  return result;
 }
 
 }  // namespace hexsolver

@@ -4,7 +4,11 @@
 #include <algorithm>
 #include <cassert>
 
+#include "hexmesh/core/bytes.h"
+
 namespace hexsolver {
+
+using hexmesh::bytes_of;
 
 Mesh::Mesh(std::vector<Index3> cells, const Mat3& edges, const Vec3& corner)
     : cells_(std::move(cells)), numbering_(hexmesh::number_nodes(cells_)), edges_(edges), corner_(corner) {
@@ -14,6 +18,10 @@ Mesh::Mesh(std::vector<Index3> cells, const Mat3& edges, const Vec3& corner)
     if (slab.second == 0) slab.first = c;
     slab.second = c + 1;
   }
+}
+
+std::size_t Mesh::bytes() const {
+  return bytes_of(cells_) + bytes_of(numbering_.cell_nodes) + bytes_of(numbering_.nodes);
 }
 
 Prolongation::Prolongation(const Mesh& fine, const Mesh& coarse, const Index3& factor) {
@@ -69,6 +77,8 @@ void Prolongation::Rows::multiply(const NodeVector& x, NodeVector& y) const {
     y.segment<3>(3 * row) = sum;
   }
 }
+
+std::size_t Prolongation::Rows::bytes() const { return bytes_of(begin) + bytes_of(columns) + bytes_of(weights); }
 
 void Prolongation::prolongate(const NodeVector& coarse, NodeVector& fine) const { forward_.multiply(coarse, fine); }
 void Prolongation::restrict_to(const NodeVector& fine, NodeVector& coarse) const { transposed_.multiply(fine, coarse); }

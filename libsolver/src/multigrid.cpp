@@ -8,18 +8,20 @@
 #include <map>
 
 #include "cell_product.h"
+#include "hexmesh/core/bytes.h"
 
 namespace hexsolver {
 namespace {
 
 using Eigen::Index;
+using hexmesh::bytes_of;
 
 /// Supports weigh this many nodal stiffnesses on the coarser levels. The finest keeps them exactly, so more only spoils
 /// the coarser smoothers (a real liver, 289,431 dofs, cells partly filled: 14, 12, 13 iterations with 3, 5, 9).
 constexpr double support_stiffness = 5;
-constexpr int chebyshev_degree = 5;
+constexpr int chebyshev_degree = 6;
 /// The smoother damps eigenvalues of D^-1 A in [largest / smoothing_range, largest].
-constexpr double smoothing_range = 40;
+constexpr double smoothing_range = 80;
 
 /// k <- L^T k L for the child in the given slot of its parent. Axis by axis: a child in the lower half has its lower
 /// nodes on the parent's and its upper ones half way, and the other way round in the upper half.
@@ -56,8 +58,16 @@ Hierarchy::Hierarchy(Mesh finest, const Vec3& corner, std::size_t coarsest_dofs)
   }
 }
 
-Multigrid::Multigrid(const Hierarchy& hierarchy, const Elastic& elastic, const Constraints& constraints)
-    : hierarchy_(hierarchy), elastic_(elastic), constraints_(constraints), levels_(hierarchy.meshes.size()) {
+std::size_t Hierarchy::bytes() const {
+  std::size_t sum = 0;
+  for (const Mesh& m : meshes) sum += m.bytes();
+  for (const hexmesh::Merge& m : merges) sum += bytes_of(m.parents) + bytes_of(m.children);
+  for (const Prolongation& p : prolongations) sum += p.bytes();
+  return sum;
+}
+
+Multigrid::Multigrid(const Hierarchy& hierarchy, const Potential& potential, const Constraints& constraints)
+    : hierarchy_(hierarchy), potential_(potential), constraints_(constraints), levels_(hierarchy.meshes.size()) {
   for (std::size_t p = 0; p < constraints.held().size(); ++p)
     points_of_cell_[static_cast<std::size_t>(constraints.held()[p].cell)].push_back(p);
   choose_support_weights();
@@ -76,7 +86,7 @@ void Multigrid::choose_support_weights() {
   std::vector<double> stiffness(num_conditions), density(num_conditions);
   std::vector<std::unordered_map<std::int32_t, double>> weight_of_node(num_conditions);
   for (const auto& [cell, members] : points_of_cell_) {
-    const double nodal = 8 * elastic_.cell_hessian(cell).trace() / 24;
+    const double nodal = 8 * potential_.cell_hessian(cell).trace() / 24;
     for (const std::size_t m : members) {
       const ConstraintPoint& p = constraints_.held()[m];
       const auto condition = static_cast<std::size_t>(p.condition);
@@ -94,7 +104,7 @@ void Multigrid::choose_support_weights() {
 
 CellMatrix Multigrid::cell_matrix(std::size_t level, std::size_t cell) const {
   if (level > 0) return levels_[level].pool[static_cast<std::size_t>(levels_[level].index[cell])].cast<double>();
-  CellMatrix k = elastic_.cell_hessian(cell);
+  CellMatrix k = potential_.cell_hessian(cell);
   const auto found = points_of_cell_.find(cell);
   if (found == points_of_cell_.end()) return k;
   std::array<Eigen::Matrix<double, 8, 8>, 3> supports;
@@ -121,20 +131,20 @@ void Multigrid::coarsen(std::size_t level) {
   const auto shared = [&](std::int32_t cell) {
     const auto c = static_cast<std::size_t>(cell);
     if (level > 0) return levels_[level].index[c];
-    return points_of_cell_.contains(c) ? -1 : elastic_.shared_hessian(c);
+    return points_of_cell_.contains(c) ? Term::own_hessian : potential_.shared_hessian(c);
   };
   std::map<hexmesh::Children, std::int32_t> known;
   std::vector<char> computes(coarse.num_cells(), 1);
   std::int32_t pool_size = 0;
   to.index.resize(coarse.num_cells());
-  const bool may_share = elastic_.shared_hessian(0) >= 0;
+  const bool may_share = potential_.shared_hessian(0) >= 0;
   for (std::size_t parent = 0; parent < coarse.num_cells(); ++parent) {
     hexmesh::Children pattern;
     bool all_shared = may_share;
     for (std::size_t slot = 0; slot < 8; ++slot) {
       const std::int32_t child = merge.children[parent][slot];
-      pattern[slot] = child < 0 ? -2 : may_share ? shared(child) : -1;
-      all_shared = all_shared && pattern[slot] != -1;
+      pattern[slot] = child < 0 ? Term::no_hessian : may_share ? shared(child) : Term::own_hessian;
+      all_shared = all_shared && pattern[slot] != Term::own_hessian;
     }
     if (all_shared) {
       const auto [entry, is_new] = known.try_emplace(pattern, pool_size);
@@ -209,7 +219,7 @@ void Multigrid::multiply(std::size_t level, const NodeVector& x, NodeVector& y) 
     });
     return;
   }
-  elastic_.apply(x, y);
+  potential_.apply(x, y);
   constraints_.project(y);
 }
 
@@ -308,6 +318,14 @@ void Multigrid::cycle(std::size_t level, const NodeVector& b, NodeVector& x) con
   if (level == 0) constraints_.project(l.t);
   x += l.t;
   smooth(level, b, x, false);
+}
+
+std::size_t Multigrid::bytes() const {
+  std::size_t sum = 0;
+  for (const Level& l : levels_)
+    sum += bytes_of(l.index) + bytes_of(l.pool) + bytes_of(l.inverse_diagonal) +
+           sizeof(double) * static_cast<std::size_t>(l.b.size() + l.x.size() + l.r.size() + l.d.size() + l.t.size());
+  return sum;
 }
 
 void Multigrid::apply(const NodeVector& r, NodeVector& z) const {

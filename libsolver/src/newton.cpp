@@ -5,29 +5,105 @@
 #include <cmath>
 #include <optional>
 
+#include "hexsolver/multigrid.h"
+
 namespace hexsolver {
 namespace {
 
+enum class Linear { solved, negative_curvature, interrupted };
+
 struct LinearOutcome {
   int iterations = 0;
-  bool positive = true;  ///< no direction of negative curvature was met
+  Linear end = Linear::solved;
 };
+
+struct Residual {
+  NodeVector gradient;  ///< projected
+  double relative = 0;
+};
+
+/// One call of minimize().
+class Minimizer {
+public:
+  Minimizer(const Hierarchy& hierarchy, Potential& potential, const Constraints& constraints, double fraction,
+            const NewtonOptions& options)
+      : hierarchy_(hierarchy),
+        potential_(potential),
+        constraints_(constraints),
+        fraction_(fraction),
+        options_(options),
+        rounding_(potential.rounding()) {}
+
+  NewtonReport run(NodeVector& u, const NewtonProgress& progress);
+
+private:
+  Residual residual(const NodeVector& u) const;
+  double energy_rounding(double energy, const NodeVector& step) const;
+  void prepare(const NodeVector& u, Hessian which);
+  /// Asked once |r| <= the relative tolerance times |b|: by what factor |r| is still too large, 1 or less to end.
+  using Excess = std::function<double(const NodeVector& d)>;
+  LinearOutcome solve_linear(const NodeVector& b, double relative_tolerance, const Excess& excess, NodeVector& d) const;
+  LinearOutcome find_step(const NodeVector& u, const NodeVector& gradient, const NodeVector& support_step,
+                          double forcing, Hessian& which, NodeVector& step);
+  double forcing(const Residual& now, bool supports_hold) const;
+  std::optional<double> search_line(NodeVector& u, Residual& now, const NodeVector& step) const;
+  bool is_interrupted() const { return options_.interrupt && options_.interrupt(); }
+
+  const Hierarchy& hierarchy_;
+  Potential& potential_;
+  const Constraints& constraints_;
+  double fraction_;
+  const NewtonOptions& options_;
+  double rounding_;
+  std::unique_ptr<const Multigrid> preconditioner_;  ///< of the last prepare()
+};
+
+/// |P g| over the sum of absolute cell forces and loads; forces of the size of rounding errors count as balanced.
+Residual Minimizer::residual(const NodeVector& u) const {
+  Residual residual;
+  NodeVector magnitude;
+  potential_.gradient(u, residual.gradient, magnitude);
+  constraints_.project(residual.gradient);
+  residual.relative = residual.gradient.norm() / (magnitude.norm() + rounding_ / options_.tolerance);
+  return residual;
+}
+
+/// By how much energies may differ by rounding alone.
+double Minimizer::energy_rounding(double energy, const NodeVector& step) const {
+  return 1e-13 * std::abs(energy) + rounding_ * step.lpNorm<Eigen::Infinity>();
+}
+
+void Minimizer::prepare(const NodeVector& u, Hessian which) {
+  preconditioner_.reset();
+  potential_.linearize(u, which);
+  preconditioner_ = std::make_unique<const Multigrid>(hierarchy_, potential_, constraints_);
+}
 
 /// Preconditioned conjugate gradients for P A P d = P b in the range of P, from d = 0.
 /// Ends early on a direction of negative curvature; d is then the best so far.
-LinearOutcome solve_linear(const Elastic& elastic, const Constraints& constraints, const Multigrid& preconditioner,
-                           const NodeVector& b, double relative_tolerance, int max_iterations, NodeVector& d) {
+LinearOutcome Minimizer::solve_linear(const NodeVector& b, double relative_tolerance, const Excess& excess,
+                                      NodeVector& d) const {
   d.setZero(b.size());
   NodeVector r = b, z, p, q;
-  constraints.project(r);
-  const double target = relative_tolerance * r.norm();
+  constraints_.project(r);
+  double target = relative_tolerance * r.norm();
   double rz = 0;
   LinearOutcome outcome;
-  while (r.norm() > target && outcome.iterations < max_iterations) {
-    preconditioner.apply(r, z);
+  while (outcome.iterations < options_.max_linear_iterations) {
+    const double left = r.norm();
+    if (left <= target) {
+      const double factor = excess ? excess(d) : 1;
+      if (!(factor > 1)) return outcome;
+      target = 0.9 * left / factor;
+    }
+    if (is_interrupted()) {
+      outcome.end = Linear::interrupted;
+      return outcome;
+    }
+    preconditioner_->apply(r, z);
     const double rz_next = r.dot(z);
     if (!(rz_next > 0)) {
-      outcome.positive = false;
+      outcome.end = Linear::negative_curvature;
       return outcome;
     }
     if (outcome.iterations == 0)
@@ -35,12 +111,12 @@ LinearOutcome solve_linear(const Elastic& elastic, const Constraints& constraint
     else
       p = z + rz_next / rz * p;
     rz = rz_next;
-    elastic.apply(p, q);
-    constraints.project(q);
+    potential_.apply(p, q);
+    constraints_.project(q);
     const double curvature = p.dot(q);
     ++outcome.iterations;
     if (!(curvature > 0)) {
-      outcome.positive = false;
+      outcome.end = Linear::negative_curvature;
       return outcome;
     }
     const double alpha = rz / curvature;
@@ -50,137 +126,124 @@ LinearOutcome solve_linear(const Elastic& elastic, const Constraints& constraint
   return outcome;
 }
 
-struct Residual {
-  NodeVector gradient;  ///< projected
-  double relative = 0;
-};
-
-/// Elastic energy less the work of the external forces, in the range of P.
-class Objective {
-public:
-  Objective(const Elastic& elastic, const Constraints& constraints, const NodeVector& forces, double fraction,
-            double tolerance)
-      : elastic_(elastic), constraints_(constraints), tolerance_(tolerance) {
-    if (forces.size() > 0) forces_ = fraction * forces;
-  }
-
-  double energy(const NodeVector& u) const { return elastic_.energy(u) - work(u); }
-
-  /// By how much energies may differ by rounding alone.
-  double energy_rounding(const NodeVector& u, const NodeVector& step) const {
-    return 1e-13 * (std::abs(energy(u)) + std::abs(work(u))) + elastic_.rounding() * step.lpNorm<Eigen::Infinity>();
-  }
-
-  /// |P g| over the sum of absolute cell forces and loads; forces of the size of rounding errors count as balanced.
-  Residual residual(const NodeVector& u) const {
-    Residual residual;
-    NodeVector magnitude;
-    elastic_.gradient(u, residual.gradient, magnitude);
-    if (forces_.size() > 0) {
-      residual.gradient -= forces_;
-      magnitude += forces_.cwiseAbs();
+/// The Newton step beyond the one that brings the supports to their places; where the exact Hessian is not positive,
+/// that of the clamped one. An empty step: the clamped one is not positive either.
+LinearOutcome Minimizer::find_step(const NodeVector& u, const NodeVector& gradient, const NodeVector& support_step,
+                                   double forcing, Hessian& which, NodeVector& step) {
+  int iterations = 0;
+  while (true) {
+    prepare(u, which);
+    LinearOutcome outcome{0, Linear::negative_curvature};
+    if (preconditioner_->is_positive()) {
+      NodeVector b = -gradient;
+      if (support_step.size() > 0) {
+        potential_.apply(support_step, b);
+        b = -gradient - b;
+      }
+      const Excess of_linear = [&](const NodeVector& d) {
+        NodeVector end = u + d;
+        if (support_step.size() > 0) end += support_step;
+        return residual(end).relative / options_.tolerance;
+      };
+      outcome = solve_linear(b, forcing, potential_.is_linear() ? of_linear : Excess(), step);
     }
-    constraints_.project(residual.gradient);
-    residual.relative = residual.gradient.norm() / (magnitude.norm() + elastic_.rounding() / tolerance_);
-    return residual;
+    iterations += outcome.iterations;
+    if (outcome.end != Linear::negative_curvature || which == Hessian::clamped) return {iterations, outcome.end};
+    which = Hessian::clamped;
   }
+}
 
-private:
-  double work(const NodeVector& u) const { return forces_.size() > 0 ? forces_.dot(u) : 0; }
+/// Solve as sharply as the next residual can use; a linear problem at once.
+double Minimizer::forcing(const Residual& now, bool supports_hold) const {
+  const double needed = 0.1 * options_.tolerance / now.relative;
+  if (potential_.is_linear()) return 0.1;
+  return supports_hold ? std::clamp(now.relative * 10, needed, 0.05) : std::max(1e-3, 0.1 * options_.tolerance);
+}
 
-  const Elastic& elastic_;
-  const Constraints& constraints_;
-  NodeVector forces_;
-  double tolerance_;
-};
+/// Backtrack from u + step until the energy falls enough (Armijo), or the residual where there is no energy.
+/// @returns the part of the step taken; nothing if no part helps
+std::optional<double> Minimizer::search_line(NodeVector& u, Residual& now, const NodeVector& step) const {
+  const bool has_energy = potential_.is_conservative();
+  const double energy = potential_.energy(u);
+  const double slope = now.gradient.dot(step);
+  const double shortest = has_energy ? 1e-4 : 1e-2;
+  for (double length = 1; length >= shortest; length /= 2) {
+    NodeVector trial = u + length * step;
+    Residual next = residual(trial);
+    // Near the solution energies differ by rounding only.
+    const bool falls = has_energy
+                           ? potential_.energy(trial) <= energy + 1e-4 * length * slope + energy_rounding(energy, step)
+                           : next.gradient.norm() < (1 - 1e-4 * length) * now.gradient.norm();
+    if (!falls) continue;
+    u = std::move(trial);
+    now = std::move(next);
+    return length;
+  }
+  return {};
+}
 
-}  // namespace
-
-NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constraints& constraints,
-                      const NodeVector& forces, double fraction, const NewtonOptions& options, NodeVector& u,
-                      const NewtonProgress& progress) {
-  const Objective objective(elastic, constraints, forces, fraction, options.tolerance);
+NewtonReport Minimizer::run(NodeVector& u, const NewtonProgress& progress) {
   NewtonReport report;
   Hessian which = Hessian::clamped;
-  Residual now = objective.residual(u);
-  NodeVector support_step = constraints.lift(u, fraction);
-  bool supports_hold = support_step.lpNorm<Eigen::Infinity>() < 1e-9;
-  while (report.iterations < options.max_iterations) {
+  Residual now = residual(u);
+  while (true) {
     report.relative_residual = now.relative;
-    if (supports_hold && now.relative <= options.tolerance) {
-      report.converged = true;
-      report.reason = "residual below tolerance";
+    NodeVector support_step = constraints_.lift(u, fraction_);
+    const bool supports_hold =
+        support_step.lpNorm<Eigen::Infinity>() < 1e-9 * std::max(1.0, u.lpNorm<Eigen::Infinity>());
+    if (supports_hold && now.relative <= options_.tolerance) break;
+    if (report.iterations == options_.max_iterations) {
+      report.reason = "too many Newton iterations";
       return report;
     }
     ++report.iterations;
 
-    // Solve as sharply as the next residual can use; a linear problem at once, and what is then left but once more.
-    const double needed = 0.1 * options.tolerance / now.relative;
-    const double forcing = elastic.is_linear() ? (supports_hold ? std::min(needed, 0.1) : options.tolerance)
-                           : supports_hold     ? std::clamp(now.relative * 10, needed, 0.05)
-                                               : std::max(1e-3, 0.1 * options.tolerance);
+    if (supports_hold) support_step.resize(0);
     NodeVector step;
-    int linear_iterations = 0;
-    for (bool solved = false; !solved;) {
-      elastic.linearize(u, which);
-      const Multigrid preconditioner(hierarchy, elastic, constraints);
-      LinearOutcome outcome{0, preconditioner.is_positive()};
-      if (outcome.positive) {
-        NodeVector b = -now.gradient;
-        if (!supports_hold) {
-          elastic.apply(support_step, b);
-          b = -now.gradient - b;
-        }
-        outcome = solve_linear(elastic, constraints, preconditioner, b, forcing, options.max_linear_iterations, step);
-        linear_iterations += outcome.iterations;
-      }
-      solved = outcome.positive || which == Hessian::clamped;
-      if (!solved) which = Hessian::clamped;
-      if (!outcome.positive && solved && step.size() == 0) {
-        report.reason = "the stiffness matrix is not positive definite (missing supports?)";
-        return report;
-      }
+    const LinearOutcome linear = find_step(u, now.gradient, support_step, forcing(now, supports_hold), which, step);
+    report.linear_iterations += linear.iterations;
+    report.preconditioner_bytes = preconditioner_->bytes();
+    if (linear.end == Linear::interrupted) {
+      report.reason = "interrupted";
+      report.interrupted = true;
+      return report;
     }
-    report.linear_iterations += linear_iterations;
+    if (step.size() == 0) {
+      report.reason = "the stiffness matrix is not positive definite (missing supports?)";
+      return report;
+    }
 
     if (!supports_hold) {
       u += support_step + step;
-      now = objective.residual(u);
+      now = residual(u);
     } else {
-      const double energy = objective.energy(u);
-      const double slope = now.gradient.dot(step);
-      double length = 1;
-      Residual next;
-      NodeVector trial;
-      while (true) {
-        trial = u + length * step;
-        next = objective.residual(trial);
-        // Near the solution energies differ by rounding only.
-        const double slack = objective.energy_rounding(u, step);
-        if (objective.energy(trial) <= energy + 1e-4 * length * slope + slack) break;
-        length /= 2;
-        if (length < 1e-4) {
-          report.reason = "no step lowers the energy";
-          return report;
-        }
+      const std::optional<double> length = search_line(u, now, step);
+      if (!length) {
+        report.reason = potential_.is_conservative() ? "no step lowers the energy" : "no step lowers the residual";
+        return report;
       }
       // A full step with the clamped matrix to a small residual: the exact one is worth a try.
-      which = length == 1 && next.relative < 1e-2 ? Hessian::exact : Hessian::clamped;
-      u = std::move(trial);
-      now = std::move(next);
+      which = *length == 1 && now.relative < 1e-2 ? Hessian::exact : Hessian::clamped;
     }
     if (!u.allFinite()) {
       report.reason = "the displacement is not finite";
       return report;
     }
-    support_step = constraints.lift(u, fraction);
-    supports_hold = support_step.lpNorm<Eigen::Infinity>() < 1e-9 * std::max(1.0, u.lpNorm<Eigen::Infinity>());
-    if (progress) progress(report.iterations, now.relative, linear_iterations);
+    if (progress) progress(report.iterations, now.relative, linear.iterations);
   }
-  report.relative_residual = now.relative;
-  report.converged = supports_hold && now.relative <= options.tolerance;
-  report.reason = report.converged ? "residual below tolerance" : "too many Newton iterations";
+  report.converged = true;
+  report.reason = "residual below tolerance";
+  if (!preconditioner_) prepare(u, Hessian::clamped);
+  if (preconditioner_->is_positive()) preconditioner_->apply(now.gradient, report.remaining);
   return report;
+}
+
+}  // namespace
+
+NewtonReport minimize(const Hierarchy& hierarchy, Potential& potential, const Constraints& constraints, double fraction,
+                      const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress) {
+  potential.set_load_fraction(fraction);
+  return Minimizer(hierarchy, potential, constraints, fraction, options).run(u, progress);
 }
 
 }  // namespace hexsolver

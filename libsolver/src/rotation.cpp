@@ -2,8 +2,10 @@
 #include "hexsolver/rotation.h"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <algorithm>
 
 namespace hexsolver {
 namespace {
@@ -50,6 +52,21 @@ Polar polar_decomposition(const Mat3& f) {
   // The bound on det F keeps sigma_i + sigma_j of well-shaped cells above the floor; others take the exact way.
   if (polar.inverse_m.norm() * polar_floor > 1) return by_singular_values(f);
   return polar;
+}
+
+Mat3 orthonormalized(const Mat3& f) {
+  constexpr double flat = 1e-9;
+  Mat3 r;
+  r.col(0) = f.col(0).norm() > flat ? Vec3(f.col(0).normalized()) : Vec3::UnitX();
+  Vec3 second = f.col(1) - r.col(0) * r.col(0).dot(f.col(1));
+  if (!(second.norm() > flat * std::max(1.0, f.col(1).norm()))) {
+    Eigen::Index axis = 0;
+    r.col(0).cwiseAbs().minCoeff(&axis);
+    second = Vec3::Unit(axis) - r.col(0) * r(axis, 0);
+  }
+  r.col(1) = second.normalized();
+  r.col(2) = r.col(0).cross(r.col(1));
+  return r;
 }
 
 }  // namespace hexsolver

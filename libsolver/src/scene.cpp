@@ -59,15 +59,22 @@ void read_solve(TomlReader table, Scene& scene) {
   if (auto v = table.choice<Strain>("strain", {{"cauchy", Strain::cauchy}, {"corotational", Strain::corotational}}))
     scene.strain = *v;
   table.choice<int>("law", {{"hooke", 0}});
-  table.choice<int>("rotation", {{"polar", 0}});
+  if (auto v = table.choice<Rotation>("rotation", {{"polar", Rotation::polar}, {"edges", Rotation::edges}}))
+    scene.rotation = *v;
   if (auto v = table.choice<Volumetric>("volumetric", {{"mean", Volumetric::mean}, {"full", Volumetric::full}}))
     scene.volumetric = *v;
   if (auto v = table.choice<Stiffness>("stiffness", {{"exact", Stiffness::exact}, {"uniform", Stiffness::uniform}}))
     scene.stiffness = *v;
   scene.level = table.integer("level", 0, 30, "a level of the lattice, 0 or more");
+  scene.accuracy = table.number("accuracy_mm", 1e-9, infinity, "an accuracy > 0 mm");
+  scene.budget = table.number("budget_s", 1e-3, infinity, "a time of 0.001 s or more");
+  if (scene.level.has_value() + scene.accuracy.has_value() + scene.budget.has_value() > 1)
+    table.fail_here("[solve] has more than one of level, accuracy_mm, budget_s, expected one");
   if (auto v = table.number("tolerance", 1e-13, 0.1, "1e-13 to 0.1")) scene.tolerance = *v;
-  table.choice<int>("islands", {{"error", 0}});
-  table.choice<int>("conflicts", {{"error", 0}});
+  if (auto v = table.choice<Islands>("islands",
+                                     {{"error", Islands::error}, {"drop", Islands::drop}, {"hold", Islands::hold}}))
+    scene.islands = *v;
+  if (auto v = table.choice<bool>("conflicts", {{"error", false}, {"compromise", true}})) scene.compromise = *v;
   table.finish();
 }
 

@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "hexmesh/core/error.h"
-#include "hexmesh/lattice/element_tree.h"
 #include "hexmesh/lattice/locator.h"
 
 namespace hexsolver {
@@ -191,57 +190,6 @@ std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selecto
       points.push_back({static_cast<std::int32_t>(c), p.cell, p.weights, condition.by, condition.axes});
   }
   return points;
-}
-
-namespace {
-
-void add_force(const Mesh& mesh, const SurfacePoint& point, const Vec3& force, NodeVector& out) {
-  const CellNodes& nodes = mesh.cell_nodes()[static_cast<std::size_t>(point.cell)];
-  for (int a = 0; a < 8; ++a)
-    out.segment<3>(3 * Eigen::Index{nodes[static_cast<std::size_t>(a)]}) += point.weights[a] * force;
-}
-
-/// @returns the total [N]
-Vec3 add_surface_force(const Force& force, const Mesh& mesh, Selector& selector, NodeVector& out) {
-  const std::string what = fmt::format("force '{}' ({})", force.name, force.where);
-  const std::vector<SurfacePoint> points = selector.select(force.selection, what);
-  const bool by_area = force.selection.on == SurfacePoints::faces;
-  double whole = 0;
-  for (const SurfacePoint& p : points) whole += by_area ? p.area.norm() : 1;
-  Vec3 total = Vec3::Zero();
-  for (const SurfacePoint& p : points) {
-    const Vec3 share = (by_area ? p.area.norm() : 1) / whole * force.total - force.pressure * p.area;
-    add_force(mesh, p, share, out);
-    total += share;
-  }
-  return total;
-}
-
-/// @returns the total [N]
-Vec3 add_gravity(const Vec3& gravity, const hexmesh::Lattice& lattice, int level, const Mesh& mesh, NodeVector& out) {
-  const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
-  std::vector<NodeWeights> masses;
-  for (const hexmesh::Element& e : hexmesh::form_elements(lattice, level)) masses.push_back(matrices.lumped_mass(e));
-  double mass = 0;
-  const std::vector<std::int32_t>& element = lattice.levels[static_cast<std::size_t>(level)].element;
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
-    const NodeWeights& m = masses[static_cast<std::size_t>(element[c])];
-    add_force(mesh, {static_cast<std::int32_t>(c), m, Vec3::Zero()}, gravity, out);
-    mass += m.sum();
-  }
-  return mass * gravity;
-}
-
-}  // namespace
-
-NodeVector external_forces(const Scene& scene, const hexmesh::Lattice& lattice, int level, const Mesh& mesh,
-                           Selector& selector, std::vector<Vec3>& totals) {
-  const bool has_gravity = scene.gravity != Vec3::Zero();
-  if (scene.forces.empty() && !has_gravity) return {};
-  NodeVector out = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
-  for (const Force& force : scene.forces) totals.push_back(add_surface_force(force, mesh, selector, out));
-  if (has_gravity) totals.push_back(add_gravity(scene.gravity, lattice, level, mesh, out));
-  return out;
 }
 
 }  // namespace hexsolver

@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <map>
 #include <tuple>
 
 #include "hexmesh/core/partition.h"
@@ -58,6 +59,7 @@ struct Part {
   double size = 0;
   std::size_t num_cells = 0;
   bool touched = false;  ///< by a support or a joint
+  bool is_held = false;  ///< at some point at least
 
   /// Velocity at p for each of the six motions; shape (3, 6).
   Eigen::Matrix<double, 3, 6> motion(const Vec3& p) const {
@@ -72,13 +74,14 @@ struct Part {
 std::string axis_words(const Vec3& v) { return fmt::format("[{:.2f}, {:.2f}, {:.2f}]", v[0], v[1], v[2]); }
 
 /// Words for the motions of one part: as many rotations as there are independent ones, the rest translations.
-void describe(const Part& part, const MatrixXd& motions, std::vector<std::string>& words) {
+std::vector<std::string> describe(const Part& part, const MatrixXd& motions) {
+  std::vector<std::string> words;
   const std::string which = fmt::format("the part of {} cells around {} mm", part.num_cells, axis_words(part.center));
   const Eigen::JacobiSVD<MatrixXd> svd(motions.bottomRows(3), Eigen::ComputeFullV | Eigen::ComputeThinU);
   const Index num_motions = motions.cols();
   if (num_motions == 6) {
     words.push_back(fmt::format("{} is held by nothing (3 translations, 3 rotations)", which));
-    return;
+    return words;
   }
   const MatrixXd turned = motions * svd.matrixV();
   for (Index m = 0; m < num_motions; ++m) {
@@ -91,11 +94,12 @@ void describe(const Part& part, const MatrixXd& motions, std::vector<std::string
                                   axis_words(w.normalized()), axis_words(through)));
     }
   }
+  return words;
 }
 
 }  // namespace
 
-std::vector<std::string> free_motions(const Mesh& mesh, const std::vector<ConstraintPoint>& points) {
+std::vector<FreePart> free_parts(const Mesh& mesh, const std::vector<ConstraintPoint>& points) {
   std::size_t num_parts = 0;
   const std::vector<std::int32_t> part_of_cell = parts_of(mesh, num_parts);
   std::vector<Part> parts(num_parts);
@@ -125,21 +129,35 @@ std::vector<std::string> free_motions(const Mesh& mesh, const std::vector<Constr
   for (const auto& list : meeting)
     if (list.size() > 1)
       for (const std::int32_t p : list) parts[static_cast<std::size_t>(p)].touched = true;
-  for (const ConstraintPoint& p : points)
-    parts[static_cast<std::size_t>(part_of_cell[static_cast<std::size_t>(p.cell)])].touched = true;
+  for (const ConstraintPoint& p : points) {
+    Part& part = parts[static_cast<std::size_t>(part_of_cell[static_cast<std::size_t>(p.cell)])];
+    part.touched = part.is_held = true;
+  }
 
-  std::vector<std::string> words;
+  std::map<std::size_t, FreePart> found;
+  const auto add = [&](std::size_t p, const MatrixXd& motions) {
+    found[p] = {describe(parts[p], motions), {}, !parts[p].is_held};
+  };
+  const auto finish = [&] {
+    std::vector<FreePart> out;
+    if (found.empty()) return out;
+    for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+      if (const auto free = found.find(static_cast<std::size_t>(part_of_cell[c])); free != found.end())
+        free->second.cells.push_back(static_cast<std::int32_t>(c));
+    for (auto& [number, part] : found) out.push_back(std::move(part));
+    return out;
+  };
   std::vector<Index> first_row(num_parts, -1);
   Index size = 0;
   for (std::size_t p = 0; p < num_parts; ++p) {
     if (!parts[p].touched) {
-      describe(parts[p], MatrixXd::Identity(6, 6), words);
+      add(p, MatrixXd::Identity(6, 6));
     } else {
       first_row[p] = size;
       size += 6;
     }
   }
-  if (size == 0 || size > static_cast<Index>(6 * most_parts)) return words;
+  if (size == 0 || size > static_cast<Index>(6 * most_parts)) return finish();
 
   MatrixXd gram = MatrixXd::Zero(size, size);
   for (const ConstraintPoint& p : points) {
@@ -166,7 +184,7 @@ std::vector<std::string> free_motions(const Mesh& mesh, const std::vector<Constr
   Index num_free = 0;
   while (num_free < size && eigen.eigenvalues()[num_free] < 1e-10 * std::max(1.0, eigen.eigenvalues()[size - 1]))
     ++num_free;
-  if (num_free == 0) return words;
+  if (num_free == 0) return finish();
   // Each free motion is told for the parts that take part in it.
   for (std::size_t p = 0; p < num_parts; ++p) {
     if (first_row[p] < 0) continue;
@@ -174,9 +192,9 @@ std::vector<std::string> free_motions(const Mesh& mesh, const std::vector<Constr
     const Eigen::JacobiSVD<MatrixXd> svd(own, Eigen::ComputeThinU);
     Index rank = 0;
     while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-3) ++rank;
-    if (rank > 0) describe(parts[p], svd.matrixU().leftCols(rank), words);
+    if (rank > 0) add(p, svd.matrixU().leftCols(rank));
   }
-  return words;
+  return finish();
 }
 
 }  // namespace hexsolver

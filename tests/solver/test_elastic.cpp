@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 
+#include "hexsolver/dead_load.h"
 #include "hexsolver/elastic.h"
 #include "support/bodies.h"
 
@@ -31,7 +32,7 @@ protected:
 
   NodeVector gradient(const NodeVector& at) const {
     NodeVector g, magnitude;
-    body.elastic.gradient(at, g, magnitude);
+    body.potential.gradient(at, g, magnitude);
     return g;
   }
 };
@@ -40,7 +41,8 @@ protected:
 
 TEST_P(ElasticLevels, GradientMatchesTheDifferenceOfEnergies) {
   constexpr double h = 1e-5;
-  const double measured = (body.elastic.energy(u + h * direction) - body.elastic.energy(u - h * direction)) / (2 * h);
+  const double measured =
+      (body.potential.energy(u + h * direction) - body.potential.energy(u - h * direction)) / (2 * h);
   const double claimed = gradient(u).dot(direction);
   // Truncation h^2 and rounding eps W / h, both near 1e-9 of the scale.
   EXPECT_NEAR(claimed, measured, 1e-6 * gradient(u).norm() * direction.norm());
@@ -48,20 +50,20 @@ TEST_P(ElasticLevels, GradientMatchesTheDifferenceOfEnergies) {
 
 TEST_P(ElasticLevels, HessianMatchesTheDifferenceOfGradients) {
   constexpr double h = 1e-5;
-  body.elastic.linearize(u, Hessian::exact);
+  body.potential.linearize(u, Hessian::exact);
   NodeVector claimed;
-  body.elastic.apply(direction, claimed);
+  body.potential.apply(direction, claimed);
   const NodeVector measured = (gradient(u + h * direction) - gradient(u - h * direction)) / (2 * h);
   EXPECT_LT((claimed - measured).norm(), 1e-6 * claimed.norm());
 }
 
 TEST_P(ElasticLevels, CellHessiansAddUpToTheOperator) {
   for (const Hessian which : {Hessian::exact, Hessian::clamped}) {
-    body.elastic.linearize(u, which);
+    body.potential.linearize(u, which);
     NodeVector applied, added = NodeVector::Zero(direction.size());
-    body.elastic.apply(direction, applied);
+    body.potential.apply(direction, applied);
     for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
-      const CellMatrix h = body.elastic.cell_hessian(c);
+      const CellMatrix h = body.potential.cell_hessian(c);
       EXPECT_LT((h - h.transpose()).norm(), 1e-12 * h.norm());
       body.mesh.scatter_add(c, h * body.mesh.gather(c, direction), added);
     }
@@ -76,14 +78,14 @@ TEST_P(ElasticLevels, ARigidMotionGivesNoForce) {
     return linear ? Vec3(Vec3(0.1, 0.2, 0.3).cross(x) + Vec3(4, 5, 6)) : Vec3(r * x - x + Vec3(4, 5, 6));
   });
   NodeVector g, magnitude, scale, ignored;
-  body.elastic.gradient(moved, g, magnitude);
-  body.elastic.gradient(u, ignored, scale);
+  body.potential.gradient(moved, g, magnitude);
+  body.potential.gradient(u, ignored, scale);
   EXPECT_LT(g.norm(), 1e-11 * scale.norm());
 }
 
 TEST_P(ElasticLevels, ForcesHaveNoResultantAndCorotationalOnesNoTorque) {
   NodeVector g, magnitude;
-  body.elastic.gradient(u, g, magnitude);
+  body.potential.gradient(u, g, magnitude);
   Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
   for (std::size_t n = 0; n < body.mesh.num_nodes(); ++n) {
     const Vec3 f = g.segment<3>(3 * static_cast<Eigen::Index>(n));
@@ -108,16 +110,16 @@ TEST(Elastic, TheClampedHessianIsPositiveSemidefinite) {
   const NodeVector u =
       sample(body.mesh, [](const Vec3& x) -> Vec3 { return -0.5 * x; }) + noise(body.mesh.num_dofs(), 0.4, 5);
   double most_negative_exact = 0;
-  body.elastic.linearize(u, Hessian::exact);
+  body.potential.linearize(u, Hessian::exact);
   for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
-    const CellMatrix h = body.elastic.cell_hessian(c);
+    const CellMatrix h = body.potential.cell_hessian(c);
     most_negative_exact =
         std::min(most_negative_exact, Eigen::SelfAdjointEigenSolver<CellMatrix>(h).eigenvalues()[0] / h.norm());
   }
   EXPECT_LT(most_negative_exact, -1e-3);
-  body.elastic.linearize(u, Hessian::clamped);
+  body.potential.linearize(u, Hessian::clamped);
   for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
-    const CellMatrix h = body.elastic.cell_hessian(c);
+    const CellMatrix h = body.potential.cell_hessian(c);
     EXPECT_GT(Eigen::SelfAdjointEigenSolver<CellMatrix>(h).eigenvalues()[0], -1e-12 * h.norm());
   }
 }
@@ -128,10 +130,10 @@ TEST(Elastic, BothHessiansAgreeWithCauchyAtRest) {
   const NodeVector zero = NodeVector::Zero(static_cast<Eigen::Index>(linear.mesh.num_dofs()));
   const NodeVector v = noise(linear.mesh.num_dofs(), 1, 3);
   NodeVector expected, found;
-  linear.elastic.apply(v, expected);
+  linear.potential.apply(v, expected);
   for (const Hessian which : {Hessian::exact, Hessian::clamped}) {
-    rotated.elastic.linearize(zero, which);
-    rotated.elastic.apply(v, found);
+    rotated.potential.linearize(zero, which);
+    rotated.potential.apply(v, found);
     EXPECT_LT((found - expected).norm(), 1e-12 * expected.norm());
   }
 }
@@ -148,5 +150,60 @@ TEST(Elastic, ASmallDeformationAfterALargeRotationStoresTheLinearEnergy) {
     turned.segment<3>(at) = r * (x + small.segment<3>(at)) - x;
   }
   // The two differ by the rotation within the small deformation, of relative size 1e-7 / cell size.
-  EXPECT_NEAR(rotated.elastic.energy(turned), rotated.elastic.energy(small), 1e-6 * linear.elastic.energy(small));
+  EXPECT_NEAR(rotated.potential.energy(turned), rotated.potential.energy(small), 1e-6 * linear.potential.energy(small));
+}
+
+TEST(EdgeRotatedCells, ForcesAreTheLinearOnesInTheFrameOfTheEdges) {
+  // A turned and slightly strained body: R K R^T (x - R X), R the rotation of the edges.
+  const Lattice lattice = bitten_ball({1, 1, 2.5}, {0, 1, 0}, random_rotation(13));
+  Body turning(lattice, 1, Strain::corotational, Volumetric::mean, Rotation::edges);
+  const Body linear(lattice, 1, Strain::cauchy);
+  EXPECT_FALSE(turning.potential.is_conservative());
+  const Mat3 r = random_rotation(17);
+  Mat3 upper;  // keeps the first edge and the plane of the first two: Gram-Schmidt gives R back
+  upper << 1.02, 0.01, -0.02, 0, 0.97, 0.03, 0, 0, 1.01;
+  const Mat3 axes = lattice.voxels.direction();
+  const Mat3 strained = axes * upper * axes.transpose();
+  const NodeVector moved = sample(turning.mesh, [&](const Vec3& x) -> Vec3 { return r * strained * x - x; });
+  const NodeVector stretched = sample(turning.mesh, [&](const Vec3& x) -> Vec3 { return strained * x - x; });
+  NodeVector g, expected, magnitude;
+  linear.potential.gradient(stretched, expected, magnitude);
+  turning.potential.gradient(moved, g, magnitude);
+  for (std::size_t n = 0; n < turning.mesh.num_nodes(); ++n) {
+    const auto at = 3 * static_cast<Eigen::Index>(n);
+    EXPECT_LT((g.segment<3>(at) - r * expected.segment<3>(at)).norm(), 1e-11 * magnitude.norm());
+  }
+  EXPECT_NEAR(turning.potential.energy(moved), linear.potential.energy(stretched),
+              1e-10 * linear.potential.energy(stretched));
+}
+
+TEST(EdgeRotatedCells, CellHessiansAddUpToTheOperator) {
+  Body body(bitten_ball({1, 1, 1}), 1, Strain::corotational, Volumetric::mean, Rotation::edges);
+  const NodeVector u = large_deformation(body.mesh, 0.05), direction = noise(body.mesh.num_dofs(), 1, 33);
+  body.potential.linearize(u, Hessian::exact);
+  NodeVector applied, added = NodeVector::Zero(direction.size());
+  body.potential.apply(direction, applied);
+  for (std::size_t c = 0; c < body.mesh.num_cells(); ++c)
+    body.mesh.scatter_add(c, body.potential.cell_hessian(c) * body.mesh.gather(c, direction), added);
+  EXPECT_LT((applied - added).norm(), 1e-11 * applied.norm());
+}
+
+TEST(Potential, IsTheSumOfItsTermsAndOfTheFractionOfTheLoads) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  Body body(lattice, 1, Strain::corotational), alone(lattice, 1, Strain::corotational);
+  const NodeVector u = large_deformation(body.mesh, 0.05), direction = noise(body.mesh.num_dofs(), 1, 33);
+  body.potential.add(
+      std::make_unique<DeadLoad>("load", std::vector<DeadLoad::NodeForce>{{3, {0.1, -0.2, 0.3}}, {7, {1, 2, -3}}}));
+  body.potential.set_load_fraction(0.25);
+  NodeVector g, without, magnitude;
+  body.potential.gradient(u, g, magnitude);
+  alone.potential.gradient(u, without, magnitude);
+  NodeVector expected = without;
+  expected.segment<3>(9) -= 0.25 * Vec3(0.1, -0.2, 0.3);
+  expected.segment<3>(21) -= 0.25 * Vec3(1, 2, -3);
+  EXPECT_LT((g - expected).norm(), 1e-12 * magnitude.norm());
+  constexpr double h = 1e-5;
+  const double measured =
+      (body.potential.energy(u + h * direction) - body.potential.energy(u - h * direction)) / (2 * h);
+  EXPECT_NEAR(g.dot(direction), measured, 1e-6 * g.norm() * direction.norm());
 }

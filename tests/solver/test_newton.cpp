@@ -25,7 +25,7 @@ Solved solve(const Lattice& lattice, int level, Strain strain, const std::functi
   Solved out{{}, NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()))};
   NewtonOptions options;
   options.tolerance = tolerance;
-  out.report = minimize(hierarchy, body.elastic, constraints, {}, 1, options, out.u);
+  out.report = minimize(hierarchy, body.potential, constraints, 1, options, out.u);
   return out;
 }
 
@@ -85,13 +85,13 @@ TEST(Newton, AStretchedBarHasTheForceAndTheNarrowingOfHookesLaw) {
   NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()));
   NewtonOptions options;
   options.tolerance = 1e-11;
-  ASSERT_TRUE(minimize(hierarchy, body.elastic, constraints, {}, 1, options, u).converged);
+  ASSERT_TRUE(minimize(hierarchy, body.potential, constraints, 1, options, u).converged);
   const NodeVector expected = sample(body.mesh, [](const Vec3& x) -> Vec3 {
     const Vec3 q = x + Vec3::Constant(0.5);
     return {0.01 * q[0], -0.003 * q[1], -0.003 * q[2]};
   });
   EXPECT_LT((u - expected).lpNorm<Eigen::Infinity>(), 1e-8);
-  EXPECT_NEAR(body.elastic.energy(u), 0.5 * 0.1 * 0.01 * 0.01 * 12 * 16, 1e-9);
+  EXPECT_NEAR(body.potential.energy(u), 0.5 * 0.1 * 0.01 * 0.01 * 12 * 16, 1e-9);
 }
 
 TEST(Newton, ABodyTurnedByItsSupportsStoresNoEnergy) {
@@ -124,10 +124,10 @@ TEST(Newton, MissingSupportsAreNoSuccess) {
   const Hierarchy hierarchy(body.mesh, lattice.corner(), 50);
   const Constraints constraints(body.mesh, {});
   NodeVector u = noise(body.mesh.num_dofs(), 0.1, 3);
-  const NewtonReport report = minimize(hierarchy, body.elastic, constraints, {}, 1, {}, u);
+  const NewtonReport report = minimize(hierarchy, body.potential, constraints, 1, {}, u);
   if (report.converged) {
     NodeVector g, magnitude;
-    body.elastic.gradient(u, g, magnitude);
+    body.potential.gradient(u, g, magnitude);
     EXPECT_LT(g.norm(), 1e-7 * std::max(magnitude.norm(), 1e-3));
   }
 }
@@ -140,7 +140,7 @@ TEST(Multigrid, IsSymmetricAndFewIterationsSolveALinearBody) {
   const Constraints constraints(
       body.mesh, hold_nodes(
                      body.mesh, [](const Vec3& x) { return x[0] < 14; }, [](const Vec3&) { return Vec3::Zero(); }));
-  const Multigrid multigrid(hierarchy, body.elastic, constraints);
+  const Multigrid multigrid(hierarchy, body.potential, constraints);
   ASSERT_TRUE(multigrid.is_positive());
   const NodeVector a = noise(body.mesh.num_dofs(), 1, 1), b = noise(body.mesh.num_dofs(), 1, 2);
   NodeVector ma, mb;

@@ -64,3 +64,19 @@ TEST(Polar, DerivativeMatchesCentralDifferences) {
   cross << 0, -w[2], w[1], w[2], 0, -w[0], -w[1], w[0], 0;
   EXPECT_LT((measured - cross).norm(), 1e-8);
 }
+
+TEST(Orthonormalized, IsARotationOfAnyThreeColumns) {
+  const Mat3 r = random_rotation(3);
+  Mat3 upper;
+  upper << 2, 0.5, -3, 0, 0.1, 4, 0, 0, 7;
+  EXPECT_LT((orthonormalized(r * upper) - r).norm(), 1e-13);
+  Mat3 parallel, flat, mirrored = Mat3::Identity();
+  parallel << 1, 2, 3, 1, 2, 3, 1, 2, 3;
+  flat.setZero();
+  mirrored(2, 2) = -1;
+  for (const Mat3& f : {parallel, flat, mirrored}) {
+    const Mat3 q = orthonormalized(f);
+    EXPECT_LT((q.transpose() * q - Mat3::Identity()).norm(), 1e-13);
+    EXPECT_NEAR(q.determinant(), 1, 1e-13);
+  }
+}

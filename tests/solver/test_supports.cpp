@@ -18,7 +18,11 @@ namespace {
 
 std::vector<std::string> free_of(const Lattice& lattice, const std::function<bool(const Vec3&)>& held) {
   const Body body(lattice, 0, Strain::cauchy);
-  return free_motions(body.mesh, hold_nodes(body.mesh, held, [](const Vec3&) { return Vec3::Zero(); }));
+  std::vector<std::string> words;
+  for (const FreePart& part :
+       free_parts(body.mesh, hold_nodes(body.mesh, held, [](const Vec3&) { return Vec3::Zero(); })))
+    words.insert(words.end(), part.motions.begin(), part.motions.end());
+  return words;
 }
 
 bool at(const Vec3& x, double a, double b, double c) { return (x - Vec3(a, b, c)).norm() < 1e-9; }

@@ -7,6 +7,7 @@
 #include "hexmesh/lattice/lattice.h"
 #include "hexsolver/constraints.h"
 #include "hexsolver/elastic.h"
+#include "hexsolver/potential.h"
 
 /// Small bodies and fields that the tests share.
 namespace testing_support {
@@ -36,9 +37,10 @@ Lattice box(const Index3& extent, const Vec3& spacing, double young_kpa = 100, d
 /// The mechanical mesh and the elastic energy of one level.
 struct Body {
   Body(const Lattice& lattice, int level, hexsolver::Strain strain,
-       hexsolver::Volumetric volumetric = hexsolver::Volumetric::mean);
+       hexsolver::Volumetric volumetric = hexsolver::Volumetric::mean,
+       hexsolver::Rotation rotation = hexsolver::Rotation::polar);
   hexsolver::Mesh mesh;
-  hexsolver::Elastic elastic;
+  hexsolver::Potential potential;
 };
 
 /// u(node) = field(rest position).

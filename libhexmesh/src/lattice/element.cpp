@@ -138,6 +138,12 @@ Eigen::Matrix<double, 8, 8> ElementMatrices::mass(const Element& element) const 
   return m;
 }
 
+NodeWeights ElementMatrices::mean_shape(const Element& element) const {
+  NodeWeights sum = NodeWeights::Zero();
+  for (int q = 0; q < num_rule_points; ++q) sum += element.fill[q] * shape_functions(rule_point(q));
+  return sum / element.volume();
+}
+
 NodeWeights ElementMatrices::lumped_mass(const Element& element) const { return mass(element).rowwise().sum(); }
 
 }  // namespace hexmesh

@@ -8,6 +8,7 @@
 #include <bit>
 #include <unordered_map>
 
+#include "hexmesh/core/bytes.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/lattice/parts.h"
 
@@ -270,6 +271,15 @@ std::vector<VoxelClass> classify_voxels(const Lattice& lattice) {
   for (const ExposedFace& face : exposed_faces(lattice))
     classes[lattice.voxels.offset(face.voxel)] = VoxelClass::boundary;
   return classes;
+}
+
+std::size_t bytes_of(const Lattice& lattice) {
+  std::size_t sum = bytes_of(lattice.labels) + bytes_of(lattice.materials) + bytes_of(lattice.surface.points) +
+                    bytes_of(lattice.surface.triangles) + bytes_of(lattice.surface.segment);
+  for (const Level& l : lattice.levels)
+    sum += bytes_of(l.cells) + bytes_of(l.element) + bytes_of(l.segment) + bytes_of(l.parts) + bytes_of(l.children) +
+           bytes_of(l.filled);
+  return sum;
 }
 
 std::vector<ExposedFace> exposed_faces(const Lattice& lattice) {

@@ -54,6 +54,9 @@ public:
 
   std::size_t num_kept() const;  ///< directions, over all axes
 
+  /// Directions held for each condition, over all axes; a cluster's count for the condition with most of its points.
+  std::vector<std::size_t> kept_by_condition(std::size_t num_conditions) const;
+
   /// How far each of held() stays from its prescribed place however the nodes move: |c - H u| of the least-squares u
   /// without any cut-off, shape (num_held) [mm]. Not zero where conditions contradict each other.
   std::vector<double> contradiction() const;

@@ -1,71 +1,94 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "hexmesh/lattice/element.h"
-#include "hexsolver/mesh.h"
 #include "hexsolver/rotation.h"
+#include "hexsolver/term.h"
 
 namespace hexsolver {
 
 enum class Strain { cauchy, corotational };
-enum class Volumetric { mean, full };
-
-/// The Hessian of a co-rotational cell is Q^T K Q + E with E of rank 6, three of its eigenvalues negative or zero.
-enum class Hessian {
-  exact,
-  clamped  ///< with the positive part of E only: positive semi-definite cell by cell
+enum class Rotation {
+  polar,  ///< of the mean gradient over the filled part; exact gradient and Hessian
+  edges   ///< the paper's: orthonormalised averages of the cell's edges, held while forces are taken
 };
+enum class Volumetric { mean, full };
 
 /// What cells alike share.
 struct ElementModel {
   CellMatrix stiffness;         ///< K [N/mm]
   NodeGradients mean_gradient;  ///< of N_a over the filled part, b / V [1/mm]
+  NodeWeights mean_shape;       ///< N_a over the filled part
+  double volume = 0;            ///< of the filled part [mm^3]
 };
 
 ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
                                 Volumetric volumetric);
 
 /// The elastic energy of all cells of one level.
-///
-///   Cauchy:         W(u) = 1/2 u^T K u                                             (1)
-///   co-rotational:  W(x) = 1/2 (R^T x - X)^T K (R^T x - X), R = polar(F),          (2)
-///                   F = grad x averaged over the filled part of the cell
+class ElasticCells : public Term {
+public:
+  /// @param mesh      must outlive this
+  /// @param elements  number of the model of each cell
+  ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models);
+
+  std::string name() const override { return "elasticity"; }
+  double energy(const NodeVector& u) const override;
+  double rounding() const override { return rounding_; }  ///< 50 eps |sum over cells of |K| |X||
+  std::size_t bytes() const override;
+  virtual std::vector<double> cell_energies(const NodeVector& u) const = 0;  ///< shape (num_cells) [N mm]
+
+  struct Size {
+    double mean = 0, largest = 0;
+  };
+  /// Length of a field [its unit], averaged over the filled part of each cell first: nodes of slivers, which move
+  /// without meaning, count as little as their material.
+  Size size_in_material(const NodeVector& field) const;
+
+protected:
+  const ElementModel& model(std::size_t cell) const { return models_[static_cast<std::size_t>(elements_[cell])]; }
+
+  const Mesh& mesh_;
+  std::vector<std::int32_t> elements_;
+  std::vector<ElementModel> models_;
+  CellVector rest_;  ///< X, corners relative to the cell's centre
+
+private:
+  double rounding_ = 0;
+};
+
+/// Small strain: W(u) = 1/2 u^T K u.
+class CauchyCells final : public ElasticCells {
+public:
+  using ElasticCells::ElasticCells;
+  std::vector<double> cell_energies(const NodeVector& u) const override;
+  void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
+  void add_product(const NodeVector& x, NodeVector& y) const override;
+  void add_cell_hessian(std::size_t cell, CellMatrix& h) const override { h += model(cell).stiffness; }
+  std::int32_t shared_hessian(std::size_t cell) const override { return elements_[cell]; }
+};
+
+/// W(x) = 1/2 (R^T x - X)^T K (R^T x - X), R = polar(F), F = grad x averaged over the filled part of the cell.
 ///
 /// In a full cell F is the paper's average of the four edges per direction; in a partly filled one it is the rotation
 /// of the material rather than of corners far from it, which the energy is hardly aware of.
-/// The gradient and the Hessian of (2) are exact, with R a function of x, so the forces of a cell have no net force and
-/// no net torque. Derivation: THEORY.md, "Co-rotational cells". Source of (2) with R held: Nesme, Faure, Payan 2010.
-class Elastic {
+/// Gradient and Hessian are exact, with R a function of x, so the forces of a cell have no net force and no net torque.
+/// The Hessian is Q^T K Q + E with E of rank 6, three of its eigenvalues negative or zero; clamped keeps E's positive
+/// part. Derivation: THEORY.md, "Co-rotational cells". Source of W with R held: Nesme, Faure, Payan 2010.
+class CorotationalCells final : public ElasticCells {
 public:
-  /// @param elements  number of the model of each cell
-  Elastic(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models, Strain strain);
-
-  bool is_linear() const noexcept { return strain_ == Strain::cauchy; }
-
-  double energy(const NodeVector& u) const;                      ///< [N mm]
-  std::vector<double> cell_energies(const NodeVector& u) const;  ///< [N mm]
-
-  /// Gradient = internal forces [N]; magnitude = sum over cells of their absolute values, the scale of a residual.
-  void gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const;
-
-  /// Size of the rounding errors in a gradient, 50 eps |sum over cells of |K| |X|| [N].
-  double rounding() const noexcept { return rounding_; }
-
-  /// Prepare apply() and cell_hessian() at u.
-  void linearize(const NodeVector& u, Hessian which);
-
-  /// y = H x
-  void apply(const NodeVector& x, NodeVector& y) const;
-
-  /// H of one cell; shape (24, 24), symmetric.
-  CellMatrix cell_hessian(std::size_t cell) const;
-
-  /// Cells of one number share their Hessian; -1 where a cell has its own.
-  std::int32_t shared_hessian(std::size_t cell) const { return strain_ == Strain::cauchy ? elements_[cell] : -1; }
-
-  const Mesh& mesh() const noexcept { return mesh_; }
+  using ElasticCells::ElasticCells;
+  std::vector<double> cell_energies(const NodeVector& u) const override;
+  void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
+  bool is_linear() const override { return false; }
+  void linearize(const NodeVector& u, Hessian which) override;
+  void add_product(const NodeVector& x, NodeVector& y) const override;
+  void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
+  std::int32_t shared_hessian(std::size_t /*cell*/) const override { return own_hessian; }
+  std::size_t bytes() const override;
 
 private:
   /// A cell in its rotated frame at one state; the letters are those of THEORY.md.
@@ -82,18 +105,37 @@ private:
   using Columns = Eigen::Matrix<double, 24, 3>;
 
   Frame frame(std::size_t cell, const NodeVector& u) const;
-  StressTerm stress_term(const Frame& f, const NodeGradients& gradient) const;
-  const ElementModel& model(std::size_t cell) const { return models_[static_cast<std::size_t>(elements_[cell])]; }
+  static StressTerm stress_term(const Frame& f, const NodeGradients& gradient);
   static Columns positive_part(const StressTerm& e);  ///< Z with Z Z^T = the positive part of E
 
-  const Mesh& mesh_;
-  std::vector<std::int32_t> elements_;
-  std::vector<ElementModel> models_;
-  Strain strain_;
-  double rounding_ = 0;
-  CellVector rest_;                ///< corners relative to the cell's centre
   std::vector<Frame> frames_;      ///< of the last linearize()
   std::vector<Columns> positive_;  ///< likewise, empty where it is exact
 };
+
+/// The paper's co-rotational cell: force R K (R^T x - X) with R from the averaged edges, and R K R^T for its
+/// derivative. That force is no gradient of any energy; its cells have a net torque, and equilibrium is approached
+/// linearly or not at all. For reproduction and comparison. Source: Nesme, Faure, Payan 2010.
+class EdgeRotatedCells final : public ElasticCells {
+public:
+  using ElasticCells::ElasticCells;
+  std::vector<double> cell_energies(const NodeVector& u) const override;
+  void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
+  bool is_conservative() const override { return false; }
+  bool is_linear() const override { return false; }
+  void linearize(const NodeVector& u, Hessian which) override;
+  void add_product(const NodeVector& x, NodeVector& y) const override;
+  void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
+  std::int32_t shared_hessian(std::size_t /*cell*/) const override { return own_hessian; }
+  std::size_t bytes() const override;
+
+private:
+  Mat3 rotation(const CellVector& moved) const;  ///< of a cell whose corners are displaced by `moved`
+
+  std::vector<Mat3> rotations_;  ///< of the last linearize()
+};
+
+std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, std::vector<std::int32_t> elements,
+                                                 std::vector<ElementModel> models, Strain strain,
+                                                 Rotation rotation = Rotation::polar);
 
 }  // namespace hexsolver

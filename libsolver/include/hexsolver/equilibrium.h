@@ -2,10 +2,12 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "hexmesh/file/result_file.h"
+#include "hexsolver/effects.h"
 #include "hexsolver/newton.h"
 #include "hexsolver/scene.h"
 
@@ -14,6 +16,7 @@ namespace hexsolver {
 struct ConditionReport {
   std::string name;
   std::size_t points = 0;
+  std::size_t kept = 0;            ///< directions that hold exactly; points that share nodes share them
   double misfit_mm = 0;            ///< largest distance of a point from its prescribed place
   Vec3 reaction_n = Vec3::Zero();  ///< force of the support on the body [N]
 };
@@ -23,12 +26,19 @@ struct ForceReport {
   Vec3 total_n = Vec3::Zero();  ///< [N]
 };
 
+/// How far the displacement is from that of cells of no size, over the material.
+struct ErrorEstimate {
+  std::optional<double> mean_mm, max_mm;  ///< of discretisation; nothing where there is no level to compare with
+  std::optional<double> algebraic_mm;     ///< mean, of the equations of this level not being solved to the end
+};
+
 /// One of the levels passed on the way from the coarsest.
 struct LevelReport {
   int level = 0;
   std::size_t cells = 0, nodes = 0;
   double seconds = 0;
   NewtonReport newton;
+  ErrorEstimate error;
 };
 
 struct SolveReport {
@@ -44,29 +54,31 @@ struct SolveReport {
   std::vector<ConditionReport> conditions;
   std::vector<ForceReport> forces;  ///< each [[force]], then gravity if there is any
   std::vector<LevelReport> levels;  ///< coarse to fine, the last is the mechanical level
+  std::vector<Effect> effects;
+  std::vector<std::string> warnings;
+  std::size_t island_cells = 0;  ///< dropped or held
   double setup_seconds = 0, solve_seconds = 0;
+  /// Memory of the mechanical level by what it is for, and of the lattice.
+  std::vector<std::pair<std::string, std::size_t>> bytes;
 };
 
 /// Told after every Newton step: level, load fraction, iteration, relative residual, linear iterations of the step.
 using SolveProgress = std::function<void(int, double, int, double, int)>;
 
-/// The mechanical level a scene asks for; without one the finest of at most 20000 cells.
+/// The finest level that a scene may ask for: its level; 0 for an accuracy or a budget; else the finest of at most
+/// 20000 cells.
 /// @throws Error{input} if the lattice has no such level
-int mechanical_level(const Scene& scene, const hexmesh::Lattice& lattice);
+int finest_level(const Scene& scene, const hexmesh::Lattice& lattice);
 
-/// Static equilibrium of a lattice under a scene, solved from the coarsest level with at least 64 cells down to
-/// `level`, each starting from the one before; where Newton fails the load is cut back and raised in steps.
+/// Static equilibrium of a lattice under a scene, solved from a coarse level down to `level`, each level starting from
+/// the one before; where Newton fails the load is cut back and raised in steps. With an accuracy or a budget it ends
+/// at the first level that is good enough, or the last that there was time for.
+///
+/// The error of a level is estimated from the differences between consecutive levels (THEORY.md, "Accuracy").
 /// @param lattice  with its levels from `level` up
-/// @throws Error{geometry} for selections, conflicts and missing supports, before anything is solved
+/// @throws Error{geometry} for selections, conflicts and missing supports, before the level they concern is solved
+/// @throws Error{input} for an accuracy asked of a single point, which has no limit
 hexmesh::Result solve_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level, SolveReport& report,
                                   const SolveProgress& progress = {});
-
-/// The same lattice with the scene's [material.*] in place of its own.
-/// @throws Error{input} for an unknown segment or a bad value
-hexmesh::Lattice with_overrides(hexmesh::Lattice lattice, const Scene& scene);
-
-/// A commented scene for any lattice: the paper's liver experiment, three places on the surface held and a fourth
-/// pulled by 40 mm.
-std::string example_scene(const hexmesh::Lattice& lattice);
 
 }  // namespace hexsolver

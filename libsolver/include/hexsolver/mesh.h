@@ -74,6 +74,8 @@ public:
           v.segment<3>(3 * a);
   }
 
+  std::size_t bytes() const;  ///< of memory
+
 private:
   std::vector<Index3> cells_;
   hexmesh::NodeNumbering numbering_;
@@ -91,12 +93,15 @@ public:
   void prolongate(const NodeVector& coarse, NodeVector& fine) const;   ///< fine = P coarse
   void restrict_to(const NodeVector& fine, NodeVector& coarse) const;  ///< coarse = P^T fine
 
+  std::size_t bytes() const { return forward_.bytes() + transposed_.bytes(); }  ///< of memory
+
 private:
   /// Compressed rows: row r holds columns_[begin_[r]] ... columns_[begin_[r + 1] - 1].
   struct Rows {
     std::vector<std::int32_t> begin, columns;
     std::vector<float> weights;
     void multiply(const NodeVector& x, NodeVector& y) const;
+    std::size_t bytes() const;
   };
   Rows forward_, transposed_;
 };

@@ -7,8 +7,7 @@
 #include <vector>
 
 #include "hexsolver/constraints.h"
-#include "hexsolver/elastic.h"
-#include "hexsolver/mesh.h"
+#include "hexsolver/potential.h"
 
 namespace hexsolver {
 
@@ -20,25 +19,29 @@ struct Hierarchy {
 
   /// @param coarsest_dofs  merge until a level has at most this many
   Hierarchy(Mesh finest, const Vec3& corner, std::size_t coarsest_dofs = 2000);
+
+  std::size_t bytes() const;  ///< of memory
 };
 
 /// One symmetric V-cycle as a preconditioner for P A P, A the Hessian and P the projection of the constraints.
 ///
 /// Coarse operators are Galerkin products, cell by cell: K_parent = sum_c L_c^T K_c L_c of the current cell Hessians,
 /// so no global matrix exists but the coarsest. The finest level works in the range of P, where the supports hold
-/// exactly; coarser ones see them as w H^T H, cell-local and exact there (H_coarse = H P). Smoother: Chebyshev polynomial
-/// of degree 5 on 3x3 block Jacobi.
+/// exactly; coarser ones see them as w H^T H, cell-local and exact there (H_coarse = H P). Smoother: Chebyshev
+/// polynomial of degree 6 on 3x3 block Jacobi.
 class Multigrid {
 public:
   /// All three must outlive this.
-  /// @param elastic  linearized
-  Multigrid(const Hierarchy& hierarchy, const Elastic& elastic, const Constraints& constraints);
+  /// @param potential  linearized
+  Multigrid(const Hierarchy& hierarchy, const Potential& potential, const Constraints& constraints);
 
   /// False where the coarsest matrix or a smoother's block is not positive definite: the Hessian is indefinite.
   bool is_positive() const noexcept { return positive_; }
 
   /// z = M^-1 r in the range of P, for r in it
   void apply(const NodeVector& r, NodeVector& z) const;
+
+  std::size_t bytes() const;  ///< of memory, without the factors of the coarsest level
 
 private:
   using FloatMatrix = Eigen::Matrix<float, 24, 24>;
@@ -62,7 +65,7 @@ private:
   void cycle(std::size_t level, const NodeVector& b, NodeVector& x) const;
 
   const Hierarchy& hierarchy_;
-  const Elastic& elastic_;
+  const Potential& potential_;
   const Constraints& constraints_;
   std::unordered_map<std::size_t, std::vector<std::size_t>> points_of_cell_;  ///< constraint points, finest level
   std::vector<double> support_weight_;                                        ///< w of each condition [N/mm]

@@ -5,15 +5,15 @@
 #include <string>
 
 #include "hexsolver/constraints.h"
-#include "hexsolver/elastic.h"
 #include "hexsolver/multigrid.h"
 
 namespace hexsolver {
 
 struct NewtonOptions {
-  double tolerance = 1e-8;  ///< on the relative residual |P g| / |sum of absolute cell forces and loads|
-  int max_iterations = 25;  ///< what converges takes 4 to 12
+  double tolerance = 1e-8;          ///< on the relative residual |P g| / |sum of absolute cell forces and loads|
+  int max_iterations = 25;          ///< what converges takes 4 to 12
   int max_linear_iterations = 500;  ///< per Newton step
+  std::function<bool()> interrupt;  ///< asked before every linear iteration; true ends it
 };
 
 struct NewtonReport {
@@ -22,20 +22,22 @@ struct NewtonReport {
   int iterations = 0;
   int linear_iterations = 0;
   double relative_residual = 0;
+  bool interrupted = false;
+  std::size_t preconditioner_bytes = 0;  ///< of memory
+  /// What one more step would add, by one V-cycle: an estimate of u less the exact solution. Where it converged.
+  NodeVector remaining;
 };
 
 /// What is called after every Newton step: iteration, relative residual, linear iterations of the step.
 using NewtonProgress = std::function<void(int, double, int)>;
 
-/// Minimise the elastic energy less the work of the external forces, W(u) - fraction * f . u, under H u = fraction * c
-/// by Newton's method from u.
+/// Minimise the potential energy with `fraction` of its loads, under H u = fraction * c, by Newton's method from u.
 ///
 /// Each step solves the linearised problem by conjugate gradients in the subspace that leaves the supports alone,
 /// preconditioned by one V-cycle; a step along which the Hessian is not positive falls back to its Gauss-Newton part;
-/// a backtracking line search keeps the energy falling once the supports hold.
-/// @param forces  f on the nodes [N]; empty = none
-NewtonReport minimize(const Hierarchy& hierarchy, Elastic& elastic, const Constraints& constraints,
-                      const NodeVector& forces, double fraction, const NewtonOptions& options, NodeVector& u,
-                      const NewtonProgress& progress = {});
+/// a backtracking line search keeps the energy falling once the supports hold (of forces that are no gradient: the
+/// residual).
+NewtonReport minimize(const Hierarchy& hierarchy, Potential& potential, const Constraints& constraints, double fraction,
+                      const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress = {});
 
 }  // namespace hexsolver

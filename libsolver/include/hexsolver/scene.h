@@ -68,13 +68,25 @@ enum class Stiffness {
   uniform  ///< the fill-weighted full cell, for comparison
 };
 
-/// A scene file. Units inside: mm, N, MPa.
+/// What is done about parts of the body that nothing holds.
+enum class Islands {
+  error,
+  drop,  ///< they are left out: no stiffness, no weight; what they share with other parts moves with these
+  hold   ///< weak springs hold them where they are
+};
+
+/// A scene file. Units inside: mm, N, MPa, s.
 struct Scene {
   Strain strain = Strain::corotational;
+  Rotation rotation = Rotation::polar;
   Volumetric volumetric = Volumetric::mean;
   Stiffness stiffness = Stiffness::exact;
-  std::optional<int> level;  ///< mechanical level; nothing = the finest of at most 20000 cells
+  std::optional<int> level;        ///< mechanical level; nothing = the finest of at most 20000 cells
+  std::optional<double> accuracy;  ///< solve to the first level whose estimated mean error is at most this [mm]
+  std::optional<double> budget;    ///< solve as many levels as this allows [s]
   double tolerance = 1e-8;
+  Islands islands = Islands::error;
+  bool compromise = false;  ///< conditions that contradict each other are met by least squares
   std::map<std::string, MaterialOverride> materials;
   std::vector<Condition> conditions;
   std::vector<Force> forces;
@@ -86,5 +98,13 @@ struct Scene {
 /// @throws Error{input} "file:line:column: key, what was expected"; Error{usage} for a bad setting
 Scene read_scene(const std::filesystem::path& path, const std::string& display_name,
                  const std::vector<std::string>& settings = {});
+
+/// The same lattice with the scene's [material.*] in place of its own.
+/// @throws Error{input} for an unknown segment or a bad value
+hexmesh::Lattice with_overrides(hexmesh::Lattice lattice, const Scene& scene);
+
+/// A commented scene for any lattice: the paper's liver experiment, three places on the surface held and a fourth
+/// pulled by 40 mm.
+std::string example_scene(const hexmesh::Lattice& lattice);
 
 }  // namespace hexsolver

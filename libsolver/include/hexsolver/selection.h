@@ -41,10 +41,4 @@ private:
 /// The points of all conditions of the scene.
 std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selector);
 
-/// Forces on the nodes from the scene's [[force]] and [gravity] [N]: f(q) = H^T f(p), and row sums of the mass matrix
-/// times gravity. Empty if the scene has neither.
-/// @param totals  receives the total of each [[force]], then that of gravity if there is any [N]
-NodeVector external_forces(const Scene& scene, const hexmesh::Lattice& lattice, int level, const Mesh& mesh,
-                           Selector& selector, std::vector<Vec3>& totals);
-
 }  // namespace hexsolver

@@ -64,6 +64,8 @@ public:
   Eigen::Matrix<double, 8, 8> mass(const Element& element) const;
   /// Row sums of mass()  [tonne], shape (8)
   NodeWeights lumped_mass(const Element& element) const;
+  /// int_filled N_a dV / V: the mean of a field over the filled part is the sum of these times its nodal values
+  NodeWeights mean_shape(const Element& element) const;
 
 private:
   std::array<NodeGradients, num_rule_points> gradients_;  ///< of N_a in patient space [1/mm]

@@ -76,6 +76,9 @@ struct Lattice {
   Vec3 corner() const { return voxels.position(Vec3::Constant(-0.5)); }  ///< of the box; node (0, 0, 0) of every level
 };
 
+/// Memory that a lattice takes.
+std::size_t bytes_of(const Lattice& lattice);
+
 struct LatticeOptions {
   int num_levels = 0;         ///< 0: merge until at most 16 cells are left
   Index3 offset = {0, 0, 0};  ///< shift of the lattice against the body, in voxels; each >= 0

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "hexmesh/core/bytes.h"
+#include "hexsolver/term.h"
+
+namespace hexsolver {
+
+/// Forces that keep their size and direction while the body moves, W = -fraction f.u: forces and pressures on the
+/// embedded surface, f(q) = H^T f(p), and gravity.
+class DeadLoad final : public Term {
+public:
+  struct NodeForce {
+    std::int32_t node = 0;
+    Vec3 force = Vec3::Zero();  ///< [N]
+  };
+
+  DeadLoad(std::string name, std::vector<NodeForce> forces) : name_(std::move(name)), forces_(std::move(forces)) {}
+
+  std::string name() const override { return name_; }
+  void set_load_fraction(double fraction) override { fraction_ = fraction; }
+  double energy(const NodeVector& u) const override;
+  void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
+
+  std::size_t bytes() const override { return hexmesh::bytes_of(forces_); }
+
+  Vec3 total() const;  ///< [N], of the whole load
+
+private:
+  std::string name_;
+  std::vector<NodeForce> forces_;
+  double fraction_ = 1;
+};
+
+}  // namespace hexsolver

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "hexsolver/dead_load.h"
+#include "hexsolver/selection.h"
+
+namespace hexsolver {
+
+/// Each [[force]] of the scene, then [gravity] if there is any, on the nodes of one level: f(q) = H^T f(p), and row
+/// sums of the mass matrix times gravity.
+/// @param weightless  cells without mass; empty = none
+/// @throws Error as Selector::select
+std::vector<std::unique_ptr<DeadLoad>> make_loads(const Scene& scene, const hexmesh::Lattice& lattice, int level,
+                                                  const Mesh& mesh, Selector& selector,
+                                                  const std::vector<bool>& weightless = {});
+
+}  // namespace hexsolver

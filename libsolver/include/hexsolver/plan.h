@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "hexsolver/equilibrium.h"
+
+namespace hexsolver {
+
+/// What a scene selects on the finest level it may ask for, found without solving.
+struct SceneCheck {
+  int level = 0;
+  std::vector<ConditionReport> conditions;  ///< points and kept directions
+  std::vector<ForceReport> forces;          ///< totals
+  std::size_t island_cells = 0;             ///< parts that nothing holds, as solve.islands allows them
+  std::vector<std::string> warnings;
+};
+
+/// @throws Error as solve_equilibrium
+SceneCheck check_scene(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+
+/// What a solution is expected to cost.
+struct SolvePlan {
+  struct Level {
+    int level = 0;
+    std::size_t cells = 0, dofs = 0;
+    double seconds = 0;  ///< expected
+    std::size_t bytes = 0;
+  };
+  std::vector<Effect> effects;  ///< with the expected seconds
+  std::vector<Level> levels;    ///< coarse to fine
+};
+
+/// The levels that would be solved, and how long that would take: the time of an operator product measured on a coarse
+/// level times the number of products that equilibria usually take (THEORY.md, "Accuracy").
+SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+
+}  // namespace hexsolver

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/QR>
+
+#include "cell_vectors.h"
+#include "hexmesh/core/bytes.h"
+#include "hexsolver/elastic.h"
+
+namespace hexsolver {
+namespace {
+
+Mat3 cross_matrix(const Vec3& v) {
+  Mat3 m;
+  m << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0;
+  return m;
+}
+
+}  // namespace
+
+CorotationalCells::Frame CorotationalCells::frame(std::size_t cell, const NodeVector& u) const {
+  CellVector x = mesh_.gather(cell, u) + rest_;
+  Vec3 mean = Vec3::Zero();
+  Mat3 f = Mat3::Zero();
+  for (int a = 0; a < 8; ++a) mean += x.segment<3>(3 * a) / 8;
+  for (int a = 0; a < 8; ++a) {
+    x.segment<3>(3 * a) -= mean;
+    f += x.segment<3>(3 * a) * model(cell).mean_gradient.row(a);
+  }
+  const Polar polar = polar_decomposition(f);
+  Frame frame{polar.rotation, polar.stretch, polar.inverse_m, rotate(polar.rotation.transpose(), x), {}, {}};
+  frame.f = times(model(cell).stiffness, frame.y - rest_);
+  Vec3 torque = Vec3::Zero();
+  for (int a = 0; a < 8; ++a) torque += Vec3(frame.y.segment<3>(3 * a)).cross(Vec3(frame.f.segment<3>(3 * a)));
+  frame.h = polar.inverse_m * torque;
+  return frame;
+}
+
+std::vector<double> CorotationalCells::cell_energies(const NodeVector& u) const {
+  std::vector<double> energies(mesh_.num_cells());
+  mesh_.for_each_cell([&](std::size_t c) {
+    const Frame f = frame(c, u);
+    energies[c] = 0.5 * (f.y - rest_).dot(f.f);
+  });
+  return energies;
+}
+
+void CorotationalCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
+  mesh_.for_each_cell([&](std::size_t c) {
+    Frame f = frame(c, u);
+    for (int a = 0; a < 8; ++a) f.f.segment<3>(3 * a) -= f.h.cross(Vec3(model(c).mean_gradient.row(a)));
+    const CellVector force = rotate(f.r, f.f);
+    mesh_.scatter_add(c, force, gradient);
+    mesh_.scatter_add(c, force.cwiseAbs(), magnitude);
+  });
+}
+
+CorotationalCells::StressTerm CorotationalCells::stress_term(const Frame& f, const NodeGradients& gradient) {
+  StressTerm e;
+  Mat3 yf = Mat3::Zero();
+  for (int a = 0; a < 8; ++a) {
+    const Vec3 ga = gradient.row(a), ya = f.y.segment<3>(3 * a), fa = f.f.segment<3>(3 * a);
+    e.t.block<3, 3>(0, 3 * a) = f.inverse_m * cross_matrix(ga);
+    e.l.block<3, 3>(0, 3 * a) = f.h * ga.transpose() - ga * f.h.transpose() + cross_matrix(fa);
+    yf += ya * fa.transpose();
+  }
+  const Mat3 a = yf - cross_matrix(f.h) * f.s;
+  e.a = 0.5 * (a + a.transpose());
+  e.a.diagonal().array() -= yf.trace();
+  return e;
+}
+
+CorotationalCells::Columns CorotationalCells::positive_part(const StressTerm& e) {
+  // E = W^T C W with W = [T; L] and C = [[A, 1], [1, 0]]; in an orthonormal basis of W's rows it is 6 x 6.
+  using Matrix6 = Eigen::Matrix<double, 6, 6>;
+  Eigen::Matrix<double, 24, 6> w;
+  w << e.t.transpose(), e.l.transpose();
+  Matrix6 c = Matrix6::Zero();
+  c.topLeftCorner<3, 3>() = e.a;
+  c.topRightCorner<3, 3>().setIdentity();
+  c.bottomLeftCorner<3, 3>().setIdentity();
+  const Eigen::HouseholderQR<Eigen::Matrix<double, 24, 6>> qr(w);
+  const Matrix6 r = qr.matrixQR().topRows<6>().triangularView<Eigen::Upper>();
+  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(r * c * r.transpose());
+  Eigen::Matrix<double, 24, 3> z = Eigen::Matrix<double, 24, 3>::Zero();
+  z.topRows<6>() =
+      eigen.eigenvectors().rightCols<3>() * eigen.eigenvalues().tail<3>().cwiseMax(0).cwiseSqrt().asDiagonal();
+  return qr.householderQ() * z;
+}
+
+void CorotationalCells::linearize(const NodeVector& u, Hessian which) {
+  frames_.resize(mesh_.num_cells());
+  positive_.resize(which == Hessian::clamped ? mesh_.num_cells() : 0);
+  mesh_.for_each_cell([&](std::size_t c) {
+    frames_[c] = frame(c, u);
+    if (which == Hessian::clamped) positive_[c] = positive_part(stress_term(frames_[c], model(c).mean_gradient));
+  });
+}
+
+void CorotationalCells::add_product(const NodeVector& x, NodeVector& y) const {
+  mesh_.for_each_cell([&](std::size_t c) {
+    const Frame& f = frames_[c];
+    const NodeGradients& gradient = model(c).mean_gradient;
+    const CellVector v = rotate(f.r.transpose(), mesh_.gather(c, x));
+    Vec3 axial = Vec3::Zero();
+    for (int a = 0; a < 8; ++a) axial += Vec3(gradient.row(a)).cross(Vec3(v.segment<3>(3 * a)));
+    const Vec3 w = f.inverse_m * axial;
+    CellVector dy;
+    for (int a = 0; a < 8; ++a) dy.segment<3>(3 * a) = v.segment<3>(3 * a) - w.cross(Vec3(f.y.segment<3>(3 * a)));
+    CellVector out = times(model(c).stiffness, dy);
+
+    // Q^T K Q v = K dy - T^T sum y_a x (K dy)_a, and the stress term T^T (A w + L v) + L^T w.
+    Vec3 torque = Vec3::Zero();
+    for (int a = 0; a < 8; ++a) torque -= Vec3(f.y.segment<3>(3 * a)).cross(Vec3(out.segment<3>(3 * a)));
+    if (positive_.empty()) {
+      Vec3 l = Vec3::Zero(), yfw = Vec3::Zero(), fyw = Vec3::Zero();
+      double yf = 0;
+      for (int a = 0; a < 8; ++a) {
+        const Vec3 ga = gradient.row(a), ya = f.y.segment<3>(3 * a), fa = f.f.segment<3>(3 * a),
+                   va = v.segment<3>(3 * a);
+        l += f.h * ga.dot(va) - ga * f.h.dot(va) + fa.cross(va);
+        yfw += ya * fa.dot(w);
+        fyw += fa * ya.dot(w);
+        yf += ya.dot(fa);
+        out.segment<3>(3 * a) += ga * f.h.dot(w) - f.h * ga.dot(w) - fa.cross(w);
+      }
+      const Vec3 sw = f.s * w;
+      torque += l + 0.5 * (yfw + fyw) - yf * w - 0.5 * (f.h.cross(sw) - f.s * f.h.cross(w));
+    } else {
+      out += positive_[c] * (positive_[c].transpose() * v);
+    }
+    const Vec3 dh = f.inverse_m * torque;
+    for (int a = 0; a < 8; ++a) out.segment<3>(3 * a) += dh.cross(Vec3(gradient.row(a)));
+    mesh_.scatter_add(c, rotate(f.r, out), y);
+  });
+}
+
+std::size_t CorotationalCells::bytes() const {
+  return ElasticCells::bytes() + hexmesh::bytes_of(frames_) + hexmesh::bytes_of(positive_);
+}
+
+void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) const {
+  const CellMatrix& k = model(cell).stiffness;
+  const Frame& f = frames_[cell];
+  const StressTerm e = stress_term(f, model(cell).mean_gradient);
+  Columns y;  // w x y_a = (Y w)_a
+  for (int a = 0; a < 8; ++a) y.block<3, 3>(3 * a, 0) = -cross_matrix(f.y.segment<3>(3 * a));
+  // (1 - Y T)^T K (1 - Y T) = K - B^T - B with B = T^T (Y^T K - Y^T K Y T / 2)
+  const Columns ky = k * y;
+  Eigen::Matrix<double, 3, 24> inner = 0.5 * (y.transpose() * ky) * e.t - ky.transpose();
+  if (positive_.empty()) inner += e.l + 0.5 * e.a * e.t;
+  CellMatrix h = k;
+  const CellMatrix half = e.t.transpose() * inner;
+  h += half + half.transpose();
+  if (!positive_.empty()) h += positive_[cell] * positive_[cell].transpose();
+  hessian += rotate(f.r, h);
+}
+
+}  // namespace hexsolver

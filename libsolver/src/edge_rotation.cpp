@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cell_vectors.h"
+#include "hexmesh/core/bytes.h"
+#include "hexsolver/elastic.h"
+
+namespace hexsolver {
+
+Mat3 EdgeRotatedCells::rotation(const CellVector& moved) const {
+  // Averages of the four edges along each axis, in units of the cell's edges.
+  Mat3 now = Mat3::Zero();
+  for (int axis = 0; axis < 3; ++axis)
+    for (int a = 0; a < 8; ++a)
+      now.col(axis) += (hexmesh::corner_bit(a, axis) ? 0.25 : -0.25) * (moved + rest_).segment<3>(3 * a);
+  return orthonormalized(now) * orthonormalized(mesh_.edges()).transpose();
+}
+
+std::vector<double> EdgeRotatedCells::cell_energies(const NodeVector& u) const {
+  std::vector<double> energies(mesh_.num_cells());
+  mesh_.for_each_cell([&](std::size_t c) {
+    const CellVector moved = mesh_.gather(c, u);
+    const CellVector e = rotate(rotation(moved).transpose(), CellVector(moved + rest_)) - rest_;
+    energies[c] = 0.5 * e.dot(times(model(c).stiffness, e));
+  });
+  return energies;
+}
+
+void EdgeRotatedCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
+  mesh_.for_each_cell([&](std::size_t c) {
+    const CellVector moved = mesh_.gather(c, u);
+    const Mat3 r = rotation(moved);
+    const CellVector e = rotate(r.transpose(), CellVector(moved + rest_)) - rest_;
+    const CellVector force = rotate(r, times(model(c).stiffness, e));
+    mesh_.scatter_add(c, force, gradient);
+    mesh_.scatter_add(c, force.cwiseAbs(), magnitude);
+  });
+}
+
+void EdgeRotatedCells::linearize(const NodeVector& u, Hessian /*which*/) {
+  rotations_.resize(mesh_.num_cells());
+  mesh_.for_each_cell([&](std::size_t c) { rotations_[c] = rotation(mesh_.gather(c, u)); });
+}
+
+void EdgeRotatedCells::add_product(const NodeVector& x, NodeVector& y) const {
+  mesh_.for_each_cell([&](std::size_t c) {
+    const Mat3& r = rotations_[c];
+    mesh_.scatter_add(c, rotate(r, times(model(c).stiffness, rotate(r.transpose(), mesh_.gather(c, x)))), y);
+  });
+}
+
+std::size_t EdgeRotatedCells::bytes() const { return ElasticCells::bytes() + hexmesh::bytes_of(rotations_); }
+
+void EdgeRotatedCells::add_cell_hessian(std::size_t cell, CellMatrix& h) const {
+  h += rotate(rotations_[cell], model(cell).stiffness);
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/ground_springs.h"
+
+#include <algorithm>
+
+namespace hexsolver {
+
+double GroundSprings::of_cell(std::size_t cell) const {
+  const auto found = std::lower_bound(stiffness_.begin(), stiffness_.end(), cell, [](const auto& s, std::size_t c) {
+    return static_cast<std::size_t>(s.first) < c;
+  });
+  return found != stiffness_.end() && static_cast<std::size_t>(found->first) == cell ? found->second : 0;
+}
+
+double GroundSprings::energy(const NodeVector& u) const {
+  double sum = 0;
+  for (const auto& [cell, k] : stiffness_) sum += k / 2 * mesh_.gather(static_cast<std::size_t>(cell), u).squaredNorm();
+  return sum;
+}
+
+void GroundSprings::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
+  for (const auto& [cell, k] : stiffness_) {
+    const CellVector force = k * mesh_.gather(static_cast<std::size_t>(cell), u);
+    mesh_.scatter_add(static_cast<std::size_t>(cell), force, gradient);
+    mesh_.scatter_add(static_cast<std::size_t>(cell), force.cwiseAbs(), magnitude);
+  }
+}
+
+void GroundSprings::add_product(const NodeVector& x, NodeVector& y) const {
+  for (const auto& [cell, k] : stiffness_)
+    mesh_.scatter_add(static_cast<std::size_t>(cell), k * mesh_.gather(static_cast<std::size_t>(cell), x), y);
+}
+
+void GroundSprings::add_cell_hessian(std::size_t cell, CellMatrix& h) const { h.diagonal().array() += of_cell(cell); }
+
+std::int32_t GroundSprings::shared_hessian(std::size_t cell) const {
+  return of_cell(cell) > 0 ? own_hessian : no_hessian;
+}
+
+}  // namespace hexsolver

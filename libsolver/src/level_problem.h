@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "hexsolver/constraints.h"
+#include "hexsolver/dead_load.h"
+#include "hexsolver/elastic.h"
+#include "hexsolver/equilibrium.h"
+#include "hexsolver/multigrid.h"
+#include "hexsolver/potential.h"
+#include "hexsolver/scene.h"
+
+namespace hexsolver {
+
+/// One level of a lattice under a scene. Its parts refer to each other: it stays where it was made.
+class LevelProblem {
+public:
+  /// Finds what the conditions and forces select and what nothing holds.
+  /// @throws Error{geometry} for selections and missing supports
+  LevelProblem(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+  LevelProblem(const LevelProblem&) = delete;
+  LevelProblem& operator=(const LevelProblem&) = delete;
+
+  /// Words for each pair of conditions that the cells of this level cannot follow; empty if there are none.
+  std::vector<std::string> conflicts() const;
+
+  /// Form the elements; before this there is no potential.
+  void build_potential();
+
+  int level() const noexcept { return level_; }
+  const Mesh& mesh() const { return hierarchy_.meshes.front(); }
+  const Hierarchy& hierarchy() const noexcept { return hierarchy_; }
+  const Constraints& constraints() const noexcept { return *constraints_; }
+  Potential& potential() { return *potential_; }
+  const Potential& potential() const { return *potential_; }
+  const ElasticCells& elastic() const { return *elastic_; }
+
+  /// Those of the scene, and one named "islands" if parts are dropped.
+  const std::vector<Condition>& conditions() const noexcept { return conditions_; }
+  const std::vector<bool>& islands() const noexcept { return islands_; }  ///< per cell; empty = none
+  std::size_t num_island_cells() const;
+
+  struct Load {
+    std::string name;
+    Vec3 total;  ///< [N]
+  };
+  const std::vector<Load>& loads() const noexcept { return load_totals_; }
+
+private:
+  void find_islands(std::vector<ConstraintPoint>& points);
+  void hold_island_nodes(std::vector<ConstraintPoint>& points);
+
+  const hexmesh::Lattice& lattice_;
+  const Scene& scene_;
+  int level_;
+  Hierarchy hierarchy_;
+  std::vector<Condition> conditions_;
+  std::vector<bool> islands_;
+  std::unique_ptr<const Constraints> constraints_;
+  std::vector<std::unique_ptr<DeadLoad>> loads_;  ///< until the potential takes them
+  std::vector<Load> load_totals_;
+  std::unique_ptr<Potential> potential_;
+  const ElasticCells* elastic_ = nullptr;  ///< in the potential
+};
+
+/// The coarsest level that a solution on `finest` starts from.
+int first_nested_level(const hexmesh::Lattice& lattice, int finest);
+
+/// Points and kept directions of each condition.
+std::vector<ConditionReport> report_points(const LevelProblem& problem);
+
+/// What to tell about conditions on single points, whose displacement has no continuum limit.
+/// @throws Error{input} if an accuracy is asked of them
+std::vector<std::string> check_single_points(const Scene& scene);
+
+/// @returns a warning if conditions that contradict each other are to be met by least squares
+/// @throws Error{geometry} if they are not
+std::vector<std::string> check_conflicts(const LevelProblem& problem, const Scene& scene);
+
+}  // namespace hexsolver

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/loads.h"
+
+#include <fmt/format.h>
+
+#include "hexmesh/lattice/element_tree.h"
+
+namespace hexsolver {
+namespace {
+
+/// Sums what comes to each node.
+class NodeForces {
+public:
+  explicit NodeForces(const Mesh& mesh)
+      : mesh_(mesh), sum_(NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()))) {}
+
+  void add(std::size_t cell, const NodeWeights& weights, const Vec3& force) {
+    for (int a = 0; a < 8; ++a)
+      sum_.segment<3>(3 * Eigen::Index{mesh_.cell_nodes()[cell][static_cast<std::size_t>(a)]}) += weights[a] * force;
+  }
+
+  std::vector<DeadLoad::NodeForce> nonzero() const {
+    std::vector<DeadLoad::NodeForce> out;
+    for (std::size_t n = 0; n < mesh_.num_nodes(); ++n)
+      if (const Vec3 f = sum_.segment<3>(3 * static_cast<Eigen::Index>(n)); f != Vec3::Zero())
+        out.push_back({static_cast<std::int32_t>(n), f});
+    return out;
+  }
+
+private:
+  const Mesh& mesh_;
+  NodeVector sum_;
+};
+
+std::unique_ptr<DeadLoad> surface_force(const Force& force, const Mesh& mesh, Selector& selector) {
+  const std::string what = fmt::format("force '{}' ({})", force.name, force.where);
+  const std::vector<SurfacePoint> points = selector.select(force.selection, what);
+  const bool by_area = force.selection.on == SurfacePoints::faces;
+  double whole = 0;
+  for (const SurfacePoint& p : points) whole += by_area ? p.area.norm() : 1;
+  NodeForces forces(mesh);
+  for (const SurfacePoint& p : points)
+    forces.add(static_cast<std::size_t>(p.cell), p.weights,
+               (by_area ? p.area.norm() : 1) / whole * force.total - force.pressure * p.area);
+  return std::make_unique<DeadLoad>(force.name, forces.nonzero());
+}
+
+std::unique_ptr<DeadLoad> weight(const Vec3& gravity, const hexmesh::Lattice& lattice, int level, const Mesh& mesh,
+                                 const std::vector<bool>& weightless) {
+  const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
+  std::vector<NodeWeights> masses;
+  for (const hexmesh::Element& e : hexmesh::form_elements(lattice, level)) masses.push_back(matrices.lumped_mass(e));
+  const std::vector<std::int32_t>& element = lattice.levels[static_cast<std::size_t>(level)].element;
+  NodeForces forces(mesh);
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    if (weightless.empty() || !weightless[c]) forces.add(c, masses[static_cast<std::size_t>(element[c])], gravity);
+  return std::make_unique<DeadLoad>("gravity", forces.nonzero());
+}
+
+}  // namespace
+
+std::vector<std::unique_ptr<DeadLoad>> make_loads(const Scene& scene, const hexmesh::Lattice& lattice, int level,
+                                                  const Mesh& mesh, Selector& selector,
+                                                  const std::vector<bool>& weightless) {
+  std::vector<std::unique_ptr<DeadLoad>> loads;
+  for (const Force& force : scene.forces) loads.push_back(surface_force(force, mesh, selector));
+  if (scene.gravity != Vec3::Zero()) loads.push_back(weight(scene.gravity, lattice, level, mesh, weightless));
+  return loads;
+}
+
+}  // namespace hexsolver

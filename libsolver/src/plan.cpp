@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/plan.h"
+
+#include "level_problem.h"
+#include "stopwatch.h"
+
+namespace hexsolver {
+namespace {
+
+/// Operator products that the time of a level is worth, and memory per cell, as measured (THEORY.md, "Accuracy").
+struct UsualCost {
+  double products;
+  double bytes_per_cell;
+};
+constexpr UsualCost linear_cost = {400, 700}, corotational_cost = {1000, 4500};
+
+double seconds_per_product(LevelProblem& problem) {
+  NodeVector x = NodeVector::Ones(static_cast<Eigen::Index>(problem.mesh().num_dofs())), y;
+  problem.build_potential();
+  problem.potential().linearize(NodeVector::Zero(x.size()), Hessian::exact);
+  problem.potential().apply(x, y);
+  const Stopwatch watch;
+  int products = 0;
+  for (; watch.seconds() < 0.02; ++products) problem.potential().apply(x, y);
+  return watch.seconds() / products;
+}
+
+}  // namespace
+
+SceneCheck check_scene(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
+  SceneCheck check;
+  check.level = level;
+  check.warnings = check_single_points(scene);
+  const LevelProblem problem(lattice, scene, level);
+  const std::vector<std::string> conflicts = check_conflicts(problem, scene);
+  check.warnings.insert(check.warnings.end(), conflicts.begin(), conflicts.end());
+  check.conditions = report_points(problem);
+  for (const LevelProblem::Load& load : problem.loads()) check.forces.push_back({load.name, load.total});
+  check.island_cells = problem.num_island_cells();
+  return check;
+}
+
+SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
+  SolvePlan plan;
+  plan.effects = list_effects(scene);
+  const int first = first_nested_level(lattice, level);
+  const UsualCost& cost = scene.strain == Strain::cauchy ? linear_cost : corotational_cost;
+  double per_cell = 0, total = 0;
+  for (int number = first; number >= level; --number) {
+    const hexmesh::Level& cells = lattice.levels[static_cast<std::size_t>(number)];
+    if (number == first) {
+      LevelProblem problem(lattice, scene, number);
+      per_cell = seconds_per_product(problem) / static_cast<double>(cells.cells.size());
+    }
+    const auto count = static_cast<double>(cells.cells.size());
+    plan.levels.push_back({number, cells.cells.size(), 3 * hexmesh::number_nodes(cells.cells).nodes.size(),
+                           cost.products * per_cell * count, static_cast<std::size_t>(cost.bytes_per_cell * count)});
+    total += plan.levels.back().seconds;
+  }
+  for (Effect& e : plan.effects)
+    if (e.name == "elasticity") e.seconds = total;
+  return plan;
+}
+
+}  // namespace hexsolver

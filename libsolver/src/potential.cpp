@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/potential.h"
+
+#include <algorithm>
+
+#include "stopwatch.h"
+
+namespace hexsolver {
+
+template <class F>
+void Potential::for_each_term(F&& f) const {
+  for (const Timed& t : terms_) {
+    const Stopwatch watch;
+    f(*t.term);
+    t.seconds += watch.seconds();
+  }
+}
+
+void Potential::set_load_fraction(double fraction) {
+  for (Timed& t : terms_) t.term->set_load_fraction(fraction);
+}
+
+bool Potential::is_linear() const {
+  return std::all_of(terms_.begin(), terms_.end(), [](const Timed& t) { return t.term->is_linear(); });
+}
+
+bool Potential::is_conservative() const {
+  return std::all_of(terms_.begin(), terms_.end(), [](const Timed& t) { return t.term->is_conservative(); });
+}
+
+double Potential::energy(const NodeVector& u) const {
+  double sum = 0;
+  for_each_term([&](const Term& t) { sum += t.energy(u); });
+  return sum;
+}
+
+void Potential::gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
+  gradient.setZero(u.size());
+  magnitude.setZero(u.size());
+  for_each_term([&](const Term& t) { t.add_gradient(u, gradient, magnitude); });
+}
+
+double Potential::rounding() const {
+  double sum = 0;
+  for (const Timed& t : terms_) sum += t.term->rounding();
+  return sum;
+}
+
+void Potential::linearize(const NodeVector& u, Hessian which) {
+  for (Timed& t : terms_) {
+    const Stopwatch watch;
+    t.term->linearize(u, which);
+    t.seconds += watch.seconds();
+    t.linearize_seconds += watch.seconds();
+  }
+}
+
+void Potential::apply(const NodeVector& x, NodeVector& y) const {
+  y.setZero(x.size());
+  for_each_term([&](const Term& t) { t.add_product(x, y); });
+}
+
+CellMatrix Potential::cell_hessian(std::size_t cell) const {
+  CellMatrix h = CellMatrix::Zero();
+  for (const Timed& t : terms_) t.term->add_cell_hessian(cell, h);
+  return h;
+}
+
+std::int32_t Potential::shared_hessian(std::size_t cell) const {
+  std::int32_t number = Term::no_hessian;
+  for (const Timed& t : terms_) {
+    const std::int32_t n = t.term->shared_hessian(cell);
+    if (n == Term::no_hessian) continue;
+    number = number == Term::no_hessian ? n : Term::own_hessian;
+  }
+  return number;
+}
+
+std::vector<Potential::Cost> Potential::costs() const {
+  std::vector<Cost> out;
+  for (const Timed& t : terms_) out.push_back({t.term->name(), t.seconds, t.linearize_seconds, t.term->bytes()});
+  return out;
+}
+
+}  // namespace hexsolver
