@@ -81,20 +81,24 @@ public:
   /// Levels come coarse to fine; `difference` is that to the level before, nothing for one without.
   /// Writes the estimates of the last levels into `levels`.
   void add(const std::optional<ElasticCells::Size>& difference, std::vector<LevelReport>& levels) {
-    // Errors that fall by r from level to level differ by (1/r - 1) times the finer one. Where there is no ratio to be
-    // measured yet, and where it cannot be that of a convergent series, errors are taken to fall as trilinear cells'
-    // near the rims of patches: by half.
-    constexpr double usual = 0.5, least = 0.25, most = 0.7;
+    // Errors fall from level to level by about `fall`: between h^2, inside the body, and h, at the rims of patches.
+    // With e the error of a level and d its difference from the coarser one, d = e / fall - e. Differences scatter,
+    // since each level holds patches by other nodes: the larger of what the last two lead to is taken. On the coarsest
+    // levels, where patches and the body itself are a few cells, errors fall less.
+    constexpr double fall = 0.32, part = fall / (1 - fall), coarsest_part = 0.75;
     if (!difference) {
       differences_.clear();
       return;
     }
-    const double ratio =
-        differences_.empty() ? usual : std::clamp(difference->mean / differences_.back().mean, least, most);
-    differences_.push_back(*difference);
     ErrorEstimate& now = levels.back().error;
-    now.mean_mm = difference->mean * ratio / (1 - ratio);
-    now.max_mm = difference->largest * ratio / (1 - ratio);
+    if (differences_.empty()) {
+      now.mean_mm = coarsest_part * difference->mean;
+      now.max_mm = coarsest_part * difference->largest;
+    } else {
+      now.mean_mm = part * std::max(difference->mean, fall * differences_.back().mean);
+      now.max_mm = part * std::max(difference->largest, fall * differences_.back().largest);
+    }
+    differences_.push_back(*difference);
     // What is known about coarser levels gets sharper.
     double mean = *now.mean_mm, largest = *now.max_mm;
     for (std::size_t n = 0; n < differences_.size(); ++n) {

@@ -155,11 +155,12 @@ void LevelProblem::build_potential() {
 
 int first_nested_level(const Lattice& lattice, int finest) {
   constexpr std::size_t least_cells = 64;
-  constexpr std::size_t least_compared_cells = 8;  // of a level that is there for the error estimate alone
+  constexpr std::size_t least_compared_cells = 8;  // of levels that are there for the error estimate alone
+  constexpr int most_compared = 2;
   int first = finest;
   for (int coarser = finest + 1; coarser < static_cast<int>(lattice.levels.size()); ++coarser) {
     const std::size_t cells = lattice.levels[static_cast<std::size_t>(coarser)].cells.size();
-    if (cells >= least_cells || (first == finest && cells >= least_compared_cells)) first = coarser;
+    if (cells >= least_cells || (first < finest + most_compared && cells >= least_compared_cells)) first = coarser;
   }
   return first;
 }

@@ -5,10 +5,8 @@
 
 #include <cmath>
 #include <map>
-#include <sstream>
 
-#include "hexmesh/scan/image_io.h"
-#include "hexsolver/equilibrium.h"
+#include "support/experiments.h"
 #include "support/files.h"
 
 using namespace hexsolver;
@@ -25,24 +23,12 @@ struct Case {
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.file; }
 
-Condition patch(const char* name, const Vec3& center, double radius, const Vec3& by) {
-  Condition c;
-  c.name = name;
-  c.selection.balls = {{center, radius}};
-  c.selection.on = SurfacePoints::nodes;
-  c.by = by;
-  return c;
-}
-
 Scene liver_scene(double radius) {
   Scene scene;
   scene.strain = Strain::cauchy;
   scene.volumetric = Volumetric::full;
   scene.tolerance = 1e-10;
-  scene.conditions = {patch("right_lateral", {-138.54367, -138.819, 155.80176}, radius, Vec3::Zero()),
-                      patch("posterior", {-81.54367, -84.819, 149.80176}, radius, Vec3::Zero()),
-                      patch("inferior_right", {-84.54367, -180.819, 92.80176}, radius, Vec3::Zero()),
-                      patch("left_lobe_tip", {56.45633, -222.819, 176.80176}, radius, {0, -28.284271, -28.284271})};
+  scene.conditions = liver_patches(radius, SurfacePoints::nodes);
   return scene;
 }
 
@@ -59,11 +45,7 @@ TEST_P(VoxelLiver, EqualsAnIndependentSolution) {
   const auto reference = shared_data() / "reference" / c.file;
   if (!std::filesystem::exists(scan) || !std::filesystem::exists(reference))
     GTEST_SKIP() << "no shared data beside the project";
-  std::vector<hexmesh::Overlap> none;
-  hexmesh::LabelVolume labels =
-      hexmesh::flatten(hexmesh::select_segments(hexmesh::read_segmentation({scan}), {{"5", "liver"}}), {}, none);
-  const hexmesh::Lattice lattice =
-      hexmesh::build_lattice(labels, {{labels.segments[0], hexmesh::material_from_units(100, c.poisson, 1000), 0, ""}});
+  const Lattice lattice = liver_of_scan(c.poisson);
   SolveReport report;
   const hexmesh::Result result = solve_equilibrium(lattice, liver_scene(c.radius), 0, report);
   ASSERT_TRUE(report.converged) << report.reason;
@@ -71,20 +53,12 @@ TEST_P(VoxelLiver, EqualsAnIndependentSolution) {
 
   std::map<std::array<long, 3>, Vec3> ours;
   for (std::size_t n = 0; n < result.nodes.size(); ++n) ours[key(result.nodes[n])] = result.displacement[n];
-  std::istringstream rows(shell("gzip -dc '" + reference.string() + "'").output);
-  std::string line;
-  std::getline(rows, line);
   std::size_t compared = 0;
   double worst = 0, sum = 0;
-  while (std::getline(rows, line)) {
-    std::replace(line.begin(), line.end(), ',', ' ');
-    std::istringstream values(line);
-    long node = 0;
-    Vec3 x, u;
-    ASSERT_TRUE(values >> node >> x[0] >> x[1] >> x[2] >> u[0] >> u[1] >> u[2]) << line;
-    const auto found = ours.find(key(x));
-    ASSERT_NE(found, ours.end()) << line;
-    const double distance = (found->second - u).norm();
+  for (const NodeRow& row : read_reference(reference)) {
+    const auto found = ours.find(key(row.position));
+    ASSERT_NE(found, ours.end()) << row.position.transpose();
+    const double distance = (found->second - row.displacement).norm();
     worst = std::max(worst, distance);
     sum += distance;
     ++compared;

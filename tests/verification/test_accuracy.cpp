@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a solution says about its own error, against the solution two levels finer; and solutions against independent
+// ones of other meshes.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "hexmesh/lattice/locator.h"
+#include "support/experiments.h"
+#include "support/files.h"
+
+using namespace hexsolver;
+using namespace testing_support;
+
+namespace {
+
+struct Experiment {
+  const char* name;
+  std::function<Lattice()> lattice;
+  std::function<Scene()> scene;
+  bool needs_scan = false;
+};
+
+void PrintTo(const Experiment& e, std::ostream* out) { *out << e.name; }
+
+hexmesh::LabelVolume solid(const char* name, double spacing, const std::map<std::string, double>& size) {
+  hexmesh::SolidPhantom s;
+  s.name = name;
+  s.spacing = spacing;
+  s.size = size;
+  return hexmesh::solid_phantom(s);
+}
+
+Scene with(std::vector<Condition> conditions, Strain strain = Strain::cauchy) {
+  Scene scene;
+  scene.strain = strain;
+  scene.conditions = std::move(conditions);
+  return scene;
+}
+
+const std::vector<Experiment>& experiments() {
+  static const std::vector<Experiment> all = {
+      {"phantom liver, linear", [] { return liver_of_phantom(3, 0.3); }, [] { return with(phantom_patches(12)); }},
+      {"phantom liver, smaller cells and patches", [] { return liver_of_phantom(2, 0.3); },
+       [] { return with(phantom_patches(8)); }},
+      {"phantom liver, nu 0.45", [] { return liver_of_phantom(3, 0.45); }, [] { return with(phantom_patches(12)); }},
+      {"phantom liver, co-rotational", [] { return liver_of_phantom(3, 0.3); },
+       [] { return with(phantom_patches(12), Strain::corotational); }},
+      {"beam bent by a patch", [] { return lattice_of(solid("beam", 2, {}), 100, 0.3); },
+       [] {
+         return with(
+             {beyond("end", {-79.9, 0, 0}, {-1, 0, 0}, Vec3::Zero()), patch("tip", {80, 0, 0}, 12, {0, 0, -20})});
+       }},
+      {"cylinder pressed by two patches",
+       [] {
+         return lattice_of(solid("cylinder", 2.5, {{"radius", 50}, {"height", 80}}), 100, 0.3);
+       },
+       [] {
+         return with({patch("below", {0, 0, -40}, 20, Vec3::Zero()), patch("above", {0, 0, 40}, 20, {0, 0, -10})});
+       }},
+      {"real liver, linear", [] { return liver_of_scan(0.3); },
+       [] { return with(liver_patches(10, SurfacePoints::faces)); }, true},
+      {"real liver, larger patches", [] { return liver_of_scan(0.3); },
+       [] { return with(liver_patches(20, SurfacePoints::faces)); }, true},
+      {"real liver, co-rotational", [] { return liver_of_scan(0.3); },
+       [] { return with(liver_patches(10, SurfacePoints::faces), Strain::corotational); }, true},
+  };
+  return all;
+}
+
+bool has_scan() { return std::filesystem::exists(shared_data() / "data/totalsegmentator/example_seg.nii.gz"); }
+
+class Estimate : public testing::TestWithParam<Experiment> {};
+
+}  // namespace
+
+TEST_P(Estimate, IsTheErrorWithinAFactorOfTwo) {
+  if (GetParam().needs_scan && !has_scan()) GTEST_SKIP() << "no shared data beside the project";
+  const Lattice lattice = GetParam().lattice();
+  const Scene scene = GetParam().scene();
+  const std::vector<Vec3> points = material_points(lattice);
+  const auto& levels = lattice.levels;
+  int coarsest = 0;
+  while (coarsest + 1 < static_cast<int>(levels.size()) &&
+         levels[static_cast<std::size_t>(coarsest) + 1].cells.size() >= 64)
+    ++coarsest;
+  std::vector<std::vector<Vec3>> u;
+  std::vector<SolveReport> reports;
+  for (int level = 0; level <= coarsest; ++level) {
+    Solved s = solve(lattice, scene, level);
+    u.push_back(displacement_at(s.result, points));
+    reports.push_back(std::move(s.report));
+  }
+  std::printf("%s\n  level    cells   estimated, true mean error [mm]   estimated, true largest\n", GetParam().name);
+  for (int level = coarsest; level >= 2; --level) {
+    const auto l = static_cast<std::size_t>(level);
+    const Distance error = distance(u[l], u[l - 2]);
+    const LevelReport& report = reports[l].levels.back();
+    ASSERT_TRUE(report.error.mean_mm.has_value());
+    std::printf("  %5d %8zu   %8.3f %8.3f                %8.3f %8.3f\n", level, report.cells, *report.error.mean_mm,
+                error.mean, *report.error.max_mm, error.largest);
+    const double factor = level == coarsest ? 3 : 2;
+    EXPECT_LT(*report.error.mean_mm, factor * error.mean) << "level " << level;
+    EXPECT_GT(*report.error.mean_mm, error.mean / factor) << "level " << level;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Estimate, testing::ValuesIn(experiments()));
+
+// The smooth shape of the same liver, meshed by quadratic tetrahedra and solved by CalculiX: the staircase and the
+// outline of the patches alone make about 0.2 mm.
+class SmoothLiver : public testing::TestWithParam<double> {};
+
+TEST_P(SmoothLiver, IsMetByVoxelsAndByCellsOfEight) {
+  const auto file = shared_data() / "reference" / fmt::format("liver_{}_linear_tetA_r20.csv.gz", GetParam());
+  if (!has_scan() || !std::filesystem::exists(file)) GTEST_SKIP() << "no shared data beside the project";
+  const Lattice lattice = liver_of_scan(GetParam());
+  const hexmesh::CellLocator inside(lattice.voxels, {1, 1, 1}, lattice.levels[0].cells);
+  std::vector<Vec3> points, reference;
+  for (const NodeRow& row : read_reference(file)) {
+    const hexmesh::Embedding e = inside.locate_position(row.position);
+    if (e.cell < 0 || (e.local - Vec3::Constant(0.5)).cwiseAbs().maxCoeff() > 0.5) continue;
+    points.push_back(row.position);
+    reference.push_back(row.displacement);
+  }
+  ASSERT_GT(points.size(), 5000U);
+  for (const auto& [level, allowed] : {std::pair{1, 0.8}, std::pair{0, 0.4}}) {
+    const Solved s = solve(lattice, with(liver_patches(20, SurfacePoints::faces)), level);
+    const Distance d = distance(displacement_at(s.result, points), reference);
+    std::printf("nu %g, level %d: mean %.3f, largest %.3f mm at %zu points\n", GetParam(), level, d.mean, d.largest,
+                points.size());
+    EXPECT_LT(d.mean, allowed);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Poisson, SmoothLiver, testing::Values(0.3, 0.4));
+
+class HangingBeam : public testing::TestWithParam<std::pair<double, double>> {};
+
+TEST_P(HangingBeam, BendsAsQuadraticElementsSay) {
+  // 160 x 40 x 40 mm, E = 100 kPa, 1000 kg/m^3, one end clamped, 9.81 m/s^2 across it; the middle of the free end, by
+  // CalculiX C3D20R, extrapolated.
+  const auto [poisson, expected] = GetParam();
+  const Lattice lattice = lattice_of(solid("beam", 2, {}), 100, poisson);
+  Scene scene = with({beyond("clamp", {-80, 0, 0}, {-1, 0, 0}, Vec3::Zero(), SurfacePoints::nodes)});
+  scene.gravity = {0, 0, -9810};
+  double before = 1;
+  for (int level = 2; level >= 0; --level) {
+    const Solved s = solve(lattice, scene, level);
+    const double tip = displacement_at(s.result, {{79.999, 0, 0}})[0][2];
+    const double error = std::abs(tip / expected - 1);
+    std::printf("nu %g, level %d: tip %.3f mm, off by %.2f %%\n", poisson, level, tip, 100 * error);
+    EXPECT_LT(error, level == 0 ? 0.005 : before);
+    EXPECT_LT(error, before);
+    before = error;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Poisson, HangingBeam, testing::Values(std::pair{0.3, -62.857}, std::pair{0.45, -61.52}));
+
+TEST(PressedCylinder, BulgesAsAxisymmetricElementsSay) {
+  // Height 1, radius 0.5, nu = 0.49, ends clamped and pressed together by 10 %: the radius half way grows to 0.529657.
+  const double expected = 2.9657;  // of a cylinder of 100 mm
+  const Lattice lattice = lattice_of(solid("cylinder", 2, {{"radius", 50}, {"height", 100}}), 100, 0.49);
+  const Scene scene = with({beyond("below", {0, 0, -50}, {0, 0, -1}, {0, 0, 5}, SurfacePoints::nodes),
+                            beyond("above", {0, 0, 50}, {0, 0, 1}, {0, 0, -5}, SurfacePoints::nodes)});
+  double before = 1;
+  for (int level = 2; level >= 0; --level) {
+    const Solved s = solve(lattice, scene, level);
+    std::vector<Vec3> rim;
+    for (int n = 0; n < 360; ++n) {
+      const double angle = n * std::numbers::pi / 180;
+      rim.emplace_back(50 * std::cos(angle), 50 * std::sin(angle), 0);
+    }
+    const std::vector<Vec3> u = displacement_at(s.result, rim);
+    double growth = 0;
+    for (std::size_t n = 0; n < rim.size(); ++n) growth += u[n].head<2>().dot(rim[n].head<2>()) / 50 / 360;
+    const double error = std::abs(growth / expected - 1);
+    std::printf("level %d: radius grows by %.4f mm, off by %.2f %%\n", level, growth, 100 * error);
+    EXPECT_LT(error, level == 0 ? 0.02 : before);
+    EXPECT_LT(error, before);
+    before = error;
+  }
+}
