@@ -26,7 +26,7 @@ constexpr double conflict_fraction = 0.05;
 constexpr double dropped_stiffness = 1e-9;
 /// Stiffness of the springs that hold islands, over that of their cells' nodes: parts that hang on others by an edge
 /// or a corner follow these.
-constexpr double island_spring = 1e-3;
+constexpr double island_spring = 1e-4;
 
 [[noreturn]] void fail_unsupported(const std::vector<FreePart>& free, int level) {
   std::vector<std::string> motions;

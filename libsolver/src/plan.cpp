@@ -12,9 +12,14 @@ struct UsualCost {
   double products;
   double bytes_per_cell;
 };
-constexpr UsualCost linear_cost = {400, 700}, corotational_cost = {1000, 4500};
+constexpr UsualCost linear_cost = {280, 800}, corotational_cost = {420, 2500};
 
-double seconds_per_product(LevelProblem& problem) {
+/// Of an operator product, on the finest of the levels `first` to `last` that is still quick to make.
+double seconds_per_cell(const hexmesh::Lattice& lattice, const Scene& scene, int first, int last) {
+  constexpr std::size_t most_cells = 20000;
+  int number = first;
+  while (number > last && lattice.levels[static_cast<std::size_t>(number) - 1].cells.size() <= most_cells) --number;
+  LevelProblem problem(lattice, scene, number);
   NodeVector x = NodeVector::Ones(static_cast<Eigen::Index>(problem.mesh().num_dofs())), y;
   problem.build_potential();
   problem.potential().linearize(NodeVector::Zero(x.size()), Hessian::exact);
@@ -22,7 +27,7 @@ double seconds_per_product(LevelProblem& problem) {
   const Stopwatch watch;
   int products = 0;
   for (; watch.seconds() < 0.02; ++products) problem.potential().apply(x, y);
-  return watch.seconds() / products;
+  return watch.seconds() / products / static_cast<double>(problem.mesh().num_cells());
 }
 
 }  // namespace
@@ -45,13 +50,10 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
   plan.effects = list_effects(scene);
   const int first = first_nested_level(lattice, level);
   const UsualCost& cost = scene.strain == Strain::cauchy ? linear_cost : corotational_cost;
-  double per_cell = 0, total = 0;
+  const double per_cell = seconds_per_cell(lattice, scene, first, level);
+  double total = 0;
   for (int number = first; number >= level; --number) {
     const hexmesh::Level& cells = lattice.levels[static_cast<std::size_t>(number)];
-    if (number == first) {
-      LevelProblem problem(lattice, scene, number);
-      per_cell = seconds_per_product(problem) / static_cast<double>(cells.cells.size());
-    }
     const auto count = static_cast<double>(cells.cells.size());
     plan.levels.push_back({number, cells.cells.size(), 3 * hexmesh::number_nodes(cells.cells).nodes.size(),
                            cost.products * per_cell * count, static_cast<std::size_t>(cost.bytes_per_cell * count)});

@@ -179,3 +179,94 @@ TEST(Equilibrium, AnOverriddenModulusScalesTheReaction) {
   EXPECT_NE(message_of(ErrorKind::input, [&] { with_overrides(lattice, scene); }).find("[material.spleen]"),
             std::string::npos);
 }
+
+// Two blocks and a speck that nothing holds.
+Lattice block_with_a_speck() {
+  return from({8, 4, 4}, [](const Index3& v) { return v[0] < 4 || (v[0] == 6 && v[1] == 1 && v[2] == 1); });
+}
+
+Scene pulled_block(Islands islands) {
+  Scene scene;
+  scene.islands = islands;
+  scene.conditions = {fix_ball({-0.5, 1.5, 1.5}, 3), fix_ball({3.5, 1.5, 1.5}, 1.6)};
+  scene.conditions[1].name = "pulled";
+  scene.conditions[1].by = {0.5, 0, 0};
+  return scene;
+}
+
+TEST(Islands, AreAnErrorThatSaysWhatElseCouldBeDone) {
+  SolveReport report;
+  const std::string message = message_of(
+      ErrorKind::geometry, [&] { solve_equilibrium(block_with_a_speck(), pulled_block(Islands::error), 0, report); });
+  EXPECT_NE(message.find("of 1 cells"), std::string::npos) << message;
+  EXPECT_NE(message.find("solve.islands"), std::string::npos) << message;
+}
+
+TEST(Islands, LeftOutOrHeldTheyStayAndTheRestDoesWhatItDoesWithoutThem) {
+  const Lattice alone = from({8, 4, 4}, [](const Index3& v) { return v[0] < 4; });
+  SolveReport expected;
+  solve_equilibrium(alone, pulled_block(Islands::error), 0, expected);
+  for (const Islands islands : {Islands::drop, Islands::hold}) {
+    SolveReport report;
+    const hexmesh::Result result = solve_equilibrium(block_with_a_speck(), pulled_block(islands), 0, report);
+    EXPECT_TRUE(report.converged) << report.reason;
+    EXPECT_EQ(report.island_cells, 1U);
+    EXPECT_NEAR(report.strain_energy_n_mm, expected.strain_energy_n_mm, 1e-9 * expected.strain_energy_n_mm);
+    for (std::size_t n = 0; n < result.nodes.size(); ++n)
+      if (result.nodes[n][0] > 5) {
+        EXPECT_LT(result.displacement[n].norm(), 1e-9);
+      }
+    const std::vector<double>& marked = result.cell_fields.at("island");
+    EXPECT_EQ(std::count(marked.begin(), marked.end(), 1.0), 1);
+  }
+}
+
+TEST(Islands, ThatHangOnByAnEdgeFollow) {
+  // The cube at the block's edge x = 3.5, z = 3.5 could turn about it.
+  const Lattice lattice =
+      from({5, 4, 5}, [](const Index3& v) { return (v[0] < 4 && v[2] < 4) || (v[0] == 4 && v[1] == 1 && v[2] == 4); });
+  Scene scene = pulled_block(Islands::hold);
+  scene.conditions[0].by = scene.conditions[1].by;  // the block as a whole
+  SolveReport report;
+  const hexmesh::Result result = solve_equilibrium(lattice, scene, 0, report);
+  EXPECT_TRUE(report.converged) << report.reason;
+  EXPECT_EQ(report.island_cells, 1U);
+  // Springs of 1e-4 of the cell's own stiffness, on eight nodes, draw at the two that it shares.
+  for (std::size_t n = 0; n < result.nodes.size(); ++n)
+    if (result.nodes[n][0] < 3.6 && result.nodes[n][2] < 3.6) {
+      EXPECT_NEAR(result.displacement[n][0], 0.5, 0.01);
+    }
+}
+
+TEST(Conflicts, AreMetByLeastSquaresIfAsked) {
+  const Lattice lattice = box({8, 4, 4}, {1, 1, 1});
+  Scene scene;
+  scene.conditions = {fix_ball({-0.5, 1.5, 1.5}, 3), fix_ball({7.5, 1.5, 1.5}, 3), fix_ball({7.5, 1.5, 1.5}, 3)};
+  scene.conditions[1].by = {0.5, 0, 0};
+  scene.conditions[2].by = {0.7, 0, 0};
+  SolveReport refused;
+  EXPECT_NE(message_of(ErrorKind::geometry, [&] { solve_equilibrium(lattice, scene, 0, refused); }).find("compromise"),
+            std::string::npos);
+  scene.compromise = true;
+  SolveReport report;
+  solve_equilibrium(lattice, scene, 0, report);
+  EXPECT_TRUE(report.converged) << report.reason;
+  ASSERT_EQ(report.warnings.size(), 1U);
+  EXPECT_NE(report.warnings[0].find("least squares"), std::string::npos);
+  EXPECT_NEAR(report.conditions[1].misfit_mm, 0.1, 1e-5);
+  EXPECT_NEAR(report.conditions[2].misfit_mm, 0.1, 1e-5);
+}
+
+TEST(Edges, RotationReachesEquilibriumOfAMildPullOrSaysThatItDoesNot) {
+  const Lattice lattice = box({8, 4, 4}, {1, 1, 1});
+  Scene scene;
+  scene.rotation = Rotation::edges;
+  scene.conditions = {fix_ball({-0.5, 1.5, 1.5}, 3), fix_ball({7.5, 1.5, 1.5}, 3)};
+  scene.conditions[1].by = {0, 1, 0};
+  SolveReport report, polar;
+  solve_equilibrium(lattice, scene, 0, report);
+  EXPECT_TRUE(report.converged) << report.reason;
+  scene.rotation = Rotation::polar;
+  solve_equilibrium(lattice, scene, 0, polar);
+  EXPECT_NEAR(report.strain_energy_n_mm, polar.strain_energy_n_mm, 0.1 * polar.strain_energy_n_mm);
+}

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -258,12 +259,99 @@ TEST_F(Tools, InfoGivesLevelsAndSegments) {
 TEST_F(Tools, TheReportHasTheKeysThatScriptsRelyOn) {
   ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 3 --report keys.json -o keys.hexresult").exit_code, 0);
   const auto report = nlohmann::json::parse(read_text(*folder / "keys.json"));
-  for (const char* key : {"converged", "reason", "newton_iterations", "linear_iterations", "relative_residual",
-                          "load_fraction", "constraint_violation_mm", "conditions", "strain_energy_n_mm",
-                          "min_jacobian", "inverted_cells", "lattice", "levels", "seconds", "peak_memory_mb"})
+  for (const char* key : {"converged",
+                          "reason",
+                          "newton_iterations",
+                          "linear_iterations",
+                          "relative_residual",
+                          "load_fraction",
+                          "constraint_violation_mm",
+                          "conditions",
+                          "strain_energy_n_mm",
+                          "min_jacobian",
+                          "inverted_cells",
+                          "lattice",
+                          "levels",
+                          "seconds",
+                          "peak_memory_mb",
+                          "memory_mb",
+                          "effects",
+                          "warnings",
+                          "free_modes",
+                          "error_estimate_mm"})
     EXPECT_TRUE(report.contains(key)) << key;
   EXPECT_EQ(report["conditions"].size(), 4U);
   EXPECT_LE(report["constraint_violation_mm"].get<double>(), 1e-6);
+}
+
+TEST_F(Tools, AnAccuracyEndsAtTheFirstLevelThatIsGoodEnough) {
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --accuracy 0.7 --report acc.json -o acc.hexresult").exit_code, 0);
+  const json report = json::parse(read_text(*folder / "acc.json"));
+  EXPECT_LE(report["error_estimate_mm"]["mean"], 0.7);
+  EXPECT_LE(report["error_estimate_mm"]["algebraic"], 0.07);
+  EXPECT_GT(report["lattice"]["level"], 0);
+  const json& levels = report["levels"];
+  ASSERT_GE(levels.size(), 2U);
+  EXPECT_GT(levels[levels.size() - 2]["error_mm"]["mean"], 0.7);
+  EXPECT_EQ(hexmesh::read_result(*folder / "acc.hexresult").level, report["lattice"]["level"].get<int>());
+
+  // Finer than the scan: the finest level, and no success.
+  const CommandResult tight = run("hexsolve liver.hexmesh liver.toml --accuracy 1e-6 -o tight.hexresult");
+  EXPECT_EQ(tight.exit_code, 5);
+  EXPECT_NE(tight.errors.find("estimated error is"), std::string::npos) << tight.errors;
+  // One point has no limit.
+  expect_failure("hexsolve liver.hexmesh liver.toml --set displace.0.radius_mm=0 --accuracy 1 -o point.hexresult", 3,
+                 {"single points", "radius > 0"});
+}
+
+TEST_F(Tools, ABudgetGivesTheBestLevelThatThereIsTimeFor) {
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --budget 1000 --report much.json -o much.hexresult").exit_code, 0);
+  EXPECT_EQ(json::parse(read_text(*folder / "much.json"))["lattice"]["level"], 0);
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --budget 0.001 --report none.json -o none.hexresult").exit_code, 0);
+  const json none = json::parse(read_text(*folder / "none.json"));
+  EXPECT_EQ(none["levels"].size(), 1U);
+  EXPECT_NE(none["warnings"].dump().find("budget_s"), std::string::npos);
+  expect_failure("hexsolve liver.hexmesh liver.toml --budget 1 --level 2 -o x.hexresult", 2, {"--budget", "--level"});
+}
+
+TEST_F(Tools, CheckAndPlanSolveNothing) {
+  const auto before = listing();
+  const CommandResult check = run("hexsolve liver.hexmesh liver.toml --level 1 --check");
+  EXPECT_EQ(check.exit_code, 0) << check.errors;
+  EXPECT_NE(check.output.find("condition 'back': "), std::string::npos) << check.output;
+  const json plan = json::parse(run("hexsolve liver.hexmesh liver.toml --level 1 --plan --report -").output);
+  EXPECT_EQ(plan["levels"].back()["level"], 1);
+  EXPECT_GT(plan["levels"].back()["seconds"], 0);
+  const auto active = [](const json& effects, const std::string& name) {
+    for (const json& e : effects)
+      if (e["name"] == name) return e["active"].get<bool>();
+    ADD_FAILURE() << name;
+    return false;
+  };
+  EXPECT_TRUE(active(plan["effects"], "rotation"));
+  EXPECT_FALSE(active(plan["effects"], "gravity"));
+  EXPECT_EQ(listing(), before);
+  // The plan's choice of levels is the solution's.
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 1 --report did.json -o did.hexresult").exit_code, 0);
+  const json did = json::parse(read_text(*folder / "did.json"));
+  ASSERT_EQ(did["levels"].size(), plan["levels"].size());
+  for (std::size_t n = 0; n < did["levels"].size(); ++n) EXPECT_EQ(did["levels"][n]["dofs"], plan["levels"][n]["dofs"]);
+  EXPECT_FALSE(active(did["effects"], "gravity"));
+}
+
+TEST_F(Tools, TheNumberOfThreadsChangesNoDigit) {
+  for (const char* strain : {"cauchy", "corotational"}) {
+    for (const char* threads : {"1", "2"})
+      ASSERT_EQ(run(fmt::format("hexsolve liver.hexmesh liver.toml --level 1 --threads {0} --set solve.strain={1} "
+                                "-o {1}{0}.hexresult",
+                                threads, strain))
+                    .exit_code,
+                0);
+    const hexmesh::Result a = hexmesh::read_result(*folder / fmt::format("{}1.hexresult", strain));
+    const hexmesh::Result b = hexmesh::read_result(*folder / fmt::format("{}2.hexresult", strain));
+    EXPECT_EQ(a.displacement, b.displacement);
+    EXPECT_EQ(a.cell_fields, b.cell_fields);
+  }
 }
 
 TEST_F(Tools, AnInterruptedRunLeavesNoFile) {
