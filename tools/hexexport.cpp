@@ -2,9 +2,11 @@
 #include <fmt/format.h>
 
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "cli/tool.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/calculix_deck.h"
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/view/vtk_export.h"
 
@@ -16,7 +18,7 @@ using hexmesh::ErrorKind;
 using hexmesh::Result;
 
 struct Options {
-  std::string input, lattice, surface, csv;
+  std::string input, lattice, surface, csv, deck;
   int level = -1;
   bool deformed = false;
 };
@@ -28,8 +30,8 @@ Result read_input(const Options& o, const Console& console) {
     if (o.level >= 0) throw Error(ErrorKind::usage, "--level goes with a lattice file, but the input is a result");
     return hexmesh::read_result(input.path());
   }
-  if (!o.csv.empty() || o.deformed)
-    throw Error(ErrorKind::usage, "--csv and --deformed go with a result, but the input is a lattice file");
+  if (!o.csv.empty() || !o.deck.empty() || o.deformed)
+    throw Error(ErrorKind::usage, "--csv, --inp and --deformed go with a result, but the input is a lattice file");
   const int count = hexmesh::count_levels(input.path());
   const int level = std::max(o.level, 0);
   if (level >= count) throw Error(ErrorKind::input, fmt::format("level is {}, expected 0 to {}", level, count - 1));
@@ -46,9 +48,16 @@ void write_csv(const Result& result, const std::filesystem::path& path) {
   }
 }
 
+void write_deck(const Result& result, const std::filesystem::path& path) {
+  const auto report = nlohmann::json::parse(result.report);
+  if (!report["forces"].empty())
+    throw Error(ErrorKind::input, "the scene has forces, which a deck does not hold yet, expected displacements only");
+  hexmesh::write_calculix_deck(result, report["strain"] != "cauchy", path);
+}
+
 int run(const Options& o, const CommonOptions& common, const Console& console) {
-  if (o.lattice.empty() && o.surface.empty() && o.csv.empty())
-    throw Error(ErrorKind::usage, "nothing to write, expected --lattice, --surface or --csv");
+  if (o.lattice.empty() && o.surface.empty() && o.csv.empty() && o.deck.empty())
+    throw Error(ErrorKind::usage, "nothing to write, expected --lattice, --surface, --csv or --inp");
   const Result result = read_input(o, console);
   const hexmesh::Configuration configuration =
       o.deformed ? hexmesh::Configuration::deformed : hexmesh::Configuration::rest;
@@ -64,6 +73,7 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
   write(o.lattice, ".vtu", [&](const auto& path) { hexmesh::write_vtu(result, configuration, path); });
   write(o.surface, ".vtp", [&](const auto& path) { hexmesh::write_vtp(result, configuration, path); });
   write(o.csv, ".csv", [&](const auto& path) { write_csv(result, path); });
+  write(o.deck, ".inp", [&](const auto& path) { write_deck(result, path); });
   return 0;
 }
 
@@ -84,6 +94,8 @@ int main(int argc, char** argv) {
                         "Hexahedra (.vtu): displacement, fill, parts, segment, strain_energy_density [N/mm^2]");
          app.add_option("--surface", o->surface, "Embedded surface (.vtp): displacement, segment");
          app.add_option("--csv", o->csv, "node,x,y,z,ux,uy,uz [mm, LPS] of the lattice nodes (.csv)");
+         app.add_option("--inp", o->deck,
+                        "The same model as a CalculiX deck (.inp), for comparison: level 0, conditions on = \"nodes\"");
          app.add_flag("--deformed", o->deformed,
                       "Move the points; by default files hold the rest shape with the displacement as data");
          return [=, &common, &console] { return run(*o, common, console); };

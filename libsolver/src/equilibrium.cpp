@@ -285,7 +285,7 @@ Result make_result(const Lattice& lattice, const LevelProblem& problem, const No
     r.surface_displacement.push_back(moved);
   }
 
-  for (const Condition& c : problem.conditions()) r.conditions.push_back({c.name, {}, {}});
+  for (const Condition& c : problem.conditions()) r.conditions.push_back({c.name, {}, {}, c.axes});
   for (const ConstraintPoint& p : problem.constraints().points()) {
     const CellNodes& nodes = mesh.cell_nodes()[static_cast<std::size_t>(p.cell)];
     Vec3 position = Vec3::Zero();
@@ -304,6 +304,7 @@ void add_measures(CellMeasures measures, Result& result, SolveReport& report) {
   for (std::size_t d = 0; d < 3; ++d)
     result.cell_fields[fmt::format("principal_stretch_{}", d + 1)] = std::move(measures.principal_stretch[d]);
   result.cell_fields["rotation_degrees"] = std::move(measures.rotation_degrees);
+  result.cell_fields["young_modulus"] = std::move(measures.young_modulus);
   result.cell_fields["von_mises_stress"] = std::move(measures.von_mises_stress);
 }
 

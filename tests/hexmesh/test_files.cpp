@@ -121,7 +121,7 @@ TEST(ResultFile, ReadsBackWhatWasWritten) {
   r.displacement.assign(12, Vec3(-1, 0.5, 0.25));
   r.segment = {1, 1};
   r.cell_fields["fill"] = {1, 0.5};
-  r.conditions = {{"held", {{1, 2, 3}}, {{0, 0, 0}}}};
+  r.conditions = {{"held", {{1, 2, 3}}, {{0, 0, 0}}, {true, false, true}}};
   r.report = "{}";
   write_result(r, folder / "a");
   const Result back = read_result(folder / "a");
@@ -129,6 +129,7 @@ TEST(ResultFile, ReadsBackWhatWasWritten) {
   EXPECT_EQ(back.cell_nodes, r.cell_nodes);
   EXPECT_EQ(back.cell_fields, r.cell_fields);
   EXPECT_EQ(back.conditions[0].name, "held");
+  EXPECT_EQ(back.conditions[0].axes, (std::array{true, false, true}));
   EXPECT_NE(message_of(ErrorKind::input, [&] { read_lattice(folder / "a"); })
                 .find("is a 'hexmesh result' file, expected a 'hexmesh lattice'"),
             std::string::npos);

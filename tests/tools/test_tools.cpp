@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "hexmesh/file/result_file.h"
 #include "support/files.h"
@@ -337,6 +338,42 @@ TEST_F(Tools, CheckAndPlanSolveNothing) {
   ASSERT_EQ(did["levels"].size(), plan["levels"].size());
   for (std::size_t n = 0; n < did["levels"].size(); ++n) EXPECT_EQ(did["levels"][n]["dofs"], plan["levels"][n]["dofs"]);
   EXPECT_FALSE(active(did["effects"], "gravity"));
+}
+
+TEST_F(Tools, ADeckIsTheSameModel) {
+  // As the CalculiX program of Debian solves it, where that is installed.
+  ASSERT_EQ(run("sed 's/^radius_mm = 10$/radius_mm = 10\\non = \"nodes\"/' liver.toml > nodes.toml").exit_code, 0);
+  ASSERT_EQ(run("hexsolve liver.hexmesh nodes.toml --level 0 --set solve.strain=cauchy --set solve.volumetric=full "
+                "-o nodes.hexresult")
+                .exit_code,
+            0);
+  ASSERT_EQ(run("hexexport nodes.hexresult --inp deck.inp").exit_code, 0);
+  const std::string deck = read_text(*folder / "deck.inp");
+  for (const char* word : {"*NODE, NSET=ALL\n", "*ELEMENT, TYPE=C3D8, ELSET=S1_liver\n", "*ELASTIC\n0.1, 0.3\n",
+                           "*STEP\n*STATIC\n*BOUNDARY\n"})
+    EXPECT_NE(deck.find(word), std::string::npos) << word;
+  expect_failure("hexexport nodes.hexresult --inp deck.txt", 2, {".inp"});
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 0 -o faces.hexresult").exit_code, 0);
+  expect_failure("hexexport faces.hexresult --inp faces.inp", 3, {"condition 'right end'", "on = \"nodes\""});
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 1 -o coarse.hexresult").exit_code, 0);
+  expect_failure("hexexport coarse.hexresult --inp coarse.inp", 3, {"partly filled", "level 0"});
+
+  if (run("command -v ccx").exit_code != 0) GTEST_SKIP() << "no ccx on this machine";
+  ASSERT_EQ(run("OMP_NUM_THREADS=1 ccx -i deck").exit_code, 0);
+  const hexmesh::Result ours = hexmesh::read_result(*folder / "nodes.hexresult");
+  std::istringstream rows(read_text(*folder / "deck.dat"));
+  std::string line;
+  std::size_t compared = 0;
+  while (std::getline(rows, line)) {
+    std::istringstream values(line);
+    std::size_t node = 0;
+    hexmesh::Vec3 u;
+    if (!(values >> node >> u[0] >> u[1] >> u[2])) continue;
+    ASSERT_LE(node, ours.nodes.size());
+    EXPECT_LT((ours.displacement[node - 1] - u).norm(), 1e-4) << "node " << node;
+    ++compared;
+  }
+  EXPECT_EQ(compared, ours.nodes.size());
 }
 
 TEST_F(Tools, TheNumberOfThreadsChangesNoDigit) {

@@ -57,6 +57,8 @@ void write_result(const Result& result, const std::filesystem::path& path) {
     names.push_back(c.name);
     hdf5::write_points(file, group + "/points", c.points);
     hdf5::write_points(file, group + "/displacement", c.displacement);
+    const std::array<std::int32_t, 3> axes = {c.axes[0], c.axes[1], c.axes[2]};
+    file.attribute(group, "axes", std::span<const std::int32_t>(axes));
   }
   file.write("/condition_names", names);
   file.write("/report", std::vector<std::string>{result.report});
@@ -87,7 +89,8 @@ Result read_result(const std::filesystem::path& path) {
     const std::string group = fmt::format("/conditions/{}", r.conditions.size());
     std::vector<Vec3> points = hdf5::read_points(file, group + "/points");
     std::vector<Vec3> moved = hdf5::read_points(file, group + "/displacement", points.size());
-    r.conditions.push_back({name, std::move(points), std::move(moved)});
+    const auto axes = file.attribute<std::int32_t>(group, "axes", 3);
+    r.conditions.push_back({name, std::move(points), std::move(moved), {axes[0] != 0, axes[1] != 0, axes[2] != 0}});
   }
   const std::vector<std::string> report = file.read_strings("/report");
   if (report.size() != 1) file.fail(fmt::format("has {} reports, expected 1", report.size()));

@@ -11,14 +11,15 @@
 
 namespace hexmesh {
 
-inline constexpr int result_version = 2;
+inline constexpr int result_version = 3;
 inline constexpr const char* result_format = "hexmesh result";  ///< as its header says
 
 /// The points that one condition of the scene holds.
 struct ConditionPoints {
   std::string name;
-  std::vector<Vec3> points;        ///< rest positions [mm]
-  std::vector<Vec3> displacement;  ///< [mm]
+  std::vector<Vec3> points;                       ///< rest positions [mm]
+  std::vector<Vec3> displacement;                 ///< [mm]
+  std::array<bool, 3> axes = {true, true, true};  ///< which components it prescribes
 };
 
 /// A level at rest or solved: all that is needed to export pictures without the lattice file.

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/file/calculix_deck.h"
+
+#include <fmt/format.h>
+#include <fmt/os.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "hexmesh/core/error.h"
+
+namespace hexmesh {
+namespace {
+
+[[noreturn]] void fail(const std::string& what) {
+  throw Error(ErrorKind::input, fmt::format("a deck of finite elements cannot be written: {}", what));
+}
+
+void check(const Result& result) {
+  const auto fill = result.cell_fields.find("fill");
+  if (fill != result.cell_fields.end() &&
+      std::any_of(fill->second.begin(), fill->second.end(), [](double f) { return f < 1; }))
+    fail(fmt::format("level {} has partly filled cells, expected full ones, as at level 0", result.level));
+  const auto young = result.cell_fields.find("young_modulus");
+  for (const LatticeSegment& s : result.segments)
+    for (std::size_t c = 0; young != result.cell_fields.end() && s.material && c < result.cells.size(); ++c)
+      if (result.segment[c] == s.segment.label && std::abs(young->second[c] / s.material->young - 1) > 1e-9)
+        fail(fmt::format("segment '{}' has cells of {:g} and {:g} MPa, expected one material per segment",
+                         s.segment.name, s.material->young, young->second[c]));
+}
+
+/// Lattice nodes by their positions.
+class NodeFinder {
+public:
+  explicit NodeFinder(const Result& result) : result_(result) {
+    for (std::size_t n = 0; n < result.nodes.size(); ++n) number_[key(result.nodes[n])] = n;
+  }
+
+  std::size_t at(const Vec3& position, const std::string& condition) const {
+    const auto found = number_.find(key(position));
+    if (found == number_.end())
+      fail(fmt::format("condition '{}' holds points between the lattice nodes, expected on = \"nodes\"", condition));
+    return found->second;
+  }
+
+private:
+  std::array<long, 3> key(const Vec3& p) const {
+    const Vec3 i = 4 * result_.voxels.continuous_index(p);
+    return {std::lround(i[0]), std::lround(i[1]), std::lround(i[2])};
+  }
+
+  const Result& result_;
+  std::map<std::array<long, 3>, std::size_t> number_;
+};
+
+/// Names of sets have no blanks and no other signs.
+std::string set_name(const std::string& name, std::size_t number) {
+  std::string out = fmt::format("S{}_", number);
+  for (const char c : name) out += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return out.substr(0, 60);
+}
+
+}  // namespace
+
+void write_calculix_deck(const Result& result, bool large_rotations, const std::filesystem::path& path) {
+  check(result);
+  const NodeFinder nodes(result);
+  // Before anything is written: the nodes of all conditions; where they share one, the last says where it goes.
+  std::map<std::pair<std::size_t, int>, double> prescribed;
+  for (const ConditionPoints& c : result.conditions)
+    for (std::size_t p = 0; p < c.points.size(); ++p)
+      for (int d = 0; d < 3; ++d)
+        if (c.axes[static_cast<std::size_t>(d)]) prescribed[{nodes.at(c.points[p], c.name), d}] = c.displacement[p][d];
+
+  auto out = fmt::output_file(path.string());
+  out.print("** mm, N, MPa; positions are patient LPS\n");
+  for (const std::string& line : result.history) out.print("** {}\n", line.substr(0, 120));
+  out.print("*NODE, NSET=ALL\n");
+  for (std::size_t n = 0; n < result.nodes.size(); ++n)
+    out.print("{}, {:.9g}, {:.9g}, {:.9g}\n", n + 1, result.nodes[n][0], result.nodes[n][1], result.nodes[n][2]);
+  constexpr std::array<std::size_t, 8> order = {0, 1, 3, 2, 4, 5, 7, 6};  // corners run around each face
+  for (std::size_t s = 0; s < result.segments.size(); ++s) {
+    const LatticeSegment& segment = result.segments[s];
+    if (!segment.material) continue;
+    const std::string set = set_name(segment.segment.name, s + 1);
+    out.print("*ELEMENT, TYPE=C3D8, ELSET={}\n", set);
+    for (std::size_t c = 0; c < result.cells.size(); ++c) {
+      if (result.segment[c] != segment.segment.label) continue;
+      out.print("{}", c + 1);
+      for (const std::size_t corner : order) out.print(", {}", result.cell_nodes[c][corner] + 1);
+      out.print("\n");
+    }
+    out.print("*MATERIAL, NAME={0}\n*ELASTIC\n{1:.9g}, {2:.9g}\n*SOLID SECTION, ELSET={0}, MATERIAL={0}\n", set,
+              segment.material->young, segment.material->poisson);
+  }
+  out.print("*STEP{}\n*STATIC\n*BOUNDARY\n", large_rotations ? ", NLGEOM" : "");
+  for (const auto& [dof, value] : prescribed)
+    out.print("{}, {}, {}, {:.9g}\n", dof.first + 1, dof.second + 1, dof.second + 1, value);
+  out.print("*NODE PRINT, NSET=ALL\nU\n*END STEP\n");
+}
+
+}  // namespace hexmesh
