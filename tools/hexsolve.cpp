@@ -41,8 +41,7 @@ json to_json(const std::vector<hexsolver::ForceReport>& forces) {
 
 json to_json(const std::vector<hexsolver::Effect>& effects) {
   json out = json::array();
-  for (const hexsolver::Effect& e : effects)
-    out.push_back({{"name", e.name}, {"active", e.active}, {"why", e.why}, {"seconds", e.seconds}});
+  for (const hexsolver::Effect& e : effects) out.push_back({{"name", e.name}, {"active", e.active}, {"why", e.why}});
   return out;
 }
 
@@ -83,7 +82,6 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
     out["levels"].push_back({{"level", l.level},
                              {"cells", l.cells},
                              {"dofs", 3 * l.nodes},
-                             {"seconds", l.seconds},
                              {"newton_iterations", l.newton.iterations},
                              {"linear_iterations", l.newton.linear_iterations},
                              {"relative_residual", l.newton.relative_residual},
@@ -93,6 +91,18 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   out["lattice"] = {
       {"level", finest.level}, {"cells", finest.cells}, {"nodes", finest.nodes}, {"dofs", 3 * finest.nodes}};
   return out;
+}
+
+void add_effect_seconds(json& effects, const std::vector<hexsolver::Effect>& from) {
+  for (std::size_t n = 0; n < from.size(); ++n) effects[n]["seconds"] = from[n].seconds;
+}
+
+/// What differs from run to run: not part of the report in the result file.
+void add_costs(json& out, const SolveReport& r) {
+  for (std::size_t n = 0; n < r.levels.size(); ++n) out["levels"][n]["seconds"] = r.levels[n].seconds;
+  add_effect_seconds(out["effects"], r.effects);
+  for (const auto& [what, bytes] : r.bytes) out["memory_mb"][what] = megabytes(bytes);
+  out["peak_memory_mb"] = peak_memory_mb();
 }
 
 void summarize(const SolveReport& r, const Console& console) {
@@ -136,15 +146,13 @@ int show_check(const hexsolver::SceneCheck& check, const Options& o, const Commo
 
 int show_plan(const hexsolver::SolvePlan& plan, const Options& o, const CommonOptions& common) {
   json out = {{"effects", to_json(plan.effects)}, {"levels", json::array()}};
+  add_effect_seconds(out["effects"], plan.effects);
   std::string text;
   for (const hexsolver::Effect& e : plan.effects)
     text += fmt::format("{:3}  {}: {}\n", e.active ? "on" : "off", e.name, e.why);
   for (const hexsolver::SolvePlan::Level& l : plan.levels) {
-    out["levels"].push_back({{"level", l.level},
-                             {"cells", l.cells},
-                             {"dofs", l.dofs},
-                             {"seconds", l.seconds},
-                             {"memory_mb", megabytes(l.bytes)}});
+    out["levels"].push_back(
+        {{"level", l.level}, {"cells", l.cells}, {"dofs", l.dofs}, {"memory_mb", megabytes(l.bytes)}});
     text += fmt::format("level {}: {} cells, {} dofs, about {:.2g} s and {:.3g} MB\n", l.level, l.cells, l.dofs,
                         l.seconds, megabytes(l.bytes));
   }
@@ -207,8 +215,7 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
                         {"solve", report.solve_seconds},
                         {"write", omp_get_wtime() - solve_done},
                         {"total", omp_get_wtime() - start}};
-  summary["peak_memory_mb"] = peak_memory_mb();
-  for (const auto& [what, bytes] : report.bytes) summary["memory_mb"][what] = megabytes(bytes);
+  add_costs(summary, report);
   for (const std::string& w : report.warnings) console.warning(w);
   summarize(report, console);
   if (!o.report.empty()) write_text(o.report, summary.dump(2) + "\n", common);

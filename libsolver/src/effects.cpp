@@ -22,6 +22,8 @@ std::vector<Effect> list_effects(const Scene& scene) {
   if (scene.forces.empty()) effects.push_back({"forces", false, "the scene has no [[force]]"});
   const bool weighs = scene.gravity != Vec3::Zero();
   effects.push_back({"gravity", weighs, weighs ? "the scene has [gravity]" : "the scene has no [gravity]: no masses"});
+  effects.push_back(
+      {"error estimate", true, "differences between nested levels; nothing is solved for it beyond them"});
   return effects;
 }
 

@@ -361,6 +361,10 @@ Result solve_equilibrium(const Lattice& lattice, const Scene& scene, int level, 
   for (const Potential::Cost& cost : problem.potential().costs()) report.bytes.emplace_back(cost.name, cost.bytes);
   Result result = make_result(lattice, problem, solved.u);
   add_measures(measure_cells(lattice, problem.level(), problem.mesh(), scene.strain, solved.u), result, report);
+  if (report.inverted_cells > 0)
+    report.warnings.push_back(
+        fmt::format("{} cells are inverted, least Jacobian {:.2g}: there the solution has no meaning",
+                    report.inverted_cells, report.min_jacobian));
   return result;
 }
 
