@@ -151,8 +151,11 @@ int show_plan(const hexsolver::SolvePlan& plan, const Options& o, const CommonOp
   for (const hexsolver::Effect& e : plan.effects)
     text += fmt::format("{:3}  {}: {}\n", e.active ? "on" : "off", e.name, e.why);
   for (const hexsolver::SolvePlan::Level& l : plan.levels) {
-    out["levels"].push_back(
-        {{"level", l.level}, {"cells", l.cells}, {"dofs", l.dofs}, {"memory_mb", megabytes(l.bytes)}});
+    out["levels"].push_back({{"level", l.level},
+                             {"cells", l.cells},
+                             {"dofs", l.dofs},
+                             {"seconds", l.seconds},
+                             {"memory_mb", megabytes(l.bytes)}});
     text += fmt::format("level {}: {} cells, {} dofs, about {:.2g} s and {:.3g} MB\n", l.level, l.cells, l.dofs,
                         l.seconds, megabytes(l.bytes));
   }
