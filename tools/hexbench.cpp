@@ -9,6 +9,7 @@
 #include "cli/tool.h"
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/lattice/element_tree.h"
+#include "hexsolver/plan.h"
 
 namespace {
 
@@ -17,8 +18,8 @@ using hexmesh::Lattice;
 using nlohmann::json;
 
 struct Options {
-  std::string input, output = "-";
-  int repeats = 5;
+  std::string input, scene, output = "-";
+  int repeats = 5, level = 0;
 };
 
 double median(std::vector<double> seconds) {
@@ -72,6 +73,20 @@ json bench_lattice(const Lattice& lattice, int repeats) {
   return report;
 }
 
+/// What a V-cycle and its set-up cost in operator products.
+json bench_solver(const Lattice& lattice, const hexsolver::Scene& scene, int level, int repeats) {
+  const hexsolver::SolverTimes t = hexsolver::measure_solver(lattice, scene, level, repeats);
+  return {{"level", level},
+          {"cells", t.cells},
+          {"dofs", t.dofs},
+          {"threads", omp_get_max_threads()},
+          {"product_seconds", t.product},
+          {"cells_per_second", static_cast<double>(t.cells) / t.product},
+          {"linearize_products", t.linearize / t.product},
+          {"multigrid_set_up_products", t.set_up / t.product},
+          {"cycle_products", t.cycle / t.product}};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -83,14 +98,30 @@ int main(int argc, char** argv) {
        [o](CLI::App& app, const CommonOptions& common, const Console&) -> std::function<int()> {
          app.require_subcommand(1);
          CLI::App* lattice = app.add_subcommand("lattice", "Element recursion of all levels, against memcpy");
-         lattice->add_option("lattice", o->input, "Lattice file; - is standard input")->required();
-         lattice->add_option("--repeats", o->repeats, "Runs of which the median counts")
-             ->check(CLI::Range(1, 1000))
+         CLI::App* solver = app.add_subcommand("solver", "Multigrid of one level, against its operator product");
+         for (CLI::App* sub : {lattice, solver}) {
+           sub->add_option("lattice", o->input, "Lattice file; - is standard input")->required();
+           sub->add_option("--repeats", o->repeats, "Runs of which the median counts")
+               ->check(CLI::Range(1, 1000))
+               ->capture_default_str();
+           sub->add_option("-o,--output", o->output, "JSON; - is standard output")->capture_default_str();
+         }
+         solver->add_option("scene", o->scene, "Scene file (TOML)")->required();
+         solver->add_option("--level", o->level, "Which level; 0 = voxels")
+             ->check(CLI::Range(0, 30))
              ->capture_default_str();
-         lattice->add_option("-o,--output", o->output, "JSON; - is standard output")->capture_default_str();
          return [=, &common] {
            const hexmesh::InputFile file(o->input);
-           write_text(o->output, bench_lattice(hexmesh::read_lattice(file.path()), o->repeats).dump(2) + "\n", common);
+           const Lattice read = hexmesh::read_lattice(file.path());
+           if (lattice->parsed()) {
+             write_text(o->output, bench_lattice(read, o->repeats).dump(2) + "\n", common);
+             return 0;
+           }
+           hexsolver::Scene scene = hexsolver::read_scene(o->scene, o->scene);
+           scene.level = o->level;
+           write_text(o->output,
+                      bench_solver(read, scene, hexsolver::finest_level(scene, read), o->repeats).dump(2) + "\n",
+                      common);
            return 0;
          };
        }});

@@ -41,6 +41,21 @@ void to_parent(CellMatrix& k, int slot, const Index3& factor) {
   }
 }
 
+/// x += y, in parallel
+void add_to(NodeVector& x, const NodeVector& y) {
+  const Index size = x.size();
+#pragma omp parallel for simd schedule(static)
+  for (Index n = 0; n < size; ++n) x[n] += y[n];
+}
+
+/// out = x - y, in parallel
+void subtract(const NodeVector& x, const NodeVector& y, NodeVector& out) {
+  const Index size = x.size();
+  out.resize(size);
+#pragma omp parallel for simd schedule(static)
+  for (Index n = 0; n < size; ++n) out[n] = x[n] - y[n];
+}
+
 }  // namespace
 
 Hierarchy::Hierarchy(Mesh finest, const Vec3& corner, std::size_t coarsest_dofs) {
@@ -273,33 +288,42 @@ void Multigrid::estimate_eigenvalue(std::size_t level) {
 }
 
 void Multigrid::smooth(std::size_t level, const NodeVector& b, NodeVector& x, bool from_zero) const {
-  // Chebyshev iteration for D^-1 A x = D^-1 b on [smallest, largest].
+  // Chebyshev iteration for D^-1 A x = D^-1 b on [smallest, largest], each step one pass over the vectors.
   // Source: Saad, Iterative Methods for Sparse Linear Systems, 2nd ed. (2003), algorithm 12.1.
   const Level& l = levels_[level];
   const double largest = l.largest_eigenvalue, smallest = largest / smoothing_range;
   const double theta = (largest + smallest) / 2, delta = (largest - smallest) / 2, sigma = theta / delta;
-  double rho = 1 / sigma;
-  if (from_zero) {
-    l.r = b;
-  } else {
+  const auto inverse = [&](Index n) -> Mat3 { return l.inverse_diagonal[static_cast<std::size_t>(n)].cast<double>(); };
+  const Index count = static_cast<Index>(l.inverse_diagonal.size());
+  l.r.resize(b.size());
+  l.d.resize(b.size());
+  if (from_zero)
+    x.setZero(b.size());
+  else
     multiply(level, x, l.t);
-    l.r = b - l.t;
+#pragma omp parallel for schedule(static)
+  for (Index n = 0; n < count; ++n) {
+    const Vec3 r = from_zero ? Vec3(b.segment<3>(3 * n)) : Vec3(b.segment<3>(3 * n) - l.t.segment<3>(3 * n));
+    l.r.segment<3>(3 * n) = r;
+    l.d.segment<3>(3 * n) = inverse(n) * r / theta;
   }
-  scale_by_diagonal(level, l.r, l.d);
-  l.d /= theta;
-  for (int k = 1;; ++k) {
-    if (k == 1 && from_zero)
-      x = l.d;
-    else
-      x += l.d;
-    if (k == chebyshev_degree) return;
+  double rho = 1 / sigma;
+  for (int k = 1; k < chebyshev_degree; ++k) {
+    if (level == 0) constraints_.project(l.d);
     multiply(level, l.d, l.t);
-    l.r -= l.t;
     const double next = 1 / (2 * sigma - rho);
-    scale_by_diagonal(level, l.r, l.t);
-    l.d = next * rho * l.d + 2 * next / delta * l.t;
+    const double keep = next * rho, add = 2 * next / delta;
+#pragma omp parallel for schedule(static)
+    for (Index n = 0; n < count; ++n) {
+      const Vec3 d = l.d.segment<3>(3 * n), r = l.r.segment<3>(3 * n) - l.t.segment<3>(3 * n);
+      x.segment<3>(3 * n) += d;
+      l.r.segment<3>(3 * n) = r;
+      l.d.segment<3>(3 * n) = keep * d + add * (inverse(n) * r);
+    }
     rho = next;
   }
+  if (level == 0) constraints_.project(l.d);
+  add_to(x, l.d);
 }
 
 void Multigrid::cycle(std::size_t level, const NodeVector& b, NodeVector& x) const {
@@ -311,12 +335,12 @@ void Multigrid::cycle(std::size_t level, const NodeVector& b, NodeVector& x) con
   const Level& coarse = levels_[level + 1];
   smooth(level, b, x, true);
   multiply(level, x, l.t);
-  l.r = b - l.t;
+  subtract(b, l.t, l.r);
   hierarchy_.prolongations[level].restrict_to(l.r, coarse.b);
   cycle(level + 1, coarse.b, coarse.x);
   hierarchy_.prolongations[level].prolongate(coarse.x, l.t);
   if (level == 0) constraints_.project(l.t);
-  x += l.t;
+  add_to(x, l.t);
   smooth(level, b, x, false);
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexsolver/plan.h"
 
+#include <algorithm>
+
 #include "level_problem.h"
 #include "stopwatch.h"
 
@@ -14,20 +16,29 @@ struct UsualCost {
 };
 constexpr UsualCost linear_cost = {280, 800}, corotational_cost = {420, 2500};
 
+template <class F>
+double median_seconds(int repeats, F&& f) {
+  std::vector<double> seconds;
+  for (int n = 0; n < repeats; ++n) {
+    const Stopwatch watch;
+    f();
+    seconds.push_back(watch.seconds());
+  }
+  std::nth_element(seconds.begin(), seconds.begin() + repeats / 2, seconds.end());
+  return seconds[static_cast<std::size_t>(repeats / 2)];
+}
+
 /// Of an operator product, on the finest of the levels `first` to `last` that is still quick to make.
 double seconds_per_cell(const hexmesh::Lattice& lattice, const Scene& scene, int first, int last) {
   constexpr std::size_t most_cells = 20000;
   int number = first;
   while (number > last && lattice.levels[static_cast<std::size_t>(number) - 1].cells.size() <= most_cells) --number;
   LevelProblem problem(lattice, scene, number);
-  NodeVector x = NodeVector::Ones(static_cast<Eigen::Index>(problem.mesh().num_dofs())), y;
   problem.build_potential();
+  const NodeVector x = NodeVector::Ones(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
+  NodeVector y;
   problem.potential().linearize(NodeVector::Zero(x.size()), Hessian::exact);
-  problem.potential().apply(x, y);
-  const Stopwatch watch;
-  int products = 0;
-  for (; watch.seconds() < 0.02; ++products) problem.potential().apply(x, y);
-  return watch.seconds() / products / static_cast<double>(problem.mesh().num_cells());
+  return median_seconds(11, [&] { problem.potential().apply(x, y); }) / static_cast<double>(problem.mesh().num_cells());
 }
 
 }  // namespace
@@ -62,6 +73,25 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
   for (Effect& e : plan.effects)
     if (e.name == "elasticity") e.seconds = total;
   return plan;
+}
+
+SolverTimes measure_solver(const hexmesh::Lattice& lattice, const Scene& scene, int level, int repeats) {
+  LevelProblem problem(lattice, scene, level);
+  problem.build_potential();
+  Potential& potential = problem.potential();
+  const auto dofs = static_cast<Eigen::Index>(problem.mesh().num_dofs());
+  SolverTimes times{problem.mesh().num_cells(), problem.mesh().num_dofs()};
+  const NodeVector u = NodeVector::Zero(dofs);
+  NodeVector x = NodeVector::LinSpaced(dofs, -1, 1), y;
+  problem.constraints().project(x);
+  times.linearize = median_seconds(repeats, [&] { potential.linearize(u, Hessian::exact); });
+  times.product = median_seconds(repeats, [&] { potential.apply(x, y); });
+  std::unique_ptr<const Multigrid> multigrid;
+  times.set_up = median_seconds(repeats, [&] {
+    multigrid = std::make_unique<const Multigrid>(problem.hierarchy(), potential, problem.constraints());
+  });
+  times.cycle = median_seconds(repeats, [&] { multigrid->apply(x, y); });
+  return times;
 }
 
 }  // namespace hexsolver

@@ -35,4 +35,15 @@ struct SolvePlan {
 /// level times the number of products that equilibria usually take (THEORY.md, "Accuracy").
 SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level);
 
+/// What the parts of a linear solution take on one level, at rest.
+struct SolverTimes {
+  std::size_t cells = 0, dofs = 0;
+  double product = 0;    ///< H x, medians [s]
+  double linearize = 0;  ///< prepare H
+  double set_up = 0;     ///< of the multigrid levels
+  double cycle = 0;      ///< one V-cycle
+};
+
+SolverTimes measure_solver(const hexmesh::Lattice& lattice, const Scene& scene, int level, int repeats);
+
 }  // namespace hexsolver
