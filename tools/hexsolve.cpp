@@ -75,7 +75,7 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   out["strain_energy_n_mm"] = r.strain_energy_n_mm;
   out["min_jacobian"] = r.min_jacobian;
   out["inverted_cells"] = r.inverted_cells;
-  out["strain"] = scene.strain == hexsolver::Strain::cauchy ? "cauchy" : "corotational";
+  out["strain"] = r.strain == hexsolver::Strain::cauchy ? "cauchy" : "corotational";
   out["stiffness"] = scene.stiffness == hexsolver::Stiffness::exact ? "exact" : "uniform";
   out["volumetric"] = scene.volumetric == hexsolver::Volumetric::mean ? "mean" : "full";
   for (const hexsolver::LevelReport& l : r.levels)

@@ -10,10 +10,12 @@ std::vector<Effect> list_effects(const Scene& scene) {
   effects.push_back({"elasticity", true, "every scene has it"});
   const bool rotates = scene.strain == Strain::corotational;
   effects.push_back({"rotation", rotates,
-                     rotates ? scene.rotation == Rotation::polar
-                                   ? "solve.strain = \"corotational\": each cell turns with its material"
-                                   : "solve.rotation = \"edges\": each cell turns with its averaged edges"
-                             : "solve.strain = \"cauchy\": small strain, no cell turns"});
+                     scene.finds_strain
+                         ? "solve.strain = \"auto\": if turning cells on a coarse level changes more than the accuracy"
+                     : rotates ? scene.rotation == Rotation::polar
+                                     ? "solve.strain = \"corotational\": each cell turns with its material"
+                                     : "solve.rotation = \"edges\": each cell turns with its averaged edges"
+                               : "solve.strain = \"cauchy\": small strain, no cell turns"});
   const bool mean = scene.volumetric == Volumetric::mean;
   effects.push_back({"near-incompressibility", mean,
                      mean ? "solve.volumetric = \"mean\": one dilatation per cell, so that coarse cells do not lock"

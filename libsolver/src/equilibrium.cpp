@@ -126,6 +126,7 @@ public:
     for (Condition& c : coarse_scene_.conditions) by_faces(c.selection);
     for (Force& f : coarse_scene_.forces) by_faces(f.selection);
     report_.effects = list_effects(scene);
+    report_.strain = scene.strain;
   }
 
   /// @returns the mechanical level
@@ -138,6 +139,7 @@ public:
       report_.setup_seconds = setup.seconds();
     }
     const Stopwatch solve;
+    if (scene_.finds_strain) find_strain();
     Solved best;
     for (int level = first_nested_level(lattice_, finest_); level >= finest_; --level) {
       if (best.problem && !has_time_for(level)) break;
@@ -202,6 +204,39 @@ private:
     }
   }
 
+  /// Solve a coarse level with and without rotations and see what they change.
+  void find_strain() {
+    constexpr std::size_t most_cells = 2000;
+    constexpr double default_part = 0.01;  // of the mean displacement, where no accuracy is asked
+    int number = first_nested_level(lattice_, finest_);
+    while (number > finest_ && level(number - 1).cells.size() <= most_cells) --number;
+    std::array<Solved, 2> with;
+    for (const Strain strain : {Strain::cauchy, Strain::corotational}) {
+      Scene scene = number == finest_ ? scene_ : coarse_scene_;
+      scene.strain = strain;
+      Solved& state = with[strain == Strain::corotational];
+      state.problem = std::make_unique<LevelProblem>(lattice_, scene, number);
+      state.problem->build_potential();
+      state.u = NodeVector::Zero(static_cast<Eigen::Index>(state.problem->mesh().num_dofs()));
+      NewtonOptions options;
+      options.tolerance = nested_tolerance;
+      solve_with_cutback(state, options, false, progress_);
+    }
+    const ElasticCells& cells = with[0].problem->elastic();
+    const double change = cells.size_in_material(with[1].u - with[0].u).mean;
+    const double allowed = scene_.accuracy.value_or(default_part * cells.size_in_material(with[0].u).mean);
+    const bool turns = !with[1].newton.converged || change > allowed;
+    scene_.strain = coarse_scene_.strain = report_.strain = turns ? Strain::corotational : Strain::cauchy;
+    for (Effect& e : report_.effects)
+      if (e.name == "rotation") {
+        e.active = turns;
+        e.why = fmt::format(
+            "solve.strain = \"auto\": on level {} turning cells changes the displacement by {:.2g} mm "
+            "on average, {} {:.2g} mm",
+            number, change, turns ? "more than" : "at most", allowed);
+      }
+  }
+
   static std::optional<double> algebraic_error(const Solved& state) {
     if (state.newton.remaining.size() == 0) return {};
     return state.problem->elastic().size_in_material(state.newton.remaining).mean;
@@ -246,8 +281,7 @@ private:
   }
 
   const Lattice& lattice_;
-  const Scene& scene_;
-  Scene coarse_scene_;
+  Scene scene_, coarse_scene_;  ///< with the strain that was found
   int finest_;
   SolveReport& report_;
   const SolveProgress& progress_;
@@ -347,7 +381,8 @@ int finest_level(const Scene& scene, const Lattice& lattice) {
 Result solve_equilibrium(const Lattice& lattice, const Scene& scene, int level, SolveReport& report,
                          const SolveProgress& progress) {
   report.warnings = check_single_points(scene);
-  const Solved solved = NestedIteration(lattice, scene, level, report, progress).run();
+  NestedIteration nested(lattice, scene, level, report, progress);
+  const Solved solved = nested.run();
   const LevelProblem& problem = *solved.problem;
   report.load_fraction = solved.load_fraction;
   report.relative_residual = solved.newton.relative_residual;
@@ -360,7 +395,7 @@ Result solve_equilibrium(const Lattice& lattice, const Scene& scene, int level, 
                   {"multigrid", solved.newton.preconditioner_bytes}};
   for (const Potential::Cost& cost : problem.potential().costs()) report.bytes.emplace_back(cost.name, cost.bytes);
   Result result = make_result(lattice, problem, solved.u);
-  add_measures(measure_cells(lattice, problem.level(), problem.mesh(), scene.strain, solved.u), result, report);
+  add_measures(measure_cells(lattice, problem.level(), problem.mesh(), report.strain, solved.u), result, report);
   if (report.inverted_cells > 0)
     report.warnings.push_back(
         fmt::format("{} cells are inverted, least Jacobian {:.2g}: there the solution has no meaning",

@@ -53,7 +53,7 @@ private:
   void hold_island_nodes(std::vector<ConstraintPoint>& points);
 
   const hexmesh::Lattice& lattice_;
-  const Scene& scene_;
+  Scene scene_;
   int level_;
   Hierarchy hierarchy_;
   std::vector<Condition> conditions_;

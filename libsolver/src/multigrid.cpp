@@ -86,11 +86,32 @@ Multigrid::Multigrid(const Hierarchy& hierarchy, const Potential& potential, con
   for (std::size_t p = 0; p < constraints.held().size(); ++p)
     points_of_cell_[static_cast<std::size_t>(constraints.held()[p].cell)].push_back(p);
   choose_support_weights();
+  share_finest();
   for (std::size_t level = 0; level + 1 < levels_.size() && positive_; ++level) {
     coarsen(level);
     if (positive_) estimate_eigenvalue(level);
   }
   if (positive_) factor_coarsest();
+}
+
+/// Where all cells of the finest level share Hessians, the cycle works on single-precision copies of these.
+void Multigrid::share_finest() {
+  const std::size_t count = hierarchy_.meshes[0].num_cells();
+  std::vector<std::int32_t> index(count);
+  std::vector<std::size_t> first;  // cell of each entry
+  for (std::size_t c = 0; c < count; ++c) {
+    const std::int32_t shared = potential_.shared_hessian(c);
+    if (shared < 0) return;
+    index[c] = shared;
+    if (static_cast<std::size_t>(shared) >= first.size()) first.resize(static_cast<std::size_t>(shared) + 1, count);
+    first[static_cast<std::size_t>(shared)] = c;
+  }
+  // As many matrices as cells would only cost memory.
+  if (2 * first.size() > count) return;
+  Level& finest = levels_[0];
+  finest.index = std::move(index);
+  for (const std::size_t c : first)
+    finest.pool.push_back(c == count ? FloatMatrix::Zero() : FloatMatrix(potential_.cell_hessian(c).cast<float>()));
 }
 
 void Multigrid::choose_support_weights() {
@@ -224,7 +245,7 @@ void Multigrid::factor_coarsest() {
 
 void Multigrid::multiply(std::size_t level, const NodeVector& x, NodeVector& y) const {
   const Mesh& mesh = hierarchy_.meshes[level];
-  if (level > 0) {
+  if (!levels_[level].pool.empty()) {
     y.setZero(x.size());
     mesh.for_each_cell([&](std::size_t c) {
       const Eigen::Matrix<float, 24, 1> v = mesh.gather(c, x).cast<float>();
@@ -232,10 +253,10 @@ void Multigrid::multiply(std::size_t level, const NodeVector& x, NodeVector& y) 
       multiply24(levels_[level].pool[static_cast<std::size_t>(levels_[level].index[c])].data(), v.data(), w.data());
       mesh.scatter_add(c, w.cast<double>(), y);
     });
-    return;
+  } else {
+    potential_.apply(x, y);
   }
-  potential_.apply(x, y);
-  constraints_.project(y);
+  if (level == 0) constraints_.project(y);
 }
 
 void Multigrid::scale_by_diagonal(std::size_t level, const NodeVector& r, NodeVector& d) const {

@@ -56,8 +56,11 @@ void apply_setting(toml::table& root, const std::string& setting) {
 
 void read_solve(TomlReader table, Scene& scene) {
   table.choice<int>("kind", {{"equilibrium", 0}});
-  if (auto v = table.choice<Strain>("strain", {{"cauchy", Strain::cauchy}, {"corotational", Strain::corotational}}))
-    scene.strain = *v;
+  if (auto v = table.choice<std::optional<Strain>>(
+          "strain", {{"cauchy", Strain::cauchy}, {"corotational", Strain::corotational}, {"auto", std::nullopt}})) {
+    scene.strain = v->value_or(Strain::corotational);
+    scene.finds_strain = !v->has_value();
+  }
   table.choice<int>("law", {{"hooke", 0}});
   if (auto v = table.choice<Rotation>("rotation", {{"polar", Rotation::polar}, {"edges", Rotation::edges}}))
     scene.rotation = *v;

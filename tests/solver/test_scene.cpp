@@ -69,7 +69,7 @@ TEST(Scene, ATypoInAKeyIsNamedWithItsPlaceAndTheKeysThatExist) {
 
 TEST(Scene, AWrongValueIsNamedWithItsPlaceAndWhatWasExpected) {
   EXPECT_EQ(error_of("[solve]\n\nstrain = \"cauchi\"\n"),
-            "s.toml:3:10: solve.strain is 'cauchi', expected \"cauchy\" or \"corotational\"");
+            "s.toml:3:10: solve.strain is 'cauchi', expected \"cauchy\" or \"corotational\" or \"auto\"");
   EXPECT_EQ(error_of("[[fix]]\npoint_mm = [1, 2]\n"),
             "s.toml:2:12: fix.point_mm is [ 1, 2 ], expected three numbers [x, y, z], LPS, mm");
   EXPECT_EQ(error_of("[[fix]]\npoint_mm = [1, 2, nan]\n"),

@@ -183,3 +183,23 @@ TEST(PressedCylinder, BulgesAsAxisymmetricElementsSay) {
     before = error;
   }
 }
+
+TEST(AutomaticStrain, TurnsCellsWhereThatChangesMoreThanTheAccuracy) {
+  const Lattice lattice = liver_of_phantom(3, 0.3);
+  for (const auto& [pull, turns] : {std::pair{2.0, false}, std::pair{40.0, true}}) {
+    Scene scene = with(phantom_patches(12), Strain::corotational);
+    scene.conditions.back().by *= pull / 40;
+    scene.finds_strain = true;
+    scene.accuracy = 0.4;
+    const Solved found = solve(lattice, scene, 0);
+    scene.finds_strain = false;
+    scene.accuracy.reset();
+    const Solved turning = solve(lattice, scene, found.report.levels.back().level);
+    EXPECT_EQ(found.report.strain, turns ? Strain::corotational : Strain::cauchy) << pull;
+    const std::vector<Vec3> points = material_points(lattice);
+    const Distance d = distance(displacement_at(found.result, points), displacement_at(turning.result, points));
+    std::printf("pulled by %g mm: %s, off by %.4f mm on average\n", pull, turns ? "rotations on" : "rotations off",
+                d.mean);
+    EXPECT_LT(d.mean, 0.4);
+  }
+}

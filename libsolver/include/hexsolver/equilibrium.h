@@ -55,6 +55,7 @@ struct SolveReport {
   std::vector<ForceReport> forces;  ///< each [[force]], then gravity if there is any
   std::vector<LevelReport> levels;  ///< coarse to fine, the last is the mechanical level
   std::vector<Effect> effects;
+  Strain strain = Strain::corotational;  ///< the scene's, or the one found
   std::vector<std::string> warnings;
   std::size_t island_cells = 0;  ///< dropped or held
   double setup_seconds = 0, solve_seconds = 0;

@@ -46,13 +46,14 @@ public:
 private:
   using FloatMatrix = Eigen::Matrix<float, 24, 24>;
   struct Level {
-    std::vector<std::int32_t> index;  ///< cell -> pool; empty on the finest level
+    std::vector<std::int32_t> index;  ///< cell -> pool; empty on a finest level of unlike cells
     std::vector<FloatMatrix> pool;
     std::vector<Eigen::Matrix3f> inverse_diagonal;  ///< per node
     double largest_eigenvalue = 0;                  ///< of D^-1 A
     mutable NodeVector b, x, r, d, t;               ///< work space of a cycle
   };
 
+  void share_finest();
   void choose_support_weights();
   void coarsen(std::size_t level);
   bool invert_diagonal(Level& level, const std::vector<Mat3>& diagonal);

@@ -78,6 +78,7 @@ enum class Islands {
 /// A scene file. Units inside: mm, N, MPa, s.
 struct Scene {
   Strain strain = Strain::corotational;
+  bool finds_strain = false;  ///< strain = "auto": Cauchy where rotations change less than the accuracy
   Rotation rotation = Rotation::polar;
   Volumetric volumetric = Volumetric::mean;
   Stiffness stiffness = Stiffness::exact;
