@@ -51,9 +51,11 @@ struct Constraints::Cluster {
   SparseMatrix h;                   ///< (points, nodes)
   KeptDirections kept;
 
-  VectorXd gather(const NodeVector& v, int axis) const {
+  template <class Vector>
+  VectorXd gather(const Vector& v, int axis) const {
     VectorXd out(static_cast<Index>(nodes.size()));
-    for (std::size_t n = 0; n < nodes.size(); ++n) out[static_cast<Index>(n)] = v[3 * Index{nodes[n]} + axis];
+    for (std::size_t n = 0; n < nodes.size(); ++n)
+      out[static_cast<Index>(n)] = static_cast<double>(v[3 * Index{nodes[n]} + axis]);
     return out;
   }
 
@@ -220,12 +222,16 @@ Constraints::Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points)
 
 Constraints::~Constraints() = default;
 
-void Constraints::project(NodeVector& v) const {
+void Constraints::project(NodeVector& v) const { project_out(v); }
+void Constraints::project(FloatNodeVector& v) const { project_out(v); }
+
+template <class Vector>
+void Constraints::project_out(Vector& v) const {
   for (int axis = 0; axis < 3; ++axis)
     for (const auto& cluster : clusters_[static_cast<std::size_t>(axis)]) {
       const VectorXd held = cluster->into_span(cluster->gather(v, axis));
       for (std::size_t n = 0; n < cluster->nodes.size(); ++n)
-        v[3 * Index{cluster->nodes[n]} + axis] -= held[static_cast<Index>(n)];
+        v[3 * Index{cluster->nodes[n]} + axis] -= static_cast<typename Vector::Scalar>(held[static_cast<Index>(n)]);
     }
 }
 

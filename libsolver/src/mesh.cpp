@@ -65,22 +65,30 @@ Prolongation::Prolongation(const Mesh& fine, const Mesh& coarse, const Index3& f
     }
 }
 
-void Prolongation::Rows::multiply(const NodeVector& x, NodeVector& y) const {
+template <class Scalar>
+void Prolongation::Rows::multiply(const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x,
+                                  Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& y) const {
   const auto num_rows = static_cast<std::ptrdiff_t>(begin.size()) - 1;
   y.resize(3 * num_rows);
 #pragma omp parallel for schedule(static)
   for (std::ptrdiff_t row = 0; row < num_rows; ++row) {
-    Vec3 sum = Vec3::Zero();
+    Eigen::Matrix<Scalar, 3, 1> sum = Eigen::Matrix<Scalar, 3, 1>::Zero();
     for (std::int32_t e = begin[static_cast<std::size_t>(row)]; e < begin[static_cast<std::size_t>(row) + 1]; ++e)
-      sum += static_cast<double>(weights[static_cast<std::size_t>(e)]) *
-             x.segment<3>(3 * static_cast<Eigen::Index>(columns[static_cast<std::size_t>(e)]));
-    y.segment<3>(3 * row) = sum;
+      sum += static_cast<Scalar>(weights[static_cast<std::size_t>(e)]) *
+             x.template segment<3>(3 * static_cast<Eigen::Index>(columns[static_cast<std::size_t>(e)]));
+    y.template segment<3>(3 * row) = sum;
   }
 }
 
 std::size_t Prolongation::Rows::bytes() const { return bytes_of(begin) + bytes_of(columns) + bytes_of(weights); }
 
 void Prolongation::prolongate(const NodeVector& coarse, NodeVector& fine) const { forward_.multiply(coarse, fine); }
+void Prolongation::prolongate(const FloatNodeVector& coarse, FloatNodeVector& fine) const {
+  forward_.multiply(coarse, fine);
+}
 void Prolongation::restrict_to(const NodeVector& fine, NodeVector& coarse) const { transposed_.multiply(fine, coarse); }
+void Prolongation::restrict_to(const FloatNodeVector& fine, FloatNodeVector& coarse) const {
+  transposed_.multiply(fine, coarse);
+}
 
 }  // namespace hexsolver

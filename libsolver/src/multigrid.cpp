@@ -42,14 +42,16 @@ void to_parent(CellMatrix& k, int slot, const Index3& factor) {
 }
 
 /// x += y, in parallel
-void add_to(NodeVector& x, const NodeVector& y) {
+void add_to(FloatNodeVector& x, const FloatNodeVector& y) {
   const Index size = x.size();
 #pragma omp parallel for simd schedule(static)
   for (Index n = 0; n < size; ++n) x[n] += y[n];
 }
 
+double wide_dot(const FloatNodeVector& x, const FloatNodeVector& y) { return x.cast<double>().dot(y.cast<double>()); }
+
 /// out = x - y, in parallel
-void subtract(const NodeVector& x, const NodeVector& y, NodeVector& out) {
+void subtract(const FloatNodeVector& x, const FloatNodeVector& y, FloatNodeVector& out) {
   const Index size = x.size();
   out.resize(size);
 #pragma omp parallel for simd schedule(static)
@@ -243,29 +245,31 @@ void Multigrid::factor_coarsest() {
   positive_ = coarsest_.info() == Eigen::Success;
 }
 
-void Multigrid::multiply(std::size_t level, const NodeVector& x, NodeVector& y) const {
+void Multigrid::multiply(std::size_t level, const FloatNodeVector& x, FloatNodeVector& y) const {
   const Mesh& mesh = hierarchy_.meshes[level];
   if (!levels_[level].pool.empty()) {
     y.setZero(x.size());
     mesh.for_each_cell([&](std::size_t c) {
-      const Eigen::Matrix<float, 24, 1> v = mesh.gather(c, x).cast<float>();
+      const Eigen::Matrix<float, 24, 1> v = mesh.gather(c, x);
       Eigen::Matrix<float, 24, 1> w;
       multiply24(levels_[level].pool[static_cast<std::size_t>(levels_[level].index[c])].data(), v.data(), w.data());
-      mesh.scatter_add(c, w.cast<double>(), y);
+      mesh.scatter_add(c, w, y);
     });
   } else {
-    potential_.apply(x, y);
+    wide_x_ = x.cast<double>();
+    potential_.apply(wide_x_, wide_y_);
+    y = wide_y_.cast<float>();
   }
   if (level == 0) constraints_.project(y);
 }
 
-void Multigrid::scale_by_diagonal(std::size_t level, const NodeVector& r, NodeVector& d) const {
+void Multigrid::scale_by_diagonal(std::size_t level, const FloatNodeVector& r, FloatNodeVector& d) const {
   d.resize(r.size());
   const auto& inverse = levels_[level].inverse_diagonal;
   const auto count = static_cast<std::ptrdiff_t>(inverse.size());
 #pragma omp parallel for schedule(static)
   for (std::ptrdiff_t n = 0; n < count; ++n)
-    d.segment<3>(3 * n) = inverse[static_cast<std::size_t>(n)].cast<double>() * r.segment<3>(3 * n);
+    d.segment<3>(3 * n) = inverse[static_cast<std::size_t>(n)] * r.segment<3>(3 * n);
   if (level == 0) constraints_.project(d);
 }
 
@@ -275,11 +279,11 @@ void Multigrid::estimate_eigenvalue(std::size_t level) {
   // Source: Saad, Iterative Methods for Sparse Linear Systems, 2nd ed. (2003), section 6.7.3.
   constexpr int most_steps = 12;
   constexpr double margin = 1.1;
-  NodeVector r(static_cast<Index>(hierarchy_.meshes[level].num_dofs())), z, p, q;
+  FloatNodeVector r(static_cast<Index>(hierarchy_.meshes[level].num_dofs())), z, p, q;
   std::uint32_t state = 12345;
-  for (double& v : r) {
+  for (float& v : r) {
     state = state * 1664525U + 1013904223U;
-    v = static_cast<double>(state >> 8) / (1U << 24) - 0.5;
+    v = static_cast<float>(state >> 8) / (1U << 24) - 0.5F;
   }
   if (level == 0) constraints_.project(r);
   Eigen::VectorXd diagonal(most_steps), beside(most_steps);
@@ -287,17 +291,17 @@ void Multigrid::estimate_eigenvalue(std::size_t level) {
   Index steps = 0;
   for (; steps < most_steps; ++steps) {
     scale_by_diagonal(level, r, z);
-    const double rz_next = r.dot(z), beta = steps == 0 ? 0 : rz_next / rz;
+    const double rz_next = wide_dot(r, z), beta = steps == 0 ? 0 : rz_next / rz;
     if (!(rz_next > 0)) break;
-    p = steps == 0 ? z : NodeVector(z + beta * p);
+    p = steps == 0 ? z : FloatNodeVector(z + static_cast<float>(beta) * p);
     multiply(level, p, q);
-    const double curvature = p.dot(q);
+    const double curvature = wide_dot(p, q);
     if (!(curvature > 0)) break;
     diagonal[steps] = curvature / rz_next + beta / alpha;
     if (steps > 0) beside[steps - 1] = std::sqrt(beta) / alpha;
     alpha = rz_next / curvature;
     rz = rz_next;
-    r -= alpha * q;
+    r -= static_cast<float>(alpha) * q;
   }
   double largest = 1;
   if (steps > 0) {
@@ -308,13 +312,15 @@ void Multigrid::estimate_eigenvalue(std::size_t level) {
   levels_[level].largest_eigenvalue = margin * largest;
 }
 
-void Multigrid::smooth(std::size_t level, const NodeVector& b, NodeVector& x, bool from_zero) const {
+void Multigrid::smooth(std::size_t level, const FloatNodeVector& b, FloatNodeVector& x, bool from_zero) const {
   // Chebyshev iteration for D^-1 A x = D^-1 b on [smallest, largest], each step one pass over the vectors.
   // Source: Saad, Iterative Methods for Sparse Linear Systems, 2nd ed. (2003), algorithm 12.1.
   const Level& l = levels_[level];
   const double largest = l.largest_eigenvalue, smallest = largest / smoothing_range;
   const double theta = (largest + smallest) / 2, delta = (largest - smallest) / 2, sigma = theta / delta;
-  const auto inverse = [&](Index n) -> Mat3 { return l.inverse_diagonal[static_cast<std::size_t>(n)].cast<double>(); };
+  const auto inverse = [&](Index n) -> const Eigen::Matrix3f& {
+    return l.inverse_diagonal[static_cast<std::size_t>(n)];
+  };
   const Index count = static_cast<Index>(l.inverse_diagonal.size());
   l.r.resize(b.size());
   l.d.resize(b.size());
@@ -324,19 +330,20 @@ void Multigrid::smooth(std::size_t level, const NodeVector& b, NodeVector& x, bo
     multiply(level, x, l.t);
 #pragma omp parallel for schedule(static)
   for (Index n = 0; n < count; ++n) {
-    const Vec3 r = from_zero ? Vec3(b.segment<3>(3 * n)) : Vec3(b.segment<3>(3 * n) - l.t.segment<3>(3 * n));
+    Eigen::Vector3f r = b.segment<3>(3 * n);
+    if (!from_zero) r -= l.t.segment<3>(3 * n);
     l.r.segment<3>(3 * n) = r;
-    l.d.segment<3>(3 * n) = inverse(n) * r / theta;
+    l.d.segment<3>(3 * n) = inverse(n) * r * static_cast<float>(1 / theta);
   }
   double rho = 1 / sigma;
   for (int k = 1; k < chebyshev_degree; ++k) {
     if (level == 0) constraints_.project(l.d);
     multiply(level, l.d, l.t);
     const double next = 1 / (2 * sigma - rho);
-    const double keep = next * rho, add = 2 * next / delta;
+    const auto keep = static_cast<float>(next * rho), add = static_cast<float>(2 * next / delta);
 #pragma omp parallel for schedule(static)
     for (Index n = 0; n < count; ++n) {
-      const Vec3 d = l.d.segment<3>(3 * n), r = l.r.segment<3>(3 * n) - l.t.segment<3>(3 * n);
+      const Eigen::Vector3f d = l.d.segment<3>(3 * n), r = l.r.segment<3>(3 * n) - l.t.segment<3>(3 * n);
       x.segment<3>(3 * n) += d;
       l.r.segment<3>(3 * n) = r;
       l.d.segment<3>(3 * n) = keep * d + add * (inverse(n) * r);
@@ -347,9 +354,9 @@ void Multigrid::smooth(std::size_t level, const NodeVector& b, NodeVector& x, bo
   add_to(x, l.d);
 }
 
-void Multigrid::cycle(std::size_t level, const NodeVector& b, NodeVector& x) const {
+void Multigrid::cycle(std::size_t level, const FloatNodeVector& b, FloatNodeVector& x) const {
   if (level + 1 == levels_.size()) {
-    x = coarsest_.solve(b);
+    x = coarsest_.solve(b.cast<double>()).cast<float>();
     return;
   }
   const Level& l = levels_[level];
@@ -369,13 +376,22 @@ std::size_t Multigrid::bytes() const {
   std::size_t sum = 0;
   for (const Level& l : levels_)
     sum += bytes_of(l.index) + bytes_of(l.pool) + bytes_of(l.inverse_diagonal) +
-           sizeof(double) * static_cast<std::size_t>(l.b.size() + l.x.size() + l.r.size() + l.d.size() + l.t.size());
+           sizeof(float) * static_cast<std::size_t>(l.b.size() + l.x.size() + l.r.size() + l.d.size() + l.t.size());
   return sum;
 }
 
 void Multigrid::apply(const NodeVector& r, NodeVector& z) const {
-  cycle(0, r, z);
-  if (levels_.size() == 1) constraints_.project(z);
+  // In units of |r|: single precision has room for digits, not for scales.
+  const double scale = r.lpNorm<Eigen::Infinity>();
+  if (!(scale > 0)) {
+    z.setZero(r.size());
+    return;
+  }
+  const Level& finest = levels_[0];
+  finest.b = (r / scale).cast<float>();
+  cycle(0, finest.b, finest.x);
+  z = scale * finest.x.cast<double>();
+  constraints_.project(z);
 }
 
 }  // namespace hexsolver

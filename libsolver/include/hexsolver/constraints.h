@@ -42,6 +42,7 @@ public:
 
   /// v <- P v, P the orthogonal projection onto the displacements that leave all kept directions alone.
   void project(NodeVector& v) const;
+  void project(FloatNodeVector& v) const;
 
   /// The smallest d such that u + d satisfies H (u + d) = fraction * c in the kept directions.
   NodeVector lift(const NodeVector& u, double fraction) const;
@@ -67,6 +68,9 @@ public:
   struct Cluster;
 
 private:
+  template <class Vector>
+  void project_out(Vector& v) const;
+
   const Mesh& mesh_;
   std::vector<ConstraintPoint> points_, held_;
   std::array<std::vector<std::shared_ptr<const Cluster>>, 3> clusters_;  ///< per axis

@@ -4,6 +4,7 @@
 #include <omp.h>
 
 #include <Eigen/Core>
+#include <type_traits>
 #include <vector>
 
 #include "hexmesh/lattice/lattice.h"
@@ -21,6 +22,7 @@ using hexmesh::Vec3;
 
 /// Values at nodes: (x, y, z) of node 0, of node 1, ...; length 3 num_nodes.
 using NodeVector = Eigen::VectorXd;
+using FloatNodeVector = Eigen::VectorXf;  ///< likewise, where digits do not matter
 
 using hexmesh::CellNodes;
 
@@ -60,18 +62,21 @@ public:
     }
   }
 
-  CellVector gather(std::size_t cell, const NodeVector& x) const {
-    CellVector v;
+  template <class Scalar>
+  Eigen::Matrix<Scalar, 24, 1> gather(std::size_t cell, const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x) const {
+    Eigen::Matrix<Scalar, 24, 1> v;
     for (int a = 0; a < 8; ++a)
-      v.segment<3>(3 * a) =
-          x.segment<3>(3 * static_cast<Eigen::Index>(cell_nodes()[cell][static_cast<std::size_t>(a)]));
+      v.template segment<3>(3 * a) =
+          x.template segment<3>(3 * static_cast<Eigen::Index>(cell_nodes()[cell][static_cast<std::size_t>(a)]));
     return v;
   }
 
-  void scatter_add(std::size_t cell, const CellVector& v, NodeVector& y) const {
+  template <class Scalar>
+  void scatter_add(std::size_t cell, const std::type_identity_t<Eigen::Matrix<Scalar, 24, 1>>& v,
+                   Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& y) const {
     for (int a = 0; a < 8; ++a)
-      y.segment<3>(3 * static_cast<Eigen::Index>(cell_nodes()[cell][static_cast<std::size_t>(a)])) +=
-          v.segment<3>(3 * a);
+      y.template segment<3>(3 * static_cast<Eigen::Index>(cell_nodes()[cell][static_cast<std::size_t>(a)])) +=
+          v.template segment<3>(3 * a);
   }
 
   std::size_t bytes() const;  ///< of memory
@@ -90,8 +95,10 @@ public:
   /// @param factor  fine cells per coarse cell along each axis, 1 or 2
   Prolongation(const Mesh& fine, const Mesh& coarse, const Index3& factor);
 
-  void prolongate(const NodeVector& coarse, NodeVector& fine) const;   ///< fine = P coarse
-  void restrict_to(const NodeVector& fine, NodeVector& coarse) const;  ///< coarse = P^T fine
+  void prolongate(const NodeVector& coarse, NodeVector& fine) const;             ///< fine = P coarse
+  void prolongate(const FloatNodeVector& coarse, FloatNodeVector& fine) const;   ///< likewise
+  void restrict_to(const NodeVector& fine, NodeVector& coarse) const;            ///< coarse = P^T fine
+  void restrict_to(const FloatNodeVector& fine, FloatNodeVector& coarse) const;  ///< likewise
 
   std::size_t bytes() const { return forward_.bytes() + transposed_.bytes(); }  ///< of memory
 
@@ -100,7 +107,8 @@ private:
   struct Rows {
     std::vector<std::int32_t> begin, columns;
     std::vector<float> weights;
-    void multiply(const NodeVector& x, NodeVector& y) const;
+    template <class Scalar>
+    void multiply(const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x, Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& y) const;
     std::size_t bytes() const;
   };
   Rows forward_, transposed_;

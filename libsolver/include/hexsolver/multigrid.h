@@ -50,7 +50,7 @@ private:
     std::vector<FloatMatrix> pool;
     std::vector<Eigen::Matrix3f> inverse_diagonal;  ///< per node
     double largest_eigenvalue = 0;                  ///< of D^-1 A
-    mutable NodeVector b, x, r, d, t;               ///< work space of a cycle
+    mutable FloatNodeVector b, x, r, d, t;          ///< work space of a cycle
   };
 
   void share_finest();
@@ -60,10 +60,10 @@ private:
   void estimate_eigenvalue(std::size_t level);
   void factor_coarsest();
   CellMatrix cell_matrix(std::size_t level, std::size_t cell) const;
-  void multiply(std::size_t level, const NodeVector& x, NodeVector& y) const;
-  void scale_by_diagonal(std::size_t level, const NodeVector& r, NodeVector& d) const;
-  void smooth(std::size_t level, const NodeVector& b, NodeVector& x, bool from_zero) const;
-  void cycle(std::size_t level, const NodeVector& b, NodeVector& x) const;
+  void multiply(std::size_t level, const FloatNodeVector& x, FloatNodeVector& y) const;
+  void scale_by_diagonal(std::size_t level, const FloatNodeVector& r, FloatNodeVector& d) const;
+  void smooth(std::size_t level, const FloatNodeVector& b, FloatNodeVector& x, bool from_zero) const;
+  void cycle(std::size_t level, const FloatNodeVector& b, FloatNodeVector& x) const;
 
   const Hierarchy& hierarchy_;
   const Potential& potential_;
@@ -71,6 +71,7 @@ private:
   std::unordered_map<std::size_t, std::vector<std::size_t>> points_of_cell_;  ///< constraint points, finest level
   std::vector<double> support_weight_;                                        ///< w of each condition [N/mm]
   std::vector<Level> levels_;
+  mutable NodeVector wide_x_, wide_y_;  ///< for the operator of unlike cells, in double precision
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> coarsest_;
   bool positive_ = true;
 };
