@@ -120,7 +120,10 @@ int main(int argc, char** argv) {
            hexsolver::Scene scene = hexsolver::read_scene(o->scene, o->scene);
            scene.level = o->level;
            write_text(o->output,
-                      bench_solver(read, scene, hexsolver::finest_level(scene, read), o->repeats).dump(2) + "\n",
+                      bench_solver(hexsolver::with_overrides(read, scene), scene, hexsolver::finest_level(scene, read),
+                                   o->repeats)
+                              .dump(2) +
+                          "\n",
                       common);
            return 0;
          };

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "cli/result_state.h"
 #include "cli/tool.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/calculix_deck.h"
@@ -50,15 +51,23 @@ void write_csv(const Result& result, const std::filesystem::path& path) {
 
 void write_deck(const Result& result, const std::filesystem::path& path) {
   const auto report = nlohmann::json::parse(result.report);
-  if (!report["forces"].empty())
-    throw Error(ErrorKind::input, "the scene has forces, which a deck does not hold yet, expected displacements only");
-  hexmesh::write_calculix_deck(result, report["strain"] != "cauchy", path);
+  const auto expect = [&](bool holds, const char* what, const char* expected) {
+    if (!holds) throw Error(ErrorKind::input, fmt::format("--inp: {}, expected {}", what, expected));
+  };
+  expect(report["converged"], "the result is not converged", "one that is");
+  expect(report["forces"].empty(), "the scene has forces, which a deck does not hold yet", "displacements only");
+  expect(report["volumetric"] == "full", "C3D8 integrates the volumetric term fully", "solve.volumetric = \"full\"");
+  expect(report["strain"] == "cauchy", "no element of CalculiX is co-rotational", "solve.strain = \"cauchy\"");
+  expect(report["stiffness"] == "exact" && report["held_cells"] == 0, "springs or averaged cells have no counterpart",
+         "a scene without");
+  hexmesh::write_calculix_deck(result, path);
 }
 
 int run(const Options& o, const CommonOptions& common, const Console& console) {
   if (o.lattice.empty() && o.surface.empty() && o.csv.empty() && o.deck.empty())
     throw Error(ErrorKind::usage, "nothing to write, expected --lattice, --surface, --csv or --inp");
   const Result result = read_input(o, console);
+  warn_of_state(result, console);
   const hexmesh::Configuration configuration =
       o.deformed ? hexmesh::Configuration::deformed : hexmesh::Configuration::rest;
   const auto write = [&](const std::string& name, const char* extension, auto&& writer) {
@@ -95,7 +104,8 @@ int main(int argc, char** argv) {
          app.add_option("--surface", o->surface, "Embedded surface (.vtp): displacement, segment");
          app.add_option("--csv", o->csv, "node,x,y,z,ux,uy,uz [mm, LPS] of the lattice nodes (.csv)");
          app.add_option("--inp", o->deck,
-                        "The same model as a CalculiX deck (.inp), for comparison: level 0, conditions on = \"nodes\"");
+                        "The same model as a CalculiX deck (.inp), for comparison: level 0, strain = \"cauchy\", "
+                        "volumetric = \"full\", conditions on = \"nodes\"");
          app.add_flag("--deformed", o->deformed,
                       "Move the points; by default files hold the rest shape with the displacement as data");
          return [=, &common, &console] { return run(*o, common, console); };

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
+#include "cli/result_state.h"
 #include "cli/tool.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/scan/image_io.h"
@@ -24,10 +26,16 @@ struct Options {
 int run_planes(const Options& o, const CommonOptions& common, const Console& console) {
   const hexmesh::InputFile input(o.input);
   const hexmesh::Result result = hexmesh::read_result(input.path());
+  warn_of_state(result, console);
   std::optional<hexmesh::IntensityVolume> scan;
   if (!o.scan.empty()) {
     const hexmesh::InputFile file(o.scan);
     scan = hexmesh::read_intensity(file.path(), {.warn = warning_on(console)});
+    const auto covered = [&](const hexmesh::Vec3& p) { return scan->grid.covers(scan->grid.continuous_index(p)); };
+    if (std::none_of(result.nodes.begin(), result.nodes.end(), covered))
+      throw Error(ErrorKind::input, fmt::format("scan '{}' covers no part of the body, expected the scan it was "
+                                                "segmented on",
+                                                o.scan));
   }
   const hexmesh::SliceRenderer renderer(result, scan ? &*scan : nullptr, o.slice);
 

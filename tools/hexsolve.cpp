@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <omp.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "cli/tool.h"
@@ -60,6 +61,7 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   out["load_fraction"] = r.load_fraction;
   out["constraint_violation_mm"] = r.constraint_violation_mm;
   out["kept_directions"] = r.kept_directions;
+  out["conditions"] = json::array();
   for (const hexsolver::ConditionReport& c : r.conditions) {
     json condition = to_json(c);
     condition["misfit_mm"] = c.misfit_mm;
@@ -68,7 +70,11 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   }
   out["forces"] = to_json(r.forces);
   out["free_modes"] = json::array();
-  out["island_cells"] = r.island_cells;
+  out["dropped_cells"] = r.dropped_cells;
+  out["held_cells"] = r.held_cells;
+  out["accuracy_missed"] = r.accuracy_missed;
+  out["tolerance"] = scene.tolerance;
+  out["rotation"] = scene.rotation == hexsolver::Rotation::polar ? "polar" : "edges";
   out["effects"] = to_json(r.effects);
   out["warnings"] = r.warnings;
   out["error_estimate_mm"] = to_json(r.levels.back().error);
@@ -116,9 +122,11 @@ void summarize(const SolveReport& r, const Console& console) {
     console.note(fmt::format("condition '{}': {} points, misfit {:.2g} mm, reaction [{:.4g}, {:.4g}, {:.4g}] N", c.name,
                              c.points, c.misfit_mm, c.reaction_n[0], c.reaction_n[1], c.reaction_n[2]));
   if (const hexsolver::ErrorEstimate& e = l.error; e.mean_mm)
-    console.note(fmt::format("estimated error: mean {:.2g} mm, largest {:.2g} mm, of this from the equations {:.1g} mm",
-                             *e.mean_mm, e.max_mm.value_or(0), e.algebraic_mm.value_or(0)));
-  if (r.island_cells > 0) console.note(fmt::format("{} cells of islands left out or held", r.island_cells));
+    console.note(fmt::format(
+        "estimated error of the cells' size: mean {:.2g} mm, largest {:.2g} mm; of the equations: {:.1g} mm",
+        *e.mean_mm, e.max_mm.value_or(0), e.algebraic_mm.value_or(0)));
+  else
+    console.note("no error estimate: there is no coarser level to compare with");
   console.note(fmt::format("strain energy {:.6g} N mm, smallest Jacobian {:.3g}, {} inverted cells",
                            r.strain_energy_n_mm, r.min_jacobian, r.inverted_cells));
 }
@@ -128,7 +136,8 @@ int show_check(const hexsolver::SceneCheck& check, const Options& o, const Commo
   json out = {{"level", check.level},
               {"conditions", json::array()},
               {"forces", to_json(check.forces)},
-              {"island_cells", check.island_cells},
+              {"dropped_cells", check.dropped_cells},
+              {"held_cells", check.held_cells},
               {"warnings", check.warnings}};
   for (const hexsolver::ConditionReport& c : check.conditions) out["conditions"].push_back(to_json(c));
   if (!o.report.empty()) write_text(o.report, out.dump(2) + "\n", common);
@@ -138,7 +147,8 @@ int show_check(const hexsolver::SceneCheck& check, const Options& o, const Commo
     text += fmt::format("condition '{}': {} points, {} directions held\n", c.name, c.points, c.kept);
   for (const hexsolver::ForceReport& f : check.forces)
     text += fmt::format("force '{}': [{:.4g}, {:.4g}, {:.4g}] N\n", f.name, f.total_n[0], f.total_n[1], f.total_n[2]);
-  if (check.island_cells > 0) text += fmt::format("islands: {} cells\n", check.island_cells);
+  if (check.dropped_cells > 0) text += fmt::format("islands left out: {} cells\n", check.dropped_cells);
+  if (check.held_cells > 0) text += fmt::format("islands held by springs: {} cells\n", check.held_cells);
   text += fmt::format("level {}: every part is held\n", check.level);
   if (o.report != "-") fmt::print("{}", text);
   return 0;
@@ -174,7 +184,8 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
   }
   const bool solves = !o.check && !o.plan;
   if (o.scene.empty() || (solves && o.output.empty()))
-    throw Error(ErrorKind::usage, "SCENE and -o are missing, expected hexsolve LATTICE SCENE -o RESULT");
+    throw Error(ErrorKind::usage, fmt::format("{} is missing, expected hexsolve LATTICE SCENE -o RESULT",
+                                              o.scene.empty() ? "SCENE" : "-o RESULT"));
   if (o.scene == "-") throw Error(ErrorKind::usage, "SCENE is -, expected a file");
   const hexmesh::InputFile scene_file(o.scene);
   hexsolver::Scene scene = hexsolver::read_scene(scene_file.path(), o.scene, o.settings);
@@ -188,7 +199,8 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
 
   const hexmesh::Lattice lattice = [&] {
     std::vector<int> wanted;
-    if (scene.level)  // the levels of an accuracy or a budget are not known yet
+    if (scene.level &&
+        scene.islands == hexsolver::Islands::error)  // the levels of an accuracy or a budget are not known yet
       for (int n = *scene.level; n < hexmesh::count_levels(lattice_file.path()); ++n) wanted.push_back(n);
     return hexsolver::with_overrides(hexmesh::read_lattice(lattice_file.path(), wanted), scene);
   }();
@@ -222,6 +234,11 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
   for (const std::string& w : report.warnings) console.warning(w);
   summarize(report, console);
   if (!o.report.empty()) write_text(o.report, summary.dump(2) + "\n", common);
+  if (report.accuracy_missed) {
+    fmt::print(stderr, "hexsolve: error: accuracy not reached: {}; '{}' holds that level, solved\n", report.reason,
+               o.output);
+    return exit_not_converged;
+  }
   if (report.converged) return 0;
   fmt::print(stderr, "hexsolve: error: not converged: {}; '{}' holds the last state that did, marked so\n",
              report.reason, o.output);
@@ -246,15 +263,24 @@ int main(int argc, char** argv) {
              "--accuracy", o->accuracy, "Solve to the first level whose estimated mean error is at most this, in mm");
          CLI::Option* budget =
              app.add_option("--budget", o->budget, "Solve as many levels, coarse to fine, as this many seconds allow");
+         const CLI::Validator positive(
+             [](const std::string& text) {
+               double value = 0;
+               const bool good = CLI::detail::lexical_cast(text, value) && value > 0 && std::isfinite(value);
+               return good ? std::string() : fmt::format("is {}, expected a number > 0", text);
+             },
+             "NUMBER > 0");
          level->check(CLI::Range(0, 30))->excludes(accuracy)->excludes(budget);
-         accuracy->check(CLI::PositiveNumber)->excludes(budget);
-         budget->check(CLI::Range(0.001, 1e9));
+         accuracy->check(positive)->excludes(budget);
+         budget->check(positive);
          add_repeated(app, "--set", o->settings, "KEY=VALUE: override a key of the scene, e.g. solve.strain=cauchy");
          app.add_flag("--example", o->example,
                       "Print a scene for this lattice: three places held, a fourth pulled by 40 mm");
-         app.add_flag("--check", o->check, "Only say what each condition selects and whether every part is held");
+         CLI::Option* check =
+             app.add_flag("--check", o->check, "Only say what each condition selects and whether every part is held");
          app.add_flag("--plan", o->plan,
-                      "Only say which effects are on, why, and what the solution is expected to cost");
+                      "Only say which effects are on, why, and what the solution is expected to cost")
+             ->excludes(check);
          app.add_option("--report", o->report, "Write a JSON report; - is standard output");
          app.add_option("-o,--output", o->output, "Result file (.hexresult, HDF5); - is standard output");
          return [=, &common, &console] { return run(*o, common, console); };

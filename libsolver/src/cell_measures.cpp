@@ -24,13 +24,14 @@ CellMeasures measure_cells(const hexmesh::Lattice& lattice, int level, const Mes
                            const NodeVector& u) {
   const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
   std::vector<CellVector> gradients;  // b / V
-  std::vector<double> shear, young;
+  std::vector<double> shear, young, poisson;
   for (const hexmesh::Element& e : hexmesh::form_elements(lattice, level)) {
     gradients.emplace_back(matrices.divergence(e) / e.volume());
     const double mu = std::accumulate(e.shear.begin(), e.shear.end(), 0.0) / e.volume();
     const double kappa = e.total_bulk() / e.volume();
     shear.push_back(mu);
     young.push_back(9 * kappa * mu / (3 * kappa + mu));
+    poisson.push_back((3 * kappa - 2 * mu) / (2 * (3 * kappa + mu)));
   }
   CellMeasures out;
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
@@ -47,6 +48,7 @@ CellMeasures measure_cells(const hexmesh::Lattice& lattice, int level, const Mes
     eps -= Mat3::Identity() * eps.trace() / 3;
     out.von_mises_stress.push_back(std::sqrt(1.5) * 2 * shear[element] * eps.norm());
     out.young_modulus.push_back(young[element]);
+    out.poisson_ratio.push_back(poisson[element]);
     const double jacobian = f.determinant();
     out.min_jacobian = std::min(out.min_jacobian, jacobian);
     out.inverted_cells += jacobian <= 0;

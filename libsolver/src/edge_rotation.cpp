@@ -6,7 +6,7 @@
 namespace hexsolver {
 
 Mat3 EdgeRotatedCells::rotation(const CellVector& moved) const {
-  // Averages of the four edges along each axis, in units of the cell's edges.
+  // Averages of the four edges along each axis [mm].
   Mat3 now = Mat3::Zero();
   for (int axis = 0; axis < 3; ++axis)
     for (int a = 0; a < 8; ++a)

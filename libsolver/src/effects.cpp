@@ -20,12 +20,12 @@ std::vector<Effect> list_effects(const Scene& scene) {
   effects.push_back({"near-incompressibility", mean,
                      mean ? "solve.volumetric = \"mean\": one dilatation per cell, so that coarse cells do not lock"
                           : "solve.volumetric = \"full\": dilatation varies in a cell"});
-  for (const Force& f : scene.forces) effects.push_back({f.name, true, fmt::format("[[force]] at {}", f.where)});
+  for (const Force& f : scene.forces) effects.push_back({load_name(f), true, fmt::format("[[force]] at {}", f.where)});
   if (scene.forces.empty()) effects.push_back({"forces", false, "the scene has no [[force]]"});
   const bool weighs = scene.gravity != Vec3::Zero();
   effects.push_back({"gravity", weighs, weighs ? "the scene has [gravity]" : "the scene has no [gravity]: no masses"});
   effects.push_back(
-      {"error estimate", true, "differences between nested levels; nothing is solved for it beyond them"});
+      {error_estimate_name, false, "differences between the levels that a solution passes, if there are two"});
   return effects;
 }
 

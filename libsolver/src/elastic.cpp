@@ -64,10 +64,11 @@ void CauchyCells::add_product(const NodeVector& x, NodeVector& y) const {
   mesh_.for_each_cell([&](std::size_t c) { mesh_.scatter_add(c, times(model(c).stiffness, mesh_.gather(c, x)), y); });
 }
 
-ElasticCells::Size ElasticCells::size_in_material(const NodeVector& field) const {
+ElasticCells::Size ElasticCells::size_in_material(const NodeVector& field, const std::vector<bool>& left_out) const {
   Size size;
   double volume = 0;
   for (std::size_t c = 0; c < mesh_.num_cells(); ++c) {
+    if (!left_out.empty() && left_out[c]) continue;
     const ElementModel& m = model(c);
     const CellVector v = mesh_.gather(c, field);
     Vec3 average = Vec3::Zero();

@@ -37,13 +37,14 @@ struct Solved {
 };
 
 /// Newton with automatic load cut-back from `state.u`.
-void solve_with_cutback(Solved& state, const NewtonOptions& options, bool has_start, const SolveProgress& progress) {
+void solve_with_cutback(Solved& state, NewtonOptions options, bool has_start, const SolveProgress& progress) {
   const LevelProblem& problem = *state.problem;
   NewtonReport total;
   double reached = 0, step = 1;
   NodeVector good = NodeVector::Zero(state.u.size());
   while (true) {
     const double target = std::min(1.0, reached + step);
+    options.estimate_remaining = target == 1;
     NodeVector trial = has_start ? state.u : good;
     NewtonReport report = minimize(problem.hierarchy(), state.problem->potential(), problem.constraints(), target,
                                    options, trial, [&](int iteration, double residual, int linear) {
@@ -51,7 +52,7 @@ void solve_with_cutback(Solved& state, const NewtonOptions& options, bool has_st
                                    });
     total.iterations += report.iterations;
     total.linear_iterations += report.linear_iterations;
-    total.relative_residual = report.relative_residual;
+    if (report.converged || reached == 0) total.relative_residual = report.relative_residual;
     total.reason = report.reason;
     total.interrupted = report.interrupted;
     total.preconditioner_bytes = std::max(total.preconditioner_bytes, report.preconditioner_bytes);
@@ -91,13 +92,10 @@ public:
       return;
     }
     ErrorEstimate& now = levels.back().error;
-    if (differences_.empty()) {
-      now.mean_mm = coarsest_part * difference->mean;
-      now.max_mm = coarsest_part * difference->largest;
-    } else {
-      now.mean_mm = part * std::max(difference->mean, fall * differences_.back().mean);
-      now.max_mm = part * std::max(difference->largest, fall * differences_.back().largest);
-    }
+    now.mean_mm = differences_.empty() ? coarsest_part * difference->mean
+                                       : part * std::max(difference->mean, fall * differences_.back().mean);
+    // Extremes sit where the limit is approached slowest: no more is expected of the next level than of the last.
+    now.max_mm = difference->largest;
     differences_.push_back(*difference);
     // What is known about coarser levels gets sharper.
     double mean = *now.mean_mm, largest = *now.max_mm;
@@ -118,13 +116,12 @@ class NestedIteration {
 public:
   NestedIteration(const Lattice& lattice, const Scene& scene, int finest, SolveReport& report,
                   const SolveProgress& progress)
-      : lattice_(lattice), scene_(scene), coarse_scene_(scene), finest_(finest), report_(report), progress_(progress) {
-    // Lattice nodes of a coarser level are other points: there the faces stand for them.
-    const auto by_faces = [](Selection& s) {
-      if (s.on == SurfacePoints::nodes) s.on = SurfacePoints::faces;
-    };
-    for (Condition& c : coarse_scene_.conditions) by_faces(c.selection);
-    for (Force& f : coarse_scene_.forces) by_faces(f.selection);
+      : lattice_(lattice),
+        scene_(scene),
+        coarse_scene_(for_coarser_levels(scene)),
+        finest_(finest),
+        report_(report),
+        progress_(progress) {
     report_.effects = list_effects(scene);
     report_.strain = scene.strain;
   }
@@ -135,7 +132,7 @@ public:
     if (!is_open_ended()) {
       const Stopwatch setup;
       finest = std::make_unique<LevelProblem>(lattice_, scene_, finest_);
-      warn(check_conflicts(*finest, scene_));
+      level_warnings_ = check_conflicts(*finest, scene_);
       report_.setup_seconds = setup.seconds();
     }
     const Stopwatch solve;
@@ -145,32 +142,44 @@ public:
       if (best.problem && !has_time_for(level)) break;
       const Stopwatch watch;
       Solved next;
-      next.problem = level == finest_ && finest
-                         ? std::move(finest)
-                         : std::make_unique<LevelProblem>(lattice_, level == finest_ ? scene_ : coarse_scene_, level);
-      if (is_open_ended()) {
-        if (level > finest_ && !next.problem->conflicts().empty()) continue;
-        warn(check_conflicts(*next.problem, scene_));
+      std::vector<std::string> warnings;
+      try {
+        next.problem = level == finest_ && finest
+                           ? std::move(finest)
+                           : std::make_unique<LevelProblem>(lattice_, level == finest_ ? scene_ : coarse_scene_, level);
+        if (is_open_ended()) warnings = check_conflicts(*next.problem, scene_);
+      } catch (const Error& e) {
+        if (e.kind() != ErrorKind::geometry || (level == finest_ && !best.problem)) throw;
+        if (is_open_ended() && best.problem) {
+          report_.warnings.push_back(fmt::format("level {} was not solved: {}", level, e.what()));
+          break;
+        }
+        best = {};  // a coarser level that cannot be set up is no start for the next
+        continue;
       }
+      if (is_open_ended()) level_warnings_ = warnings;
       solve_level(next, best);
-      if (next.newton.interrupted) break;
+      if (best.problem && is_open_ended() && !next.newton.converged && best.newton.converged) {
+        report_.warnings.push_back(
+            fmt::format("level {} is not used: {}", level,
+                        next.newton.interrupted ? "it was begun and the budget ended it" : next.newton.reason));
+        break;
+      }
       add_report(next, best, watch.seconds());
       best = std::move(next);
       if (is_accurate()) break;
     }
     report_.solve_seconds = solve.seconds();
+    report_.warnings.insert(report_.warnings.end(), level_warnings_.begin(), level_warnings_.end());
     conclude(best);
     return best;
   }
 
 private:
   const hexmesh::Level& level(int number) const { return lattice_.levels[static_cast<std::size_t>(number)]; }
-  void warn(const std::vector<std::string>& warnings) {
-    report_.warnings.insert(report_.warnings.end(), warnings.begin(), warnings.end());
-  }
   bool is_open_ended() const { return scene_.accuracy || scene_.budget; }
 
-  /// The next level is expected to cost as much per node as the last, and a third more.
+  /// The next level is expected to cost as much per cell as the last, and a third more.
   bool has_time_for(int next) const {
     if (!scene_.budget) return true;
     const LevelReport& last = report_.levels.back();
@@ -190,17 +199,24 @@ private:
     start_ = has_start ? next.u : NodeVector();
 
     NewtonOptions options;
-    const bool is_only_a_start = next.problem->level() != finest_ || scene_.accuracy;
-    options.tolerance = is_only_a_start ? std::max(scene_.tolerance, nested_tolerance) : scene_.tolerance;
+    const bool is_only_a_start = next.problem->level() != finest_ && !scene_.budget;
+    options.tolerance =
+        is_only_a_start || scene_.accuracy ? std::max(scene_.tolerance, nested_tolerance) : scene_.tolerance;
     if (scene_.budget && coarser.problem) options.interrupt = [this] { return clock_.seconds() > *scene_.budget; };
     solve_with_cutback(next, options, has_start, progress_);
-    while (scene_.accuracy && next.newton.converged && options.tolerance > scene_.tolerance &&
-           !(algebraic_error(next).value_or(0) <= algebraic_part * *scene_.accuracy)) {
+    while (scene_.accuracy && next.newton.converged && options.tolerance > scene_.tolerance) {
+      const std::optional<double> error = algebraic_error(next);
+      if (error && *error <= algebraic_part * *scene_.accuracy) break;
       options.tolerance = std::max(scene_.tolerance, 0.1 * options.tolerance);
-      NewtonReport before = std::move(next.newton);
+      const Solved before{nullptr, next.u, next.load_fraction, next.newton};
       solve_with_cutback(next, options, true, progress_);
-      next.newton.iterations += before.iterations;
-      next.newton.linear_iterations += before.linear_iterations;
+      next.newton.iterations += before.newton.iterations;
+      next.newton.linear_iterations += before.newton.linear_iterations;
+      if (next.newton.converged) continue;
+      next.u = before.u;
+      next.load_fraction = before.load_fraction;
+      next.newton = before.newton;
+      break;
     }
   }
 
@@ -251,8 +267,10 @@ private:
     report_.levels.back().error.algebraic_mm = algebraic;
     std::optional<ElasticCells::Size> difference;
     if (coarser.problem && coarser.newton.converged && now.newton.converged)
-      difference = problem.elastic().size_in_material(now.u - start_);
+      difference = problem.elastic().size_in_material(now.u - start_, problem.islands());
     estimator_.add(difference, report_.levels);
+    for (Effect& e : report_.effects)
+      if (e.name == error_estimate_name && difference) e.active = true;
     for (const Potential::Cost& cost : problem.potential().costs())
       for (Effect& e : report_.effects) {
         if (e.name == cost.name) e.seconds += cost.seconds - cost.linearize_seconds;
@@ -269,15 +287,15 @@ private:
   void conclude(const Solved& best) {
     report_.converged = best.newton.converged;
     report_.reason = best.newton.reason;
-    if (report_.converged && scene_.accuracy && !is_accurate()) {
+    if (report_.converged && scene_.accuracy) {
       const auto& error = report_.levels.back().error.mean_mm;
-      report_.converged = false;
-      report_.reason = fmt::format("the finest level's estimated error is {}, accuracy_mm = {:g} was asked",
-                                   error ? fmt::format("{:.2g} mm", *error) : "unknown", *scene_.accuracy);
+      report_.accuracy_missed = !is_accurate();
+      report_.reason =
+          fmt::format("the estimated error of level {} is {}, accuracy_mm = {:g} was asked", best.problem->level(),
+                      error ? fmt::format("{:.2g} mm", *error) : "unknown", *scene_.accuracy);
     }
-    if (scene_.budget && clock_.seconds() > *scene_.budget)
-      report_.warnings.push_back(fmt::format("the first level alone took {:.3g} s, more than budget_s = {:g}",
-                                             clock_.seconds(), *scene_.budget));
+    if (scene_.budget && report_.levels.size() == 1 && clock_.seconds() > *scene_.budget)
+      report_.warnings.push_back(fmt::format("budget_s = {:g} is less than the first level takes", *scene_.budget));
   }
 
   const Lattice& lattice_;
@@ -286,6 +304,7 @@ private:
   SolveReport& report_;
   const SolveProgress& progress_;
   Stopwatch clock_;
+  std::vector<std::string> level_warnings_;  ///< of the last level that was set up
   ErrorEstimator estimator_;
   NodeVector start_;  ///< the coarser solution on the level being solved
 };
@@ -319,7 +338,7 @@ Result make_result(const Lattice& lattice, const LevelProblem& problem, const No
     r.surface_displacement.push_back(moved);
   }
 
-  for (const Condition& c : problem.conditions()) r.conditions.push_back({c.name, {}, {}, c.axes});
+  for (const Condition& c : problem.scene().conditions) r.conditions.push_back({c.name, {}, {}, c.axes});
   for (const ConstraintPoint& p : problem.constraints().points()) {
     const CellNodes& nodes = mesh.cell_nodes()[static_cast<std::size_t>(p.cell)];
     Vec3 position = Vec3::Zero();
@@ -339,7 +358,26 @@ void add_measures(CellMeasures measures, Result& result, SolveReport& report) {
     result.cell_fields[fmt::format("principal_stretch_{}", d + 1)] = std::move(measures.principal_stretch[d]);
   result.cell_fields["rotation_degrees"] = std::move(measures.rotation_degrees);
   result.cell_fields["young_modulus"] = std::move(measures.young_modulus);
+  result.cell_fields["poisson_ratio"] = std::move(measures.poisson_ratio);
   result.cell_fields["von_mises_stress"] = std::move(measures.von_mises_stress);
+}
+
+/// Where the law or the state have no meaning.
+void warn_of_large_changes(const Result& result, SolveReport& report) {
+  if (report.inverted_cells > 0)
+    report.warnings.push_back(
+        fmt::format("{} cells are inverted, least Jacobian {:.2g}: there the solution has no meaning",
+                    report.inverted_cells, report.min_jacobian));
+  if (report.strain != Strain::cauchy) return;
+  constexpr double small_degrees = 10, allowed_part = 0.05;
+  const std::vector<double>& rotation = result.cell_fields.at("rotation_degrees");
+  const auto turned = std::count_if(rotation.begin(), rotation.end(), [](double r) { return r > small_degrees; });
+  const double part = static_cast<double>(turned) / static_cast<double>(rotation.size());
+  if (part > allowed_part)
+    report.warnings.push_back(fmt::format(
+        "{:.0f} % of the cells turn by more than {:g} degrees, which strain = \"cauchy\" takes for strain; the "
+        "error estimate does not know",
+        100 * part, small_degrees));
 }
 
 void report_conditions(const LevelProblem& problem, const NodeVector& u, SolveReport& report) {
@@ -361,6 +399,9 @@ void report_conditions(const LevelProblem& problem, const NodeVector& u, SolveRe
     report.conditions[static_cast<std::size_t>(constraints.held()[p].condition)].reaction_n += forces[p];
   report.kept_directions = constraints.num_kept();
   report.constraint_violation_mm = constraints.violation(u, report.load_fraction);
+  // What is known to be off at the conditions is part of the error.
+  if (std::optional<double>& largest = report.levels.back().error.max_mm)
+    for (const ConditionReport& c : report.conditions) largest = std::max(*largest, c.misfit_mm);
 }
 
 }  // namespace
@@ -378,16 +419,25 @@ int finest_level(const Scene& scene, const Lattice& lattice) {
   return count - 1;
 }
 
-Result solve_equilibrium(const Lattice& lattice, const Scene& scene, int level, SolveReport& report,
+Result solve_equilibrium(const Lattice& whole, const Scene& scene, int level, SolveReport& report,
                          const SolveProgress& progress) {
   report.warnings = check_single_points(scene);
+  check_open_ended(scene, whole, level);
+  const std::optional<Lattice> rest = without_islands(whole, scene, level, report.dropped_cells);
+  const Lattice& lattice = rest ? *rest : whole;
+  if (rest)
+    report.warnings.push_back(fmt::format("{} of {} cells of level {} are left out: nothing holds them",
+                                          report.dropped_cells,
+                                          whole.levels[static_cast<std::size_t>(level)].cells.size(), level));
   NestedIteration nested(lattice, scene, level, report, progress);
   const Solved solved = nested.run();
   const LevelProblem& problem = *solved.problem;
   report.load_fraction = solved.load_fraction;
   report.relative_residual = solved.newton.relative_residual;
   report.strain_energy_n_mm = problem.elastic().energy(solved.u);
-  report.island_cells = problem.num_island_cells();
+  report.held_cells = problem.num_island_cells();
+  if (report.held_cells > 0)
+    report.warnings.push_back(fmt::format("{} cells are held by springs: nothing else holds them", report.held_cells));
   solved.problem->potential().set_load_fraction(solved.load_fraction);
   report_conditions(problem, solved.u, report);
   report.bytes = {{"lattice", hexmesh::bytes_of(lattice)},
@@ -396,10 +446,7 @@ Result solve_equilibrium(const Lattice& lattice, const Scene& scene, int level, 
   for (const Potential::Cost& cost : problem.potential().costs()) report.bytes.emplace_back(cost.name, cost.bytes);
   Result result = make_result(lattice, problem, solved.u);
   add_measures(measure_cells(lattice, problem.level(), problem.mesh(), report.strain, solved.u), result, report);
-  if (report.inverted_cells > 0)
-    report.warnings.push_back(
-        fmt::format("{} cells are inverted, least Jacobian {:.2g}: there the solution has no meaning",
-                    report.inverted_cells, report.min_jacobian));
+  warn_of_large_changes(result, report);
   return result;
 }
 

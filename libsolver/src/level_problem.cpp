@@ -22,18 +22,13 @@ using hexmesh::Lattice;
 
 /// Where points cannot come closer than this part of the largest prescribed displacement, conditions contradict.
 constexpr double conflict_fraction = 0.05;
-/// What is left of the stiffness of islands that are dropped: they are held, so it only keeps the matrices regular.
-constexpr double dropped_stiffness = 1e-9;
-/// Stiffness of the springs that hold islands, over that of their cells' nodes: parts that hang on others by an edge
-/// or a corner follow these.
-constexpr double island_spring = 1e-4;
+/// Stiffness of the springs that hold islands, over the mean diagonal of their cells': they touch nothing else.
+constexpr double island_spring = 1;
 
-[[noreturn]] void fail_unsupported(const std::vector<FreePart>& free, int level) {
+[[noreturn]] void fail_unsupported(const std::vector<FreePart>& free, int level, bool only_islands) {
   std::vector<std::string> motions;
-  bool only_islands = true;
   for (const FreePart& part : free) {
     motions.insert(motions.end(), part.motions.begin(), part.motions.end());
-    only_islands = only_islands && part.is_island;
   }
   const std::size_t shown = std::min<std::size_t>(motions.size(), 3);
   throw Error(ErrorKind::geometry,
@@ -41,6 +36,16 @@ constexpr double island_spring = 1e-4;
                           fmt::join(motions.begin(), motions.begin() + static_cast<std::ptrdiff_t>(shown), "; "),
                           motions.size() > shown ? fmt::format("; and {} more", motions.size() - shown) : "",
                           only_islands ? ", or solve.islands = \"drop\" or \"hold\"" : ""));
+}
+
+/// Whether all free parts are islands, and not the whole body.
+bool only_islands_among(const std::vector<FreePart>& free, const Mesh& mesh) {
+  std::size_t cells = 0;
+  for (const FreePart& part : free) {
+    if (!part.is_island) return false;
+    cells += part.cells.size();
+  }
+  return cells < mesh.num_cells();
 }
 
 double largest_prescribed(const Scene& scene) {
@@ -57,46 +62,48 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
       level_(level),
       hierarchy_(
           Mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner()),
-          lattice.corner()),
-      conditions_(scene.conditions) {
+          lattice.corner()) {
   Selector selector(lattice, level, mesh());
   std::vector<ConstraintPoint> points = select_points(scene, selector);
   find_islands(points);
   constraints_ = std::make_unique<const Constraints>(mesh(), std::move(points));
-  loads_ = make_loads(scene, lattice, level, mesh(), selector,
-                      scene.islands == Islands::drop ? islands_ : std::vector<bool>{});
-  for (const auto& load : loads_) load_totals_.push_back({load->name(), load->total()});
+  loads_ = make_loads(scene, lattice, level, mesh(), selector);
+  for (std::size_t n = 0; n < loads_.size(); ++n)
+    load_totals_.push_back({n < scene.forces.size() ? scene.forces[n].name : loads_[n]->name(), loads_[n]->total()});
 }
 
-void LevelProblem::find_islands(std::vector<ConstraintPoint>& points) {
+void LevelProblem::find_islands(const std::vector<ConstraintPoint>& points) {
   const std::vector<FreePart> free = free_parts(mesh(), points);
   if (free.empty()) return;
-  if (scene_.islands == Islands::error ||
-      !std::all_of(free.begin(), free.end(), [](const FreePart& p) { return p.is_island; }))
-    fail_unsupported(free, level_);
-
+  const bool may_be_held = only_islands_among(free, mesh());
+  if (scene_.islands != Islands::hold || !may_be_held) fail_unsupported(free, level_, may_be_held);
   islands_.resize(mesh().num_cells());
   for (const FreePart& part : free)
     for (const std::int32_t c : part.cells) islands_[static_cast<std::size_t>(c)] = true;
-  if (scene_.islands == Islands::drop) hold_island_nodes(points);
 }
 
-/// All nodes that islands do not share with other parts.
-void LevelProblem::hold_island_nodes(std::vector<ConstraintPoint>& points) {
-  std::vector<bool> done(mesh().num_nodes());
-  for (std::size_t c = 0; c < mesh().num_cells(); ++c)
-    if (!islands_[c])
-      for (const std::int32_t n : mesh().cell_nodes()[c]) done[static_cast<std::size_t>(n)] = true;
-  const auto condition = static_cast<std::int32_t>(conditions_.size());
-  conditions_.emplace_back().name = "islands";
-  for (std::size_t c = 0; c < mesh().num_cells(); ++c)
-    for (int a = 0; a < 8 && islands_[c]; ++a) {
-      const auto node = static_cast<std::size_t>(mesh().cell_nodes()[c][static_cast<std::size_t>(a)]);
-      if (done[node]) continue;
-      done[node] = true;
-      points.push_back(
-          {condition, static_cast<std::int32_t>(c), NodeWeights::Unit(a), Vec3::Zero(), {true, true, true}});
-    }
+std::optional<Lattice> without_islands(const Lattice& lattice, const Scene& scene, int level, std::size_t& dropped) {
+  dropped = 0;
+  if (scene.islands == Islands::error) return {};
+  const Mesh mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner());
+  Selector selector(lattice, level, mesh);
+  const std::vector<FreePart> free = free_parts(mesh, select_points(scene, selector));
+  if (!only_islands_among(free, mesh)) return {};
+  std::vector<std::int32_t> cells;
+  for (const FreePart& part : free)
+    if (scene.islands == Islands::drop || part.hangs) cells.insert(cells.end(), part.cells.begin(), part.cells.end());
+  dropped = cells.size();
+  if (cells.empty()) return {};
+  return hexmesh::without_cells(lattice, level, cells);
+}
+
+Scene for_coarser_levels(Scene scene) {
+  const auto by_faces = [](Selection& s) {
+    if (s.on == SurfacePoints::nodes) s.on = SurfacePoints::faces;
+  };
+  for (Condition& c : scene.conditions) by_faces(c.selection);
+  for (Force& f : scene.forces) by_faces(f.selection);
+  return scene;
 }
 
 std::size_t LevelProblem::num_island_cells() const {
@@ -104,7 +111,7 @@ std::size_t LevelProblem::num_island_cells() const {
 }
 
 std::vector<std::string> LevelProblem::conflicts() const {
-  std::vector<double> miss(conditions_.size());
+  std::vector<double> miss(scene_.conditions.size());
   const std::vector<double> of_point = constraints_->contradiction();
   for (std::size_t p = 0; p < of_point.size(); ++p) {
     double& worst = miss[static_cast<std::size_t>(constraints_->held()[p].condition)];
@@ -113,8 +120,8 @@ std::vector<std::string> LevelProblem::conflicts() const {
   std::vector<std::string> words;
   for (std::size_t c = 0; c < miss.size(); ++c)
     if (miss[c] > conflict_fraction * largest_prescribed(scene_))
-      words.push_back(
-          fmt::format("'{}' ({}, misses by {:.3g} mm)", conditions_[c].name, conditions_[c].where, miss[c]));
+      words.push_back(fmt::format("'{}' ({}, misses by {:.3g} mm)", scene_.conditions[c].name,
+                                  scene_.conditions[c].where, miss[c]));
   return words;
 }
 
@@ -129,17 +136,8 @@ void LevelProblem::build_potential() {
     models[e] = make_element_model(matrices, elements[e], scene_.volumetric);
 
   std::vector<std::int32_t> element = lattice_.levels[static_cast<std::size_t>(level_)].element;
-  if (scene_.islands == Islands::drop && !islands_.empty()) {
-    const std::size_t count = models.size();
-    for (std::size_t e = 0; e < count; ++e) {
-      models.push_back(models[e]);
-      models.back().stiffness *= dropped_stiffness;
-    }
-    for (std::size_t c = 0; c < element.size(); ++c)
-      if (islands_[c]) element[c] += static_cast<std::int32_t>(count);
-  }
   std::vector<std::pair<std::int32_t, double>> springs;
-  for (std::size_t c = 0; c < islands_.size() && scene_.islands == Islands::hold; ++c)
+  for (std::size_t c = 0; c < islands_.size(); ++c)
     if (islands_[c])
       springs.emplace_back(static_cast<std::int32_t>(c),
                            island_spring * models[static_cast<std::size_t>(element[c])].stiffness.trace() / 24);
@@ -154,20 +152,16 @@ void LevelProblem::build_potential() {
 }
 
 int first_nested_level(const Lattice& lattice, int finest) {
-  constexpr std::size_t least_cells = 64;
-  constexpr std::size_t least_compared_cells = 8;  // of levels that are there for the error estimate alone
-  constexpr int most_compared = 2;
+  constexpr std::size_t least_cells = 8;
   int first = finest;
-  for (int coarser = finest + 1; coarser < static_cast<int>(lattice.levels.size()); ++coarser) {
-    const std::size_t cells = lattice.levels[static_cast<std::size_t>(coarser)].cells.size();
-    if (cells >= least_cells || (first < finest + most_compared && cells >= least_compared_cells)) first = coarser;
-  }
+  for (int coarser = finest + 1; coarser < static_cast<int>(lattice.levels.size()); ++coarser)
+    if (lattice.levels[static_cast<std::size_t>(coarser)].cells.size() >= least_cells) first = coarser;
   return first;
 }
 
 std::vector<ConditionReport> report_points(const LevelProblem& problem) {
   std::vector<ConditionReport> out;
-  for (const Condition& c : problem.conditions()) out.push_back({c.name, 0, 0, 0, Vec3::Zero()});
+  for (const Condition& c : problem.scene().conditions) out.push_back({c.name, 0, 0, 0, Vec3::Zero()});
   for (const ConstraintPoint& p : problem.constraints().points()) ++out[static_cast<std::size_t>(p.condition)].points;
   const std::vector<std::size_t> kept = problem.constraints().kept_by_condition(out.size());
   for (std::size_t c = 0; c < kept.size(); ++c) out[c].kept = kept[c];
@@ -176,16 +170,35 @@ std::vector<ConditionReport> report_points(const LevelProblem& problem) {
 
 std::vector<std::string> check_single_points(const Scene& scene) {
   std::vector<std::string> warnings;
-  for (const Condition& c : scene.conditions) {
-    const std::vector<Ball>& balls = c.selection.balls;
-    if (std::none_of(balls.begin(), balls.end(), [](const Ball& b) { return b.radius == 0; })) continue;
+  const auto check = [&](const char* kind, const std::string& name, const std::string& where, const Selection& s) {
+    if (std::none_of(s.balls.begin(), s.balls.end(), [](const Ball& b) { return b.radius == 0; })) return;
     const std::string what = fmt::format(
-        "condition '{}' ({}) holds single points (radius_mm = 0), whose displacement has no limit as cells get smaller",
-        c.name, c.where);
+        "{} '{}' ({}) is on single points (radius_mm = 0), where the displacement has no limit as cells get smaller",
+        kind, name, where);
     if (scene.accuracy) throw Error(ErrorKind::input, what + ", expected a radius > 0 with accuracy_mm");
     warnings.push_back(what);
-  }
+  };
+  for (const Condition& c : scene.conditions) check("condition", c.name, c.where, c.selection);
+  for (const Force& f : scene.forces) check("force", f.name, f.where, f.selection);
   return warnings;
+}
+
+void check_open_ended(const Scene& scene, const Lattice& lattice, int finest) {
+  if (!scene.accuracy && !scene.budget) return;
+  const auto check = [](const char* kind, const std::string& name, const std::string& where, const Selection& s) {
+    if (s.on == SurfacePoints::nodes)
+      throw Error(ErrorKind::input, fmt::format("{} '{}' ({}) is on = \"nodes\", which are other points on each level, "
+                                                "expected faces or voxels with accuracy_mm and budget_s",
+                                                kind, name, where));
+  };
+  for (const Condition& c : scene.conditions) check("condition", c.name, c.where, c.selection);
+  for (const Force& f : scene.forces) check("force", f.name, f.where, f.selection);
+  if (scene.accuracy && first_nested_level(lattice, finest) == finest)
+    throw Error(
+        ErrorKind::input,
+        fmt::format("accuracy_mm is {:g}, expected a lattice with a coarser level of at least 8 cells to compare "
+                    "with",
+                    *scene.accuracy));
 }
 
 std::vector<std::string> check_conflicts(const LevelProblem& problem, const Scene& scene) {

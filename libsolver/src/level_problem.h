@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "hexsolver/constraints.h"
@@ -23,13 +24,14 @@ public:
   LevelProblem(const LevelProblem&) = delete;
   LevelProblem& operator=(const LevelProblem&) = delete;
 
-  /// Words for each pair of conditions that the cells of this level cannot follow; empty if there are none.
+  /// Words for each condition that the cells of this level cannot follow; empty if there are none.
   std::vector<std::string> conflicts() const;
 
   /// Form the elements; before this there is no potential.
   void build_potential();
 
   int level() const noexcept { return level_; }
+  const Scene& scene() const noexcept { return scene_; }
   const Mesh& mesh() const { return hierarchy_.meshes.front(); }
   const Hierarchy& hierarchy() const noexcept { return hierarchy_; }
   const Constraints& constraints() const noexcept { return *constraints_; }
@@ -37,9 +39,7 @@ public:
   const Potential& potential() const { return *potential_; }
   const ElasticCells& elastic() const { return *elastic_; }
 
-  /// Those of the scene, and one named "islands" if parts are dropped.
-  const std::vector<Condition>& conditions() const noexcept { return conditions_; }
-  const std::vector<bool>& islands() const noexcept { return islands_; }  ///< per cell; empty = none
+  const std::vector<bool>& islands() const noexcept { return islands_; }  ///< held by springs, per cell; empty = none
   std::size_t num_island_cells() const;
 
   struct Load {
@@ -49,14 +49,12 @@ public:
   const std::vector<Load>& loads() const noexcept { return load_totals_; }
 
 private:
-  void find_islands(std::vector<ConstraintPoint>& points);
-  void hold_island_nodes(std::vector<ConstraintPoint>& points);
+  void find_islands(const std::vector<ConstraintPoint>& points);
 
   const hexmesh::Lattice& lattice_;
   Scene scene_;
   int level_;
   Hierarchy hierarchy_;
-  std::vector<Condition> conditions_;
   std::vector<bool> islands_;
   std::unique_ptr<const Constraints> constraints_;
   std::vector<std::unique_ptr<DeadLoad>> loads_;  ///< until the potential takes them
@@ -64,6 +62,15 @@ private:
   std::unique_ptr<Potential> potential_;
   const ElasticCells* elastic_ = nullptr;  ///< in the potential
 };
+
+/// The lattice without the islands that the scene leaves out: all with "drop", those that hang on other parts by an
+/// edge or a corner with "hold". Nothing if there are none.
+/// @param dropped  receives how many cells of `level` they are
+std::optional<hexmesh::Lattice> without_islands(const hexmesh::Lattice& lattice, const Scene& scene, int level,
+                                                std::size_t& dropped);
+
+/// The scene for levels coarser than the mechanical one: their lattice nodes are other points, faces stand for them.
+Scene for_coarser_levels(Scene scene);
 
 /// The coarsest level that a solution on `finest` starts from.
 int first_nested_level(const hexmesh::Lattice& lattice, int finest);
@@ -74,6 +81,9 @@ std::vector<ConditionReport> report_points(const LevelProblem& problem);
 /// What to tell about conditions on single points, whose displacement has no continuum limit.
 /// @throws Error{input} if an accuracy is asked of them
 std::vector<std::string> check_single_points(const Scene& scene);
+
+/// @throws Error{input} for what cannot go with an accuracy or a budget
+void check_open_ended(const Scene& scene, const hexmesh::Lattice& lattice, int finest);
 
 /// @returns a warning if conditions that contradict each other are to be met by least squares
 /// @throws Error{geometry} if they are not

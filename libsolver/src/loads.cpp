@@ -42,29 +42,27 @@ std::unique_ptr<DeadLoad> surface_force(const Force& force, const Mesh& mesh, Se
   for (const SurfacePoint& p : points)
     forces.add(static_cast<std::size_t>(p.cell), p.weights,
                (by_area ? p.area.norm() : 1) / whole * force.total - force.pressure * p.area);
-  return std::make_unique<DeadLoad>(force.name, forces.nonzero());
+  return std::make_unique<DeadLoad>(load_name(force), forces.nonzero());
 }
 
-std::unique_ptr<DeadLoad> weight(const Vec3& gravity, const hexmesh::Lattice& lattice, int level, const Mesh& mesh,
-                                 const std::vector<bool>& weightless) {
+std::unique_ptr<DeadLoad> weight(const Vec3& gravity, const hexmesh::Lattice& lattice, int level, const Mesh& mesh) {
   const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
   std::vector<NodeWeights> masses;
   for (const hexmesh::Element& e : hexmesh::form_elements(lattice, level)) masses.push_back(matrices.lumped_mass(e));
   const std::vector<std::int32_t>& element = lattice.levels[static_cast<std::size_t>(level)].element;
   NodeForces forces(mesh);
   for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-    if (weightless.empty() || !weightless[c]) forces.add(c, masses[static_cast<std::size_t>(element[c])], gravity);
+    forces.add(c, masses[static_cast<std::size_t>(element[c])], gravity);
   return std::make_unique<DeadLoad>("gravity", forces.nonzero());
 }
 
 }  // namespace
 
 std::vector<std::unique_ptr<DeadLoad>> make_loads(const Scene& scene, const hexmesh::Lattice& lattice, int level,
-                                                  const Mesh& mesh, Selector& selector,
-                                                  const std::vector<bool>& weightless) {
+                                                  const Mesh& mesh, Selector& selector) {
   std::vector<std::unique_ptr<DeadLoad>> loads;
   for (const Force& force : scene.forces) loads.push_back(surface_force(force, mesh, selector));
-  if (scene.gravity != Vec3::Zero()) loads.push_back(weight(scene.gravity, lattice, level, mesh, weightless));
+  if (scene.gravity != Vec3::Zero()) loads.push_back(weight(scene.gravity, lattice, level, mesh));
   return loads;
 }
 

@@ -175,7 +175,10 @@ void Multigrid::coarsen(std::size_t level) {
   std::vector<char> computes(coarse.num_cells(), 1);
   std::int32_t pool_size = 0;
   to.index.resize(coarse.num_cells());
-  const bool may_share = potential_.shared_hessian(0) >= 0;
+  // Where no two finest cells share, nothing above does.
+  bool may_share = false;
+  for (std::size_t c = 0; c < hierarchy_.meshes[0].num_cells() && !may_share; ++c)
+    may_share = potential_.shared_hessian(c) >= 0;
   for (std::size_t parent = 0; parent < coarse.num_cells(); ++parent) {
     hexmesh::Children pattern;
     bool all_shared = may_share;

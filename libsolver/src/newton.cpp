@@ -157,7 +157,7 @@ LinearOutcome Minimizer::find_step(const NodeVector& u, const NodeVector& gradie
 double Minimizer::forcing(const Residual& now, bool supports_hold) const {
   const double needed = 0.1 * options_.tolerance / now.relative;
   if (potential_.is_linear()) return 0.1;
-  return supports_hold ? std::clamp(now.relative * 10, needed, 0.05) : std::max(1e-3, 0.1 * options_.tolerance);
+  return supports_hold ? std::max(std::min(now.relative * 10, 0.05), needed) : std::max(1e-3, 0.1 * options_.tolerance);
 }
 
 /// Backtrack from u + step until the energy falls enough (Armijo), or the residual where there is no energy.
@@ -219,7 +219,9 @@ NewtonReport Minimizer::run(NodeVector& u, const NewtonProgress& progress) {
     } else {
       const std::optional<double> length = search_line(u, now, step);
       if (!length) {
-        report.reason = potential_.is_conservative() ? "no step lowers the energy" : "no step lowers the residual";
+        report.reason = potential_.is_conservative() ? "no step lowers the energy"
+                                                     : "no step lowers the residual (its forces are no gradient; "
+                                                       "rotation = \"polar\" has one)";
         return report;
       }
       // A full step with the clamped matrix to a small residual: the exact one is worth a try.
@@ -233,6 +235,7 @@ NewtonReport Minimizer::run(NodeVector& u, const NewtonProgress& progress) {
   }
   report.converged = true;
   report.reason = "residual below tolerance";
+  if (!options_.estimate_remaining) return report;
   if (!preconditioner_) prepare(u, Hessian::clamped);
   if (preconditioner_->is_positive()) preconditioner_->apply(now.gradient, report.remaining);
   return report;

@@ -33,7 +33,7 @@ double seconds_per_cell(const hexmesh::Lattice& lattice, const Scene& scene, int
   constexpr std::size_t most_cells = 20000;
   int number = first;
   while (number > last && lattice.levels[static_cast<std::size_t>(number) - 1].cells.size() <= most_cells) --number;
-  LevelProblem problem(lattice, scene, number);
+  LevelProblem problem(lattice, number == last ? scene : for_coarser_levels(scene), number);
   problem.build_potential();
   const NodeVector x = NodeVector::Ones(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
   NodeVector y;
@@ -43,16 +43,18 @@ double seconds_per_cell(const hexmesh::Lattice& lattice, const Scene& scene, int
 
 }  // namespace
 
-SceneCheck check_scene(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
+SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int level) {
   SceneCheck check;
   check.level = level;
   check.warnings = check_single_points(scene);
-  const LevelProblem problem(lattice, scene, level);
+  check_open_ended(scene, whole, level);
+  const std::optional<hexmesh::Lattice> rest = without_islands(whole, scene, level, check.dropped_cells);
+  const LevelProblem problem(rest ? *rest : whole, scene, level);
   const std::vector<std::string> conflicts = check_conflicts(problem, scene);
   check.warnings.insert(check.warnings.end(), conflicts.begin(), conflicts.end());
   check.conditions = report_points(problem);
   for (const LevelProblem::Load& load : problem.loads()) check.forces.push_back({load.name, load.total});
-  check.island_cells = problem.num_island_cells();
+  check.held_cells = problem.num_island_cells();
   return check;
 }
 

@@ -64,6 +64,8 @@ void read_solve(TomlReader table, Scene& scene) {
   table.choice<int>("law", {{"hooke", 0}});
   if (auto v = table.choice<Rotation>("rotation", {{"polar", Rotation::polar}, {"edges", Rotation::edges}}))
     scene.rotation = *v;
+  if (scene.rotation == Rotation::edges && scene.strain == Strain::cauchy)
+    table.fail_here("rotation = \"edges\" goes with strain = \"corotational\", expected that");
   if (auto v = table.choice<Volumetric>("volumetric", {{"mean", Volumetric::mean}, {"full", Volumetric::full}}))
     scene.volumetric = *v;
   if (auto v = table.choice<Stiffness>("stiffness", {{"exact", Stiffness::exact}, {"uniform", Stiffness::uniform}}))

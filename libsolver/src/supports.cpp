@@ -60,6 +60,7 @@ struct Part {
   std::size_t num_cells = 0;
   bool touched = false;  ///< by a support or a joint
   bool is_held = false;  ///< at some point at least
+  bool meets = false;    ///< another part at a node
 
   /// Velocity at p for each of the six motions; shape (3, 6).
   Eigen::Matrix<double, 3, 6> motion(const Vec3& p) const {
@@ -99,6 +100,19 @@ std::vector<std::string> describe(const Part& part, const MatrixXd& motions) {
 
 }  // namespace
 
+namespace {
+
+/// Whether the point is a node of more than one part.
+bool is_shared_node(const Mesh& mesh, const ConstraintPoint& point,
+                    const std::vector<std::vector<std::int32_t>>& meeting) {
+  Index node = 0;
+  if (meeting.empty() || point.weights.maxCoeff(&node) < 1) return false;
+  const auto n = mesh.cell_nodes()[static_cast<std::size_t>(point.cell)][static_cast<std::size_t>(node)];
+  return meeting[static_cast<std::size_t>(n)].size() > 1;
+}
+
+}  // namespace
+
 std::vector<FreePart> free_parts(const Mesh& mesh, const std::vector<ConstraintPoint>& points) {
   std::size_t num_parts = 0;
   const std::vector<std::int32_t> part_of_cell = parts_of(mesh, num_parts);
@@ -128,15 +142,18 @@ std::vector<FreePart> free_parts(const Mesh& mesh, const std::vector<ConstraintP
       }
   for (const auto& list : meeting)
     if (list.size() > 1)
-      for (const std::int32_t p : list) parts[static_cast<std::size_t>(p)].touched = true;
+      for (const std::int32_t p : list)
+        parts[static_cast<std::size_t>(p)].touched = parts[static_cast<std::size_t>(p)].meets = true;
   for (const ConstraintPoint& p : points) {
     Part& part = parts[static_cast<std::size_t>(part_of_cell[static_cast<std::size_t>(p.cell)])];
-    part.touched = part.is_held = true;
+    part.touched = true;
+    // A node that parts share is held for the one that is held otherwise.
+    part.is_held = part.is_held || !is_shared_node(mesh, p, meeting);
   }
 
   std::map<std::size_t, FreePart> found;
   const auto add = [&](std::size_t p, const MatrixXd& motions) {
-    found[p] = {describe(parts[p], motions), {}, !parts[p].is_held};
+    found[p] = {describe(parts[p], motions), {}, !parts[p].is_held, parts[p].meets};
   };
   const auto finish = [&] {
     std::vector<FreePart> out;

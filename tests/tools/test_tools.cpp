@@ -299,7 +299,11 @@ TEST_F(Tools, AnAccuracyEndsAtTheFirstLevelThatIsGoodEnough) {
   // Finer than the scan: the finest level, and no success.
   const CommandResult tight = run("hexsolve liver.hexmesh liver.toml --accuracy 1e-6 -o tight.hexresult");
   EXPECT_EQ(tight.exit_code, 5);
-  EXPECT_NE(tight.errors.find("estimated error is"), std::string::npos) << tight.errors;
+  EXPECT_NE(tight.errors.find("accuracy not reached: the estimated error of level 0 is"), std::string::npos)
+      << tight.errors;
+  for (const char* value : {"nan", "inf", "0", "-1"})
+    expect_failure(fmt::format("hexsolve liver.hexmesh liver.toml --accuracy {} -o no.hexresult", value), 2,
+                   {"expected a number > 0"});
   // One point has no limit.
   expect_failure("hexsolve liver.hexmesh liver.toml --set displace.0.radius_mm=0 --accuracy 1 -o point.hexresult", 3,
                  {"single points", "radius > 0"});
@@ -354,8 +358,16 @@ TEST_F(Tools, ADeckIsTheSameModel) {
     EXPECT_NE(deck.find(word), std::string::npos) << word;
   expect_failure("hexexport nodes.hexresult --inp deck.txt", 2, {".inp"});
   ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 0 -o faces.hexresult").exit_code, 0);
-  expect_failure("hexexport faces.hexresult --inp faces.inp", 3, {"condition 'right end'", "on = \"nodes\""});
-  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 1 -o coarse.hexresult").exit_code, 0);
+  expect_failure("hexexport faces.hexresult --inp faces.inp", 3, {"volumetric"});
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 0 --set solve.strain=cauchy --set solve.volumetric=full "
+                "-o linear.hexresult")
+                .exit_code,
+            0);
+  expect_failure("hexexport linear.hexresult --inp linear.inp", 3, {"condition 'right end'", "on = \"nodes\""});
+  ASSERT_EQ(run("hexsolve liver.hexmesh nodes.toml --level 1 --set solve.strain=cauchy --set solve.volumetric=full "
+                "-o coarse.hexresult")
+                .exit_code,
+            0);
   expect_failure("hexexport coarse.hexresult --inp coarse.inp", 3, {"partly filled", "level 0"});
 
   if (run("command -v ccx").exit_code != 0) GTEST_SKIP() << "no ccx on this machine";

@@ -22,12 +22,15 @@ void check(const Result& result) {
   if (fill != result.cell_fields.end() &&
       std::any_of(fill->second.begin(), fill->second.end(), [](double f) { return f < 1; }))
     fail(fmt::format("level {} has partly filled cells, expected full ones, as at level 0", result.level));
-  const auto young = result.cell_fields.find("young_modulus");
-  for (const LatticeSegment& s : result.segments)
-    for (std::size_t c = 0; young != result.cell_fields.end() && s.material && c < result.cells.size(); ++c)
-      if (result.segment[c] == s.segment.label && std::abs(young->second[c] / s.material->young - 1) > 1e-9)
-        fail(fmt::format("segment '{}' has cells of {:g} and {:g} MPa, expected one material per segment",
-                         s.segment.name, s.material->young, young->second[c]));
+  for (const auto& [name, of] : {std::pair{"young_modulus", &Material::young}, {"poisson_ratio", &Material::poisson}}) {
+    const auto field = result.cell_fields.find(name);
+    for (const LatticeSegment& s : result.segments)
+      for (std::size_t c = 0; field != result.cell_fields.end() && s.material && c < result.cells.size(); ++c)
+        if (result.segment[c] == s.segment.label && std::abs(field->second[c] / (*s.material).*of - 1) > 1e-9 &&
+            std::abs(field->second[c] - (*s.material).*of) > 1e-9)
+          fail(fmt::format("segment '{}' has cells of {} {:g} and {:g}, expected one material per segment",
+                           s.segment.name, name, (*s.material).*of, field->second[c]));
+  }
 }
 
 /// Lattice nodes by their positions.
@@ -63,7 +66,7 @@ std::string set_name(const std::string& name, std::size_t number) {
 
 }  // namespace
 
-void write_calculix_deck(const Result& result, bool large_rotations, const std::filesystem::path& path) {
+void write_calculix_deck(const Result& result, const std::filesystem::path& path) {
   check(result);
   const NodeFinder nodes(result);
   // Before anything is written: the nodes of all conditions; where they share one, the last says where it goes.
@@ -94,7 +97,7 @@ void write_calculix_deck(const Result& result, bool large_rotations, const std::
     out.print("*MATERIAL, NAME={0}\n*ELASTIC\n{1:.9g}, {2:.9g}\n*SOLID SECTION, ELSET={0}, MATERIAL={0}\n", set,
               segment.material->young, segment.material->poisson);
   }
-  out.print("*STEP{}\n*STATIC\n*BOUNDARY\n", large_rotations ? ", NLGEOM" : "");
+  out.print("*STEP\n*STATIC\n*BOUNDARY\n");
   for (const auto& [dof, value] : prescribed)
     out.print("{}, {}, {}, {:.9g}\n", dof.first + 1, dof.second + 1, dof.second + 1, value);
   out.print("*NODE PRINT, NSET=ALL\nU\n*END STEP\n");

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <tuple>
 #include <unordered_map>
 
 #include "hexmesh/core/bytes.h"
@@ -251,6 +252,29 @@ Lattice build_levels(Lattice lattice) {
   lattice.levels.assign(1, std::move(finest));
   add_levels(lattice, num_levels);
   return lattice;
+}
+
+Lattice without_cells(Lattice lattice, int level, const std::vector<std::int32_t>& cells) {
+  const Level& of = lattice.levels[static_cast<std::size_t>(level)];
+  std::vector<Index3> gone;
+  for (const std::int32_t c : cells) gone.push_back(of.cells[static_cast<std::size_t>(c)]);
+  const auto before = [](const Index3& a, const Index3& b) {
+    return std::tie(a[2], a[1], a[0]) < std::tie(b[2], b[1], b[0]);
+  };
+  std::sort(gone.begin(), gone.end(), before);
+  const Index3 per_cell = of.voxels_per_cell;
+  Level& finest = lattice.levels.front();
+  std::vector<std::int32_t> kept;
+  for (std::size_t v = 0; v < finest.cells.size(); ++v) {
+    const Index3& voxel = finest.cells[v];
+    const Index3 cell = {voxel[0] / per_cell[0], voxel[1] / per_cell[1], voxel[2] / per_cell[2]};
+    if (std::binary_search(gone.begin(), gone.end(), cell, before))
+      lattice.labels[lattice.voxels.offset(voxel)] = 0;
+    else
+      kept.push_back(finest.element[v]);
+  }
+  finest.element = std::move(kept);
+  return build_levels(std::move(lattice));
 }
 
 void count_filled(std::vector<Level>& levels, std::size_t num_materials) {

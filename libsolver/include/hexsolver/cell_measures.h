@@ -13,7 +13,7 @@ struct CellMeasures {
   std::array<std::vector<double>, 3> principal_stretch;  ///< singular values of F, the largest first
   std::vector<double> rotation_degrees;                  ///< angle of R in F = R S
   std::vector<double> von_mises_stress;                  ///< sqrt(3/2) |2 mu dev(eps)|, mu the mean of the cell [MPa]
-  std::vector<double> young_modulus;  ///< of the mean shear and bulk moduli over the filled part [MPa]
+  std::vector<double> young_modulus, poisson_ratio;      ///< of the mean moduli over the filled part [MPa], [1]
   double min_jacobian = std::numeric_limits<double>::infinity();  ///< least det F
   std::size_t inverted_cells = 0;                                 ///< with det F <= 0
 };

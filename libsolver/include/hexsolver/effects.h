@@ -16,6 +16,8 @@ struct Effect {
   double seconds = 0;  ///< spent on it
 };
 
+inline constexpr const char* error_estimate_name = "error estimate";
+
 std::vector<Effect> list_effects(const Scene& scene);
 
 }  // namespace hexsolver

@@ -46,7 +46,8 @@ public:
   };
   /// Length of a field [its unit], averaged over the filled part of each cell first: nodes of slivers, which move
   /// without meaning, count as little as their material.
-  Size size_in_material(const NodeVector& field) const;
+  /// @param left_out  cells that do not count; empty = none
+  Size size_in_material(const NodeVector& field, const std::vector<bool>& left_out = {}) const;
 
 protected:
   const ElementModel& model(std::size_t cell) const { return models_[static_cast<std::size_t>(elements_[cell])]; }

@@ -26,7 +26,7 @@ struct ForceReport {
   Vec3 total_n = Vec3::Zero();  ///< [N]
 };
 
-/// How far the displacement is from that of cells of no size, over the material.
+/// How far the displacement is expected to be from that of cells of no size, over the material.
 struct ErrorEstimate {
   std::optional<double> mean_mm, max_mm;  ///< of discretisation; nothing where there is no level to compare with
   std::optional<double> algebraic_mm;     ///< mean, of the equations of this level not being solved to the end
@@ -57,7 +57,9 @@ struct SolveReport {
   std::vector<Effect> effects;
   Strain strain = Strain::corotational;  ///< the scene's, or the one found
   std::vector<std::string> warnings;
-  std::size_t island_cells = 0;  ///< dropped or held
+  bool accuracy_missed = false;   ///< converged, but the estimated error is above the accuracy asked
+  std::size_t dropped_cells = 0;  ///< islands that are left out
+  std::size_t held_cells = 0;     ///< islands held by springs
   double setup_seconds = 0, solve_seconds = 0;
   /// Memory of the mechanical level by what it is for, and of the lattice.
   std::vector<std::pair<std::string, std::size_t>> bytes;
@@ -76,9 +78,9 @@ int finest_level(const Scene& scene, const hexmesh::Lattice& lattice);
 /// at the first level that is good enough, or the last that there was time for.
 ///
 /// The error of a level is estimated from the differences between consecutive levels (THEORY.md, "Accuracy").
-/// @param lattice  with its levels from `level` up
+/// @param lattice  with its levels from `level` up; with all where islands may be left out
 /// @throws Error{geometry} for selections, conflicts and missing supports, before the level they concern is solved
-/// @throws Error{input} for an accuracy asked of a single point, which has no limit
+/// @throws Error{input} for an accuracy asked of a single point, which has no limit, or of a lattice of one level
 hexmesh::Result solve_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level, SolveReport& report,
                                   const SolveProgress& progress = {});
 

@@ -4,11 +4,12 @@
 #include <utility>
 #include <vector>
 
+#include "hexmesh/core/bytes.h"
 #include "hexsolver/term.h"
 
 namespace hexsolver {
 
-/// Weak springs to the rest position on the nodes of some cells, W = 1/2 sum_cells k sum_a |u_a|^2: what holds parts
+/// Springs to the rest position on the nodes of some cells, W = 1/2 sum_cells k sum_a |u_a|^2: what holds parts
 /// that nothing else holds.
 class GroundSprings final : public Term {
 public:
@@ -18,6 +19,7 @@ public:
       : mesh_(mesh), stiffness_(std::move(stiffness)) {}
 
   std::string name() const override { return "islands"; }
+  std::size_t bytes() const override { return hexmesh::bytes_of(stiffness_); }
   double energy(const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   void add_product(const NodeVector& x, NodeVector& y) const override;

@@ -13,6 +13,7 @@ struct NewtonOptions {
   double tolerance = 1e-8;          ///< on the relative residual |P g| / |sum of absolute cell forces and loads|
   int max_iterations = 25;          ///< what converges takes 4 to 12
   int max_linear_iterations = 500;  ///< per Newton step
+  bool estimate_remaining = true;
   std::function<bool()> interrupt;  ///< asked before every linear iteration; true ends it
 };
 
@@ -24,7 +25,8 @@ struct NewtonReport {
   double relative_residual = 0;
   bool interrupted = false;
   std::size_t preconditioner_bytes = 0;  ///< of memory
-  /// What one more step would add, by one V-cycle: an estimate of u less the exact solution. Where it converged.
+  /// What one more step would add, by one V-cycle: an estimate of how far u is from the exact solution. Where it
+  /// converged, if asked.
   NodeVector remaining;
 };
 
@@ -34,7 +36,7 @@ using NewtonProgress = std::function<void(int, double, int)>;
 /// Minimise the potential energy with `fraction` of its loads, under H u = fraction * c, by Newton's method from u.
 ///
 /// Each step solves the linearised problem by conjugate gradients in the subspace that leaves the supports alone,
-/// preconditioned by one V-cycle; a step along which the Hessian is not positive falls back to its Gauss-Newton part;
+/// preconditioned by one V-cycle; a step along which the Hessian is not positive falls back to the clamped one;
 /// a backtracking line search keeps the energy falling once the supports hold (of forces that are no gradient: the
 /// residual).
 NewtonReport minimize(const Hierarchy& hierarchy, Potential& potential, const Constraints& constraints, double fraction,

@@ -10,9 +10,9 @@ namespace hexsolver {
 /// What a scene selects on the finest level it may ask for, found without solving.
 struct SceneCheck {
   int level = 0;
-  std::vector<ConditionReport> conditions;  ///< points and kept directions
-  std::vector<ForceReport> forces;          ///< totals
-  std::size_t island_cells = 0;             ///< parts that nothing holds, as solve.islands allows them
+  std::vector<ConditionReport> conditions;        ///< points and kept directions
+  std::vector<ForceReport> forces;                ///< totals
+  std::size_t dropped_cells = 0, held_cells = 0;  ///< parts that nothing holds, as solve.islands allows them
   std::vector<std::string> warnings;
 };
 

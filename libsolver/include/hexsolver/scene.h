@@ -58,6 +58,9 @@ struct Force {
   double pressure = 0;        ///< [MPa] onto the selected faces
 };
 
+/// Names the force in reports, apart from other effects.
+inline std::string load_name(const Force& force) { return "force '" + force.name + "'"; }
+
 /// What [material.NAME] replaces.
 struct MaterialOverride {
   std::optional<double> young_kpa, poisson, density_kg_m3;
@@ -71,8 +74,8 @@ enum class Stiffness {
 /// What is done about parts of the body that nothing holds.
 enum class Islands {
   error,
-  drop,  ///< they are left out: no stiffness, no weight; what they share with other parts moves with these
-  hold   ///< weak springs hold them where they are
+  drop,  ///< their voxels are left out
+  hold   ///< springs hold them where they are; those that hang on other parts by an edge or a corner are left out
 };
 
 /// A scene file. Units inside: mm, N, MPa, s.

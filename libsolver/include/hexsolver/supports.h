@@ -13,6 +13,7 @@ struct FreePart {
   std::vector<std::string> motions;  ///< in words
   std::vector<std::int32_t> cells;
   bool is_island = false;  ///< no point of it is held
+  bool hangs = false;      ///< on another part by an edge or a corner
 };
 
 /// The parts that the prescribed displacements do not hold; empty where the body is held.

@@ -95,6 +95,10 @@ Lattice build_lattice(const LabelVolume& volume, std::vector<LatticeSegment> seg
 /// @pre level 0 is there
 Lattice build_levels(Lattice lattice);
 
+/// The same body without the voxels of some cells of a level; all levels are made anew.
+/// @pre level 0 is there; some voxel is left
+Lattice without_cells(Lattice lattice, int level, const std::vector<std::int32_t>& cells);
+
 /// Voxels with material per element of each level, from the children.
 void count_filled(std::vector<Level>& levels, std::size_t num_materials);
 
