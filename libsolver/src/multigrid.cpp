@@ -9,6 +9,7 @@
 
 #include "cell_product.h"
 #include "hexmesh/core/bytes.h"
+#include "parallel.h"
 
 namespace hexsolver {
 namespace {
@@ -41,22 +42,7 @@ void to_parent(CellMatrix& k, int slot, const Index3& factor) {
   }
 }
 
-/// x += y, in parallel
-void add_to(FloatNodeVector& x, const FloatNodeVector& y) {
-  const Index size = x.size();
-#pragma omp parallel for simd schedule(static)
-  for (Index n = 0; n < size; ++n) x[n] += y[n];
-}
-
 double wide_dot(const FloatNodeVector& x, const FloatNodeVector& y) { return x.cast<double>().dot(y.cast<double>()); }
-
-/// out = x - y, in parallel
-void subtract(const FloatNodeVector& x, const FloatNodeVector& y, FloatNodeVector& out) {
-  const Index size = x.size();
-  out.resize(size);
-#pragma omp parallel for simd schedule(static)
-  for (Index n = 0; n < size; ++n) out[n] = x[n] - y[n];
-}
 
 }  // namespace
 
@@ -251,7 +237,7 @@ void Multigrid::factor_coarsest() {
 void Multigrid::multiply(std::size_t level, const FloatNodeVector& x, FloatNodeVector& y) const {
   const Mesh& mesh = hierarchy_.meshes[level];
   if (!levels_[level].pool.empty()) {
-    y.setZero(x.size());
+    set_zero(y, x.size());
     mesh.for_each_cell([&](std::size_t c) {
       const Eigen::Matrix<float, 24, 1> v = mesh.gather(c, x);
       Eigen::Matrix<float, 24, 1> w;
@@ -259,9 +245,11 @@ void Multigrid::multiply(std::size_t level, const FloatNodeVector& x, FloatNodeV
       mesh.scatter_add(c, w, y);
     });
   } else {
-    wide_x_ = x.cast<double>();
+    wide_x_.resize(x.size());
+    parallel_for(x.size(), [&](Index n) { wide_x_[n] = static_cast<double>(x[n]); });
     potential_.apply(wide_x_, wide_y_);
-    y = wide_y_.cast<float>();
+    y.resize(x.size());
+    parallel_for(x.size(), [&](Index n) { y[n] = static_cast<float>(wide_y_[n]); });
   }
   if (level == 0) constraints_.project(y);
 }
@@ -328,7 +316,7 @@ void Multigrid::smooth(std::size_t level, const FloatNodeVector& b, FloatNodeVec
   l.r.resize(b.size());
   l.d.resize(b.size());
   if (from_zero)
-    x.setZero(b.size());
+    set_zero(x, b.size());
   else
     multiply(level, x, l.t);
 #pragma omp parallel for schedule(static)
@@ -354,7 +342,7 @@ void Multigrid::smooth(std::size_t level, const FloatNodeVector& b, FloatNodeVec
     rho = next;
   }
   if (level == 0) constraints_.project(l.d);
-  add_to(x, l.d);
+  parallel_for(x.size(), [&](Index n) { x[n] += l.d[n]; });
 }
 
 void Multigrid::cycle(std::size_t level, const FloatNodeVector& b, FloatNodeVector& x) const {
@@ -366,12 +354,13 @@ void Multigrid::cycle(std::size_t level, const FloatNodeVector& b, FloatNodeVect
   const Level& coarse = levels_[level + 1];
   smooth(level, b, x, true);
   multiply(level, x, l.t);
-  subtract(b, l.t, l.r);
+  l.r.resize(b.size());
+  parallel_for(b.size(), [&](Index n) { l.r[n] = b[n] - l.t[n]; });
   hierarchy_.prolongations[level].restrict_to(l.r, coarse.b);
   cycle(level + 1, coarse.b, coarse.x);
   hierarchy_.prolongations[level].prolongate(coarse.x, l.t);
   if (level == 0) constraints_.project(l.t);
-  add_to(x, l.t);
+  parallel_for(x.size(), [&](Index n) { x[n] += l.t[n]; });
   smooth(level, b, x, false);
 }
 
@@ -391,9 +380,12 @@ void Multigrid::apply(const NodeVector& r, NodeVector& z) const {
     return;
   }
   const Level& finest = levels_[0];
-  finest.b = (r / scale).cast<float>();
+  const double inverse = 1 / scale;
+  finest.b.resize(r.size());
+  parallel_for(r.size(), [&](Index n) { finest.b[n] = static_cast<float>(inverse * r[n]); });
   cycle(0, finest.b, finest.x);
-  z = scale * finest.x.cast<double>();
+  z.resize(r.size());
+  parallel_for(r.size(), [&](Index n) { z[n] = scale * static_cast<double>(finest.x[n]); });
   constraints_.project(z);
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "parallel.h"
 #include "stopwatch.h"
 
 namespace hexsolver {
@@ -56,7 +57,7 @@ void Potential::linearize(const NodeVector& u, Hessian which) {
 }
 
 void Potential::apply(const NodeVector& x, NodeVector& y) const {
-  y.setZero(x.size());
+  set_zero(y, x.size());
   for_each_term([&](const Term& t) { t.add_product(x, y); });
 }
 
