@@ -14,8 +14,10 @@ python3 - "$folder" <<'TEXT'
 import json, sys
 reports = [json.load(open(f"{sys.argv[1]}/{level}.json")) for level in (3, 2, 1, 0)]
 finest = reports[-1]["strain_energy_n_mm"]
-print(f'{"level":<6}{"cells":>8}{"dofs":>9}{"solve [s]":>11}{"Newton":>8}{"linear":>8}{"energy over level 0":>21}')
+error = {l["level"]: l["error_mm"]["mean"] for l in reports[-1]["levels"]}  # as the finer levels tell afterwards
+print(f'{"level":<6}{"cells":>8}{"dofs":>9}{"solve [s]":>11}{"Newton":>8}{"linear":>8}{"error [mm]":>12}{"energy over level 0":>21}')
 for r in reports:
     print(f'{r["lattice"]["level"]:<6}{r["lattice"]["cells"]:>8}{r["lattice"]["dofs"]:>9}{r["seconds"]["solve"]:>11.2f}'
-          f'{r["newton_iterations"]:>8}{r["linear_iterations"]:>8}{r["strain_energy_n_mm"] / finest:>21.4f}')
+          f'{r["newton_iterations"]:>8}{r["linear_iterations"]:>8}{error[r["lattice"]["level"]]:>12.2f}'
+          f'{r["strain_energy_n_mm"] / finest:>21.4f}')
 TEXT
