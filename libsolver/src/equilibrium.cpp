@@ -157,7 +157,6 @@ public:
         best = {};  // a coarser level that cannot be set up is no start for the next
         continue;
       }
-      if (is_open_ended()) level_warnings_ = warnings;
       solve_level(next, best);
       if (best.problem && is_open_ended() && !next.newton.converged && best.newton.converged) {
         report_.warnings.push_back(
@@ -165,6 +164,7 @@ public:
                         next.newton.interrupted ? "it was begun and the budget ended it" : next.newton.reason));
         break;
       }
+      if (is_open_ended()) level_warnings_ = std::move(warnings);
       add_report(next, best, watch.seconds());
       best = std::move(next);
       if (is_accurate()) break;
@@ -189,7 +189,7 @@ private:
   }
 
   void solve_level(Solved& next, const Solved& coarser) {
-    next.problem->build_potential();
+    next.problem->build_potential(report_.strain);
     const Mesh& mesh = next.problem->mesh();
     const bool has_start = coarser.problem && coarser.newton.converged;
     if (has_start)
@@ -220,19 +220,26 @@ private:
     }
   }
 
-  /// Solve a coarse level with and without rotations and see what they change.
   void find_strain() {
+    try {
+      compare_strains();
+    } catch (const Error& e) {
+      if (e.kind() != ErrorKind::geometry) throw;
+      explain_rotation(true, fmt::format("not compared: {}", e.what()));  // a coarse level, which need not be fit
+    }
+  }
+
+  /// Solve a coarse level with and without rotations and see what they change.
+  void compare_strains() {
     constexpr std::size_t most_cells = 2000;
     constexpr double default_part = 0.01;  // of the mean displacement, where no accuracy is asked
     int number = first_nested_level(lattice_, finest_);
     while (number > finest_ && level(number - 1).cells.size() <= most_cells) --number;
     std::array<Solved, 2> with;
     for (const Strain strain : {Strain::cauchy, Strain::corotational}) {
-      Scene scene = number == finest_ ? scene_ : coarse_scene_;
-      scene.strain = strain;
       Solved& state = with[strain == Strain::corotational];
-      state.problem = std::make_unique<LevelProblem>(lattice_, scene, number);
-      state.problem->build_potential();
+      state.problem = std::make_unique<LevelProblem>(lattice_, number == finest_ ? scene_ : coarse_scene_, number);
+      state.problem->build_potential(strain);
       state.u = NodeVector::Zero(static_cast<Eigen::Index>(state.problem->mesh().num_dofs()));
       NewtonOptions options;
       options.tolerance = nested_tolerance;
@@ -242,14 +249,18 @@ private:
     const double change = cells.size_in_material(with[1].u - with[0].u).mean;
     const double allowed = scene_.accuracy.value_or(default_part * cells.size_in_material(with[0].u).mean);
     const bool turns = !with[1].newton.converged || change > allowed;
-    scene_.strain = coarse_scene_.strain = report_.strain = turns ? Strain::corotational : Strain::cauchy;
+    report_.strain = turns ? Strain::corotational : Strain::cauchy;
+    explain_rotation(turns,
+                     fmt::format("on level {} turning cells changes the displacement by {:.2g} mm on average, {} "
+                                 "{:.2g} mm",
+                                 number, change, turns ? "more than" : "at most", allowed));
+  }
+
+  void explain_rotation(bool active, const std::string& why) {
     for (Effect& e : report_.effects)
       if (e.name == "rotation") {
-        e.active = turns;
-        e.why = fmt::format(
-            "solve.strain = \"auto\": on level {} turning cells changes the displacement by {:.2g} mm "
-            "on average, {} {:.2g} mm",
-            number, change, turns ? "more than" : "at most", allowed);
+        e.active = active;
+        e.why = "solve.strain = \"auto\": " + why;
       }
   }
 
@@ -299,7 +310,7 @@ private:
   }
 
   const Lattice& lattice_;
-  Scene scene_, coarse_scene_;  ///< with the strain that was found
+  Scene scene_, coarse_scene_;
   int finest_;
   SolveReport& report_;
   const SolveProgress& progress_;

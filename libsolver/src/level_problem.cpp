@@ -125,7 +125,7 @@ std::vector<std::string> LevelProblem::conflicts() const {
   return words;
 }
 
-void LevelProblem::build_potential() {
+void LevelProblem::build_potential(Strain strain) {
   const hexmesh::ElementMatrices matrices(lattice_.cell_edges(level_));
   std::vector<hexmesh::Element> elements = hexmesh::form_elements(lattice_, level_);
   if (scene_.stiffness == Stiffness::uniform)
@@ -143,7 +143,7 @@ void LevelProblem::build_potential() {
                            island_spring * models[static_cast<std::size_t>(element[c])].stiffness.trace() / 24);
 
   potential_ = std::make_unique<Potential>(mesh());
-  auto elastic = make_elastic_cells(mesh(), std::move(element), std::move(models), scene_.strain, scene_.rotation);
+  auto elastic = make_elastic_cells(mesh(), std::move(element), std::move(models), strain, scene_.rotation);
   elastic_ = elastic.get();
   potential_->add(std::move(elastic));
   if (!springs.empty()) potential_->add(std::make_unique<GroundSprings>(mesh(), std::move(springs)));

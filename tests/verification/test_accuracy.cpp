@@ -198,6 +198,11 @@ TEST(AutomaticStrain, TurnsCellsWhereThatChangesMoreThanTheAccuracy) {
     EXPECT_EQ(found.report.strain, turns ? Strain::corotational : Strain::cauchy) << pull;
     const std::vector<Vec3> points = material_points(lattice);
     const Distance d = distance(displacement_at(found.result, points), displacement_at(turning.result, points));
+    scene.finds_strain = true;  // at a given level likewise, compared with 1 % of the displacement
+    scene.conditions.back().by *= turns ? 1 : 0.1;
+    const Solved given = solve(lattice, scene, 1);
+    EXPECT_EQ(given.report.strain, turns ? Strain::corotational : Strain::cauchy);
+    EXPECT_EQ(given.report.levels.back().newton.iterations == 1, !turns);  // a linear level takes one step
     std::printf("pulled by %g mm: %s, off by %.4f mm on average\n", pull, turns ? "rotations on" : "rotations off",
                 d.mean);
     EXPECT_LT(d.mean, 0.4);
