@@ -188,3 +188,20 @@ TEST(Element, MassIsSplitOverTheNodesByDensityNotByStiffness) {
   EXPECT_NEAR(m.sum(), 2e-9, 1e-21);
   EXPECT_NEAR(m[0], m[1], 1e-21);
 }
+
+TEST(Element, MeanShapeAveragesAFieldOverTheFilledPart) {
+  // Three of eight children filled: a linear field's mean is its value at their centre of volume.
+  Element e;
+  Vec3 center = Vec3::Zero();
+  for (const int slot : {0, 1, 6}) {
+    add_child(e, full_voxel(material_from_units(100, 0.3, 1000), 6), slot, {2, 2, 2});
+    for (int d = 0; d < 3; ++d) center[d] += (corner_bit(slot, d) ? 0.75 : 0.25) / 3;
+  }
+  const NodeWeights mean = ElementMatrices(Vec3(2, 4, 6).asDiagonal()).mean_shape(e);
+  EXPECT_NEAR(mean.sum(), 1, 1e-14);
+  for (int d = 0; d < 3; ++d) {
+    double average = 0;
+    for (int a = 0; a < num_cell_nodes; ++a) average += mean[a] * corner_bit(a, d);
+    EXPECT_NEAR(average, center[d], 1e-14);
+  }
+}

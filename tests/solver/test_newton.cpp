@@ -85,7 +85,10 @@ TEST(Newton, AStretchedBarHasTheForceAndTheNarrowingOfHookesLaw) {
   NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()));
   NewtonOptions options;
   options.tolerance = 1e-11;
-  ASSERT_TRUE(minimize(hierarchy, body.potential, constraints, 1, options, u).converged);
+  const NewtonReport report = minimize(hierarchy, body.potential, constraints, 1, options, u);
+  ASSERT_TRUE(report.converged) << report.reason;
+  EXPECT_EQ(report.iterations, 1);  // a linear problem is solved at once, and not more sharply than asked
+  EXPECT_GT(report.relative_residual, 1e-3 * options.tolerance);
   const NodeVector expected = sample(body.mesh, [](const Vec3& x) -> Vec3 {
     const Vec3 q = x + Vec3::Constant(0.5);
     return {0.01 * q[0], -0.003 * q[1], -0.003 * q[2]};
