@@ -2,7 +2,6 @@
 #include "hexsolver/equilibrium.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <memory>
@@ -315,7 +314,7 @@ private:
   SolveReport& report_;
   const SolveProgress& progress_;
   Stopwatch clock_;
-  std::vector<std::string> level_warnings_;  ///< of the last level that was set up
+  std::vector<std::string> level_warnings_;  ///< of the last level that counts
   ErrorEstimator estimator_;
   NodeVector start_;  ///< the coarser solution on the level being solved
 };

@@ -118,8 +118,9 @@ std::vector<std::string> LevelProblem::conflicts() const {
     worst = std::max(worst, of_point[p]);
   }
   std::vector<std::string> words;
+  const double allowed = conflict_fraction * largest_prescribed(scene_);
   for (std::size_t c = 0; c < miss.size(); ++c)
-    if (miss[c] > conflict_fraction * largest_prescribed(scene_))
+    if (miss[c] > allowed)
       words.push_back(fmt::format("'{}' ({}, misses by {:.3g} mm)", scene_.conditions[c].name,
                                   scene_.conditions[c].where, miss[c]));
   return words;

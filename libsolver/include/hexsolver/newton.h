@@ -13,7 +13,7 @@ struct NewtonOptions {
   double tolerance = 1e-8;          ///< on the relative residual |P g| / |sum of absolute cell forces and loads|
   int max_iterations = 25;          ///< what converges takes 4 to 12
   int max_linear_iterations = 500;  ///< per Newton step
-  bool estimate_remaining = true;
+  bool estimate_remaining = true;   ///< fill NewtonReport::remaining, for one V-cycle
   std::function<bool()> interrupt;  ///< asked before every linear iteration; true ends it
 };
 
