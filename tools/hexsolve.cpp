@@ -50,6 +50,25 @@ json to_json(const hexsolver::ErrorEstimate& e) {
   return {{"mean", to_json(e.mean_mm)}, {"max", to_json(e.max_mm)}, {"algebraic", to_json(e.algebraic_mm)}};
 }
 
+/// Laws of large strain have a measure of their own.
+const char* strain_name(hexsolver::Elasticity e) {
+  switch (e) {
+    case hexsolver::Elasticity::cauchy:
+      return "cauchy";
+    case hexsolver::Elasticity::corotational:
+      return "corotational";
+    case hexsolver::Elasticity::green_lagrange:
+      return "green-lagrange";
+    default:
+      return "of the law";
+  }
+}
+
+const char* law_name(hexsolver::Elasticity e) {
+  if (e == hexsolver::Elasticity::neo_hookean) return "neo-hookean";
+  return e == hexsolver::Elasticity::stable_neo_hookean ? "stable-neo-hookean" : "hooke";
+}
+
 json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   json out;
   out["converged"] = r.converged;
@@ -81,7 +100,9 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   out["strain_energy_n_mm"] = r.strain_energy_n_mm;
   out["min_jacobian"] = r.min_jacobian;
   out["inverted_cells"] = r.inverted_cells;
-  out["strain"] = r.strain == hexsolver::Strain::cauchy ? "cauchy" : "corotational";
+  out["strain"] = strain_name(r.elasticity);
+  out["law"] = law_name(r.elasticity);
+  out["pressure_checkerboard_kpa"] = 1e3 * r.pressure_checkerboard;
   out["stiffness"] = scene.stiffness == hexsolver::Stiffness::exact ? "exact" : "uniform";
   out["volumetric"] = scene.volumetric == hexsolver::Volumetric::mean ? "mean" : "full";
   for (const hexsolver::LevelReport& l : r.levels)

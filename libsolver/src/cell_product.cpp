@@ -26,4 +26,16 @@ template <class Real>
 HEXSOLVER_CLONES void multiply24(const double* k, const double* x, double* y) { multiply(k, x, y); }
 HEXSOLVER_CLONES void multiply24(const float* k, const float* x, float* y) { multiply(k, x, y); }
 
+HEXSOLVER_CLONES void add_products24(const double* __restrict a, const double* __restrict b, double* __restrict k) {
+  for (int column = 0; column < 24; ++column) {
+    double sum[24];
+    for (int row = 0; row < 24; ++row) sum[row] = k[24 * column + row];
+    for (int r = 0; r < 9; ++r) {
+      const double v = b[24 * r + column];
+      for (int row = 0; row < 24; ++row) sum[row] += a[24 * r + row] * v;
+    }
+    for (int row = 0; row < 24; ++row) k[24 * column + row] = sum[row];
+  }
+}
+
 }  // namespace hexsolver

@@ -7,4 +7,7 @@ namespace hexsolver {
 void multiply24(const double* k, const double* x, double* y);
 void multiply24(const float* k, const float* x, float* y);
 
+/// K += sum_r a_r b_r^T, K (24, 24) stored by columns, a_r and b_r the rows of arrays of shape (9, 24), stored by rows.
+void add_products24(const double* a, const double* b, double* k);
+
 }  // namespace hexsolver

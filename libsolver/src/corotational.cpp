@@ -45,6 +45,12 @@ std::vector<double> CorotationalCells::cell_energies(const NodeVector& u) const 
   return energies;
 }
 
+Mat3 CorotationalCells::stress(std::size_t cell, const NodeVector& u) const {
+  const Polar polar = polar_decomposition(mean_gradient(cell, u));
+  const Mat3 in_frame = hooke_stress(model(cell), polar.stretch - Mat3::Identity());
+  return polar.rotation * in_frame * polar.rotation.transpose();
+}
+
 void CorotationalCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
   mesh_.for_each_cell([&](std::size_t c) {
     Frame f = frame(c, u);

@@ -24,6 +24,12 @@ std::vector<double> EdgeRotatedCells::cell_energies(const NodeVector& u) const {
   return energies;
 }
 
+Mat3 EdgeRotatedCells::stress(std::size_t cell, const NodeVector& u) const {
+  const Mat3 r = rotation(mesh_.gather(cell, u));
+  const Mat3 in_frame = r.transpose() * mean_gradient(cell, u);
+  return r * hooke_stress(model(cell), (in_frame + in_frame.transpose()) / 2 - Mat3::Identity()) * r.transpose();
+}
+
 void EdgeRotatedCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
   mesh_.for_each_cell([&](std::size_t c) {
     const CellVector moved = mesh_.gather(c, u);

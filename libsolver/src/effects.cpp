@@ -4,18 +4,43 @@
 #include <fmt/format.h>
 
 namespace hexsolver {
+namespace {
+
+Effect rotation_effect(const Scene& scene) {
+  Effect e{"rotation", scene.elasticity != Elasticity::cauchy, ""};
+  if (scene.finds_strain)
+    e.why = "solve.strain = \"auto\": if turning cells on a coarse level changes more than the accuracy";
+  else if (is_hyperelastic(scene.elasticity))
+    e.why = "part of large strain";
+  else if (scene.elasticity == Elasticity::cauchy)
+    e.why = "solve.strain = \"cauchy\": small strain, no cell turns";
+  else if (scene.rotation == Rotation::polar)
+    e.why = "solve.strain = \"corotational\": each cell turns with its material";
+  else
+    e.why = "solve.rotation = \"edges\": each cell turns with its averaged edges";
+  return e;
+}
+
+Effect large_strain_effect(const Scene& scene) {
+  switch (scene.elasticity) {
+    case Elasticity::green_lagrange:
+      return {"large strain", true, "solve.strain = \"green-lagrange\": St. Venant-Kirchhoff at points of the cells"};
+    case Elasticity::neo_hookean:
+      return {"large strain", true, "solve.law = \"neo-hookean\" at points of the cells"};
+    case Elasticity::stable_neo_hookean:
+      return {"large strain", true, "solve.law = \"stable-neo-hookean\" at points of the cells"};
+    default:
+      return {"large strain", false, "solve.law = \"hooke\" with small strain in the frame of each cell"};
+  }
+}
+
+}  // namespace
 
 std::vector<Effect> list_effects(const Scene& scene) {
   std::vector<Effect> effects;
   effects.push_back({"elasticity", true, "every scene has it"});
-  const bool rotates = scene.strain == Strain::corotational;
-  effects.push_back({"rotation", rotates,
-                     scene.finds_strain
-                         ? "solve.strain = \"auto\": if turning cells on a coarse level changes more than the accuracy"
-                     : rotates ? scene.rotation == Rotation::polar
-                                     ? "solve.strain = \"corotational\": each cell turns with its material"
-                                     : "solve.rotation = \"edges\": each cell turns with its averaged edges"
-                               : "solve.strain = \"cauchy\": small strain, no cell turns"});
+  effects.push_back(rotation_effect(scene));
+  effects.push_back(large_strain_effect(scene));
   const bool mean = scene.volumetric == Volumetric::mean;
   effects.push_back({"near-incompressibility", mean,
                      mean ? "solve.volumetric = \"mean\": one dilatation per cell, so that coarse cells do not lock"

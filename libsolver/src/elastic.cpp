@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexsolver/elastic.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <limits>
 
 #include "cell_vectors.h"
 #include "hexmesh/core/bytes.h"
+#include "hexmesh/lattice/element_tree.h"
+#include "hexsolver/hyperelastic.h"
 
 namespace hexsolver {
 
@@ -18,7 +21,13 @@ ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const 
   for (int a = 0; a < 8; ++a) model.mean_gradient.row(a) = b.segment<3>(3 * a);
   model.mean_shape = matrices.mean_shape(element);
   model.volume = element.volume();
+  model.shear = element.total_shear() / model.volume;
+  model.bulk = element.total_bulk() / model.volume;
   return model;
+}
+
+Mat3 hooke_stress(const ElementModel& model, const Mat3& strain) {
+  return 2 * model.shear * strain + (model.bulk - 2.0 / 3 * model.shear) * strain.trace() * Mat3::Identity();
 }
 
 ElasticCells::ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models)
@@ -52,6 +61,11 @@ std::vector<double> CauchyCells::cell_energies(const NodeVector& u) const {
   return energies;
 }
 
+Mat3 CauchyCells::stress(std::size_t cell, const NodeVector& u) const {
+  const Mat3 f = mean_gradient(cell, u);
+  return hooke_stress(model(cell), (f + f.transpose()) / 2 - Mat3::Identity());
+}
+
 void CauchyCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
   mesh_.for_each_cell([&](std::size_t c) {
     const CellVector force = times(model(c).stiffness, mesh_.gather(c, u));
@@ -81,12 +95,41 @@ ElasticCells::Size ElasticCells::size_in_material(const NodeVector& field, const
   return size;
 }
 
-std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, std::vector<std::int32_t> elements,
-                                                 std::vector<ElementModel> models, Strain strain, Rotation rotation) {
-  if (strain == Strain::cauchy) return std::make_unique<CauchyCells>(mesh, std::move(elements), std::move(models));
-  if (rotation == Rotation::edges)
-    return std::make_unique<EdgeRotatedCells>(mesh, std::move(elements), std::move(models));
-  return std::make_unique<CorotationalCells>(mesh, std::move(elements), std::move(models));
+Mat3 ElasticCells::mean_gradient(std::size_t cell, const NodeVector& u) const {
+  const CellVector v = mesh_.gather(cell, u);
+  return Mat3::Identity() + Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * model(cell).mean_gradient;
+}
+
+double ElasticCells::least_jacobian(std::size_t cell, const NodeVector& u) const {
+  return mean_gradient(cell, u).determinant();
+}
+
+std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const hexmesh::Lattice& lattice, int level,
+                                                 const ElasticSettings& settings) {
+  const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
+  std::vector<hexmesh::Element> elements = hexmesh::form_elements(lattice, level);
+  if (settings.stiffness == Stiffness::uniform)
+    for (hexmesh::Element& e : elements) e = hexmesh::spread_evenly(e);
+  std::vector<ElementModel> models(elements.size());
+#pragma omp parallel for schedule(static)
+  for (std::size_t e = 0; e < models.size(); ++e)
+    models[e] = make_element_model(matrices, elements[e], settings.volumetric);
+  std::vector<std::int32_t> element = lattice.levels[static_cast<std::size_t>(level)].element;
+
+  if (settings.elasticity == Elasticity::cauchy)
+    return std::make_unique<CauchyCells>(mesh, std::move(element), std::move(models));
+  if (settings.elasticity == Elasticity::corotational && settings.rotation == Rotation::edges)
+    return std::make_unique<EdgeRotatedCells>(mesh, std::move(element), std::move(models));
+  if (settings.elasticity == Elasticity::corotational)
+    return std::make_unique<CorotationalCells>(mesh, std::move(element), std::move(models));
+  std::vector<std::vector<hexmesh::MaterialPoint>> points;
+  if (settings.stiffness == Stiffness::uniform)
+    for (const hexmesh::Element& e : elements)
+      points.push_back(hexmesh::gauss_points(e.volume(), e.total_shear(), e.total_bulk()));
+  else
+    points = hexmesh::form_quadratures(lattice, level);
+  return std::make_unique<HyperelasticCells>(mesh, std::move(element), std::move(models), points, settings.elasticity,
+                                             settings.volumetric);
 }
 
 }  // namespace hexsolver

@@ -69,7 +69,10 @@ void solve_with_cutback(Solved& state, NewtonOptions options, bool has_start, co
     has_start = false;
   }
   total.converged = reached == 1;
-  if (!total.converged) total.reason = fmt::format("stopped at {:.3g} of the load: {}", reached, total.reason);
+  if (!total.converged) {
+    total.reason = fmt::format("stopped at {:.3g} of the load: {}", reached, total.reason);
+    if (const std::string limit = problem.elastic().limit_reached(good); !limit.empty()) total.reason += "; " + limit;
+  }
   state.u = std::move(good);
   state.load_fraction = reached;
   state.newton = std::move(total);
@@ -122,7 +125,7 @@ public:
         report_(report),
         progress_(progress) {
     report_.effects = list_effects(scene);
-    report_.strain = scene.strain;
+    report_.elasticity = scene.elasticity;
   }
 
   /// @returns the mechanical level
@@ -188,7 +191,7 @@ private:
   }
 
   void solve_level(Solved& next, const Solved& coarser) {
-    next.problem->build_potential(report_.strain);
+    next.problem->build_potential(report_.elasticity);
     const Mesh& mesh = next.problem->mesh();
     const bool has_start = coarser.problem && coarser.newton.converged;
     if (has_start)
@@ -235,10 +238,10 @@ private:
     int number = first_nested_level(lattice_, finest_);
     while (number > finest_ && level(number - 1).cells.size() <= most_cells) --number;
     std::array<Solved, 2> with;
-    for (const Strain strain : {Strain::cauchy, Strain::corotational}) {
-      Solved& state = with[strain == Strain::corotational];
+    for (const Elasticity elasticity : {Elasticity::cauchy, Elasticity::corotational}) {
+      Solved& state = with[elasticity == Elasticity::corotational];
       state.problem = std::make_unique<LevelProblem>(lattice_, number == finest_ ? scene_ : coarse_scene_, number);
-      state.problem->build_potential(strain);
+      state.problem->build_potential(elasticity);
       state.u = NodeVector::Zero(static_cast<Eigen::Index>(state.problem->mesh().num_dofs()));
       NewtonOptions options;
       options.tolerance = nested_tolerance;
@@ -248,7 +251,7 @@ private:
     const double change = cells.size_in_material(with[1].u - with[0].u).mean;
     const double allowed = scene_.accuracy.value_or(default_part * cells.size_in_material(with[0].u).mean);
     const bool turns = !with[1].newton.converged || change > allowed;
-    report_.strain = turns ? Strain::corotational : Strain::cauchy;
+    report_.elasticity = turns ? Elasticity::corotational : Elasticity::cauchy;
     explain_rotation(turns,
                      fmt::format("on level {} turning cells changes the displacement by {:.2g} mm on average, {} "
                                  "{:.2g} mm",
@@ -370,6 +373,9 @@ void add_measures(CellMeasures measures, Result& result, SolveReport& report) {
   result.cell_fields["young_modulus"] = std::move(measures.young_modulus);
   result.cell_fields["poisson_ratio"] = std::move(measures.poisson_ratio);
   result.cell_fields["von_mises_stress"] = std::move(measures.von_mises_stress);
+  result.cell_fields["pressure"] = std::move(measures.pressure);
+  result.cell_fields["smoothed_pressure"] = std::move(measures.smoothed_pressure);
+  report.pressure_checkerboard = measures.pressure_checkerboard;
 }
 
 /// Where the law or the state have no meaning.
@@ -378,7 +384,7 @@ void warn_of_large_changes(const Result& result, SolveReport& report) {
     report.warnings.push_back(
         fmt::format("{} cells are inverted, least Jacobian {:.2g}: there the solution has no meaning",
                     report.inverted_cells, report.min_jacobian));
-  if (report.strain != Strain::cauchy) return;
+  if (report.elasticity != Elasticity::cauchy) return;
   constexpr double small_degrees = 10, allowed_part = 0.05;
   const std::vector<double>& rotation = result.cell_fields.at("rotation_degrees");
   const auto turned = std::count_if(rotation.begin(), rotation.end(), [](double r) { return r > small_degrees; });
@@ -455,7 +461,7 @@ Result solve_equilibrium(const Lattice& whole, const Scene& scene, int level, So
                   {"multigrid", solved.newton.preconditioner_bytes}};
   for (const Potential::Cost& cost : problem.potential().costs()) report.bytes.emplace_back(cost.name, cost.bytes);
   Result result = make_result(lattice, problem, solved.u);
-  add_measures(measure_cells(lattice, problem.level(), problem.mesh(), report.strain, solved.u), result, report);
+  add_measures(measure_cells(problem.elastic(), solved.u), result, report);
   warn_of_large_changes(result, report);
   return result;
 }

@@ -7,7 +7,6 @@
 #include <algorithm>
 
 #include "hexmesh/core/error.h"
-#include "hexmesh/lattice/element_tree.h"
 #include "hexsolver/ground_springs.h"
 #include "hexsolver/loads.h"
 #include "hexsolver/selection.h"
@@ -126,26 +125,16 @@ std::vector<std::string> LevelProblem::conflicts() const {
   return words;
 }
 
-void LevelProblem::build_potential(Strain strain) {
-  const hexmesh::ElementMatrices matrices(lattice_.cell_edges(level_));
-  std::vector<hexmesh::Element> elements = hexmesh::form_elements(lattice_, level_);
-  if (scene_.stiffness == Stiffness::uniform)
-    for (hexmesh::Element& e : elements) e = hexmesh::spread_evenly(e);
-  std::vector<ElementModel> models(elements.size());
-#pragma omp parallel for schedule(static)
-  for (std::size_t e = 0; e < models.size(); ++e)
-    models[e] = make_element_model(matrices, elements[e], scene_.volumetric);
-
-  std::vector<std::int32_t> element = lattice_.levels[static_cast<std::size_t>(level_)].element;
+void LevelProblem::build_potential(Elasticity elasticity) {
+  auto elastic =
+      make_elastic_cells(mesh(), lattice_, level_, {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness});
+  elastic_ = elastic.get();
   std::vector<std::pair<std::int32_t, double>> springs;
   for (std::size_t c = 0; c < islands_.size(); ++c)
     if (islands_[c])
-      springs.emplace_back(static_cast<std::int32_t>(c),
-                           island_spring * models[static_cast<std::size_t>(element[c])].stiffness.trace() / 24);
+      springs.emplace_back(static_cast<std::int32_t>(c), island_spring * elastic_->model(c).stiffness.trace() / 24);
 
   potential_ = std::make_unique<Potential>(mesh());
-  auto elastic = make_elastic_cells(mesh(), std::move(element), std::move(models), strain, scene_.rotation);
-  elastic_ = elastic.get();
   potential_->add(std::move(elastic));
   if (!springs.empty()) potential_->add(std::make_unique<GroundSprings>(mesh(), std::move(springs)));
   for (auto& load : loads_) potential_->add(std::move(load));

@@ -28,7 +28,7 @@ public:
   std::vector<std::string> conflicts() const;
 
   /// Form the elements; before this there is no potential.
-  void build_potential(Strain strain);
+  void build_potential(Elasticity elasticity);
 
   int level() const noexcept { return level_; }
   const Scene& scene() const noexcept { return scene_; }

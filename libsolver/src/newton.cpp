@@ -46,6 +46,7 @@ private:
   LinearOutcome find_step(const NodeVector& u, const NodeVector& gradient, const NodeVector& support_step,
                           double forcing, Hessian& which, NodeVector& step);
   double forcing(const Residual& now, bool supports_hold) const;
+  std::optional<NodeVector> move_supports(const NodeVector& u, const NodeVector& step) const;
   std::optional<double> search_line(NodeVector& u, Residual& now, const NodeVector& step) const;
   bool is_interrupted() const { return options_.interrupt && options_.interrupt(); }
 
@@ -169,15 +170,24 @@ std::optional<double> Minimizer::search_line(NodeVector& u, Residual& now, const
   const double shortest = has_energy ? 1e-4 : 1e-2;
   for (double length = 1; length >= shortest; length /= 2) {
     NodeVector trial = u + length * step;
-    Residual next = residual(trial);
     // Near the solution energies differ by rounding only.
-    const bool falls = has_energy
-                           ? potential_.energy(trial) <= energy + 1e-4 * length * slope + energy_rounding(energy, step)
-                           : next.gradient.norm() < (1 - 1e-4 * length) * now.gradient.norm();
-    if (!falls) continue;
+    if (has_energy && !(potential_.energy(trial) <= energy + 1e-4 * length * slope + energy_rounding(energy, step)))
+      continue;
+    Residual next = residual(trial);
+    if (!has_energy && !(next.gradient.norm() < (1 - 1e-4 * length) * now.gradient.norm())) continue;
     u = std::move(trial);
     now = std::move(next);
     return length;
+  }
+  return {};
+}
+
+/// u + step, or a part of the step where the law has no meaning at its end; nothing if no part is possible.
+std::optional<NodeVector> Minimizer::move_supports(const NodeVector& u, const NodeVector& step) const {
+  constexpr double shortest = 1.0 / 64;
+  for (double length = 1; length >= shortest; length /= 2) {
+    NodeVector end = u + length * step;
+    if (potential_.is_linear() || std::isfinite(potential_.energy(end))) return end;
   }
   return {};
 }
@@ -214,7 +224,12 @@ NewtonReport Minimizer::run(NodeVector& u, const NewtonProgress& progress) {
     }
 
     if (!supports_hold) {
-      u += support_step + step;
+      const std::optional<NodeVector> moved = move_supports(u, support_step + step);
+      if (!moved) {
+        report.reason = "under the prescribed displacements points of the body would turn inside out";
+        return report;
+      }
+      u = *moved;
       now = residual(u);
     } else {
       const std::optional<double> length = search_line(u, now, step);

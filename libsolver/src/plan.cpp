@@ -34,7 +34,7 @@ double seconds_per_cell(const hexmesh::Lattice& lattice, const Scene& scene, int
   int number = first;
   while (number > last && lattice.levels[static_cast<std::size_t>(number) - 1].cells.size() <= most_cells) --number;
   LevelProblem problem(lattice, number == last ? scene : for_coarser_levels(scene), number);
-  problem.build_potential(scene.strain);
+  problem.build_potential(scene.elasticity);
   const NodeVector x = NodeVector::Ones(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
   NodeVector y;
   problem.potential().linearize(NodeVector::Zero(x.size()), Hessian::exact);
@@ -62,7 +62,7 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
   SolvePlan plan;
   plan.effects = list_effects(scene);
   const int first = first_nested_level(lattice, level);
-  const UsualCost& cost = scene.strain == Strain::cauchy ? linear_cost : corotational_cost;
+  const UsualCost& cost = scene.elasticity == Elasticity::cauchy ? linear_cost : corotational_cost;
   const double per_cell = seconds_per_cell(lattice, scene, first, level);
   double total = 0;
   for (int number = first; number >= level; --number) {
@@ -79,7 +79,7 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
 
 SolverTimes measure_solver(const hexmesh::Lattice& lattice, const Scene& scene, int level, int repeats) {
   LevelProblem problem(lattice, scene, level);
-  problem.build_potential(scene.strain);
+  problem.build_potential(scene.elasticity);
   Potential& potential = problem.potential();
   const auto dofs = static_cast<Eigen::Index>(problem.mesh().num_dofs());
   SolverTimes times{problem.mesh().num_cells(), problem.mesh().num_dofs()};

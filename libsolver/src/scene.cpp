@@ -56,18 +56,32 @@ void apply_setting(toml::table& root, const std::string& setting) {
 
 void read_solve(TomlReader table, Scene& scene) {
   table.choice<int>("kind", {{"equilibrium", 0}});
-  if (auto v = table.choice<std::optional<Strain>>(
-          "strain", {{"cauchy", Strain::cauchy}, {"corotational", Strain::corotational}, {"auto", std::nullopt}})) {
-    scene.strain = v->value_or(Strain::corotational);
-    scene.finds_strain = !v->has_value();
+  const auto strain = table.choice<std::optional<Elasticity>>("strain", {{"cauchy", Elasticity::cauchy},
+                                                                         {"corotational", Elasticity::corotational},
+                                                                         {"green-lagrange", Elasticity::green_lagrange},
+                                                                         {"auto", std::nullopt}});
+  const auto law =
+      table.choice<std::optional<Elasticity>>("law", {{"hooke", std::nullopt},
+                                                      {"neo-hookean", Elasticity::neo_hookean},
+                                                      {"stable-neo-hookean", Elasticity::stable_neo_hookean}});
+  if (law && *law) {
+    if (strain && *strain)
+      table.fail_here("strain goes with law = \"hooke\", expected none or \"auto\": this law has its own");
+    scene.elasticity = **law;
+  } else if (strain) {
+    scene.elasticity = strain->value_or(Elasticity::corotational);
+    scene.finds_strain = !strain->has_value();
   }
-  table.choice<int>("law", {{"hooke", 0}});
   if (auto v = table.choice<Rotation>("rotation", {{"polar", Rotation::polar}, {"edges", Rotation::edges}}))
     scene.rotation = *v;
-  if (scene.rotation == Rotation::edges && scene.strain == Strain::cauchy)
+  if (scene.rotation == Rotation::edges && scene.elasticity != Elasticity::corotational)
     table.fail_here("rotation = \"edges\" goes with strain = \"corotational\", expected that");
-  if (auto v = table.choice<Volumetric>("volumetric", {{"mean", Volumetric::mean}, {"full", Volumetric::full}}))
-    scene.volumetric = *v;
+  const auto volumetric =
+      table.choice<Volumetric>("volumetric", {{"mean", Volumetric::mean}, {"full", Volumetric::full}});
+  const bool green_lagrange = scene.elasticity == Elasticity::green_lagrange;
+  scene.volumetric = volumetric.value_or(green_lagrange ? Volumetric::full : Volumetric::mean);
+  if (green_lagrange && scene.volumetric == Volumetric::mean)
+    table.fail_here("volumetric = \"mean\" goes with other strains than \"green-lagrange\", expected \"full\"");
   if (auto v = table.choice<Stiffness>("stiffness", {{"exact", Stiffness::exact}, {"uniform", Stiffness::uniform}}))
     scene.stiffness = *v;
   scene.level = table.integer("level", 0, 30, "a level of the lattice, 0 or more");

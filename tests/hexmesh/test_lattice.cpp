@@ -124,7 +124,7 @@ TEST_P(LatticeLevels, ALinearFieldStoresTheSameEnergyAtEveryLevel) {
   });
   for (int level = 0; level < static_cast<int>(lattice.levels.size()); ++level)
     for (const auto volumetric : {hexsolver::Volumetric::full, hexsolver::Volumetric::mean}) {
-      const Body body(lattice, level, hexsolver::Strain::cauchy, volumetric);
+      const Body body(lattice, level, hexsolver::Elasticity::cauchy, volumetric);
       const auto u = sample(body.mesh, [&](const Vec3& x) -> Vec3 { return gradient * x; });
       EXPECT_NEAR(body.potential.energy(u), expected, whole_body * expected) << "level " << level;
     }

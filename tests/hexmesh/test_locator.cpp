@@ -13,7 +13,7 @@ TEST(Locator, EmbeddedPointsFollowALinearFieldExactly) {
   gradient << 0.1, -0.05, 0.02, 0.3, 0.2, -0.1, 0.07, 0.04, -0.15;
   for (int number = 0; number < 3; ++number) {
     const Level& level = lattice.levels[static_cast<std::size_t>(number)];
-    const Body body(lattice, number, hexsolver::Strain::cauchy);
+    const Body body(lattice, number, hexsolver::Elasticity::cauchy);
     const CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells);
     for (const ExposedFace& face : exposed_faces(lattice)) {
       const Vec3 p = lattice.voxels.position(face_index(face));

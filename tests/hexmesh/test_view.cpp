@@ -28,7 +28,7 @@ namespace {
 
 /// A lattice moved by an affine map as if it had been solved.
 Result moved(const Lattice& lattice, int level, const Mat3& gradient, const Vec3& shift) {
-  const Body body(lattice, level, hexsolver::Strain::cauchy);
+  const Body body(lattice, level, hexsolver::Elasticity::cauchy);
   Result r{lattice.voxels, lattice.labels, lattice.segments};
   r.level = level;
   r.voxels_per_cell = lattice.levels[static_cast<std::size_t>(level)].voxels_per_cell;

@@ -14,11 +14,11 @@ using namespace testing_support;
 
 TEST(CellMeasures, AreThoseOfAHomogeneousDeformation) {
   const Lattice lattice = bitten_ball({1, 1, 2});
-  const Body body(lattice, 1, Strain::corotational);
+  const Body body(lattice, 1, Elasticity::corotational);
   const Mat3 turn = Eigen::AngleAxisd(0.5, Vec3(1, 2, 2).normalized()).toRotationMatrix();
   const Mat3 stretch = Vec3(0.9, 1.2, 1.05).asDiagonal();
   const auto u = sample(body.mesh, [&](const Vec3& x) -> Vec3 { return turn * stretch * x - x; });
-  const CellMeasures m = measure_cells(lattice, 1, body.mesh, Strain::corotational, u);
+  const CellMeasures m = measure_cells(*body.elastic, u);
   const std::vector<hexmesh::Element> elements = hexmesh::form_elements(lattice, 1);
   for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
     EXPECT_NEAR(m.principal_stretch[0][c], 1.2, 1e-9);

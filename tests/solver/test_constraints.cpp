@@ -37,7 +37,7 @@ Lattice plate() { return box({2, 40, 40}, {1, 1, 1}); }
 class PatchSize : public testing::TestWithParam<bool> {
 protected:
   const Lattice lattice = GetParam() ? plate() : bitten_ball({1, 1, 1});
-  const Body body{lattice, GetParam() ? 0 : 1, Strain::cauchy};
+  const Body body{lattice, GetParam() ? 0 : 1, Elasticity::cauchy};
   const Constraints constraints{body.mesh, face_patch(lattice, GetParam() ? 0 : 1, GetParam() ? 0 : 15, tilt)};
 };
 
@@ -95,7 +95,7 @@ INSTANTIATE_TEST_SUITE_P(SmallAndLarge, PatchSize, testing::Bool());
 
 TEST(Constraints, DuplicatePointsCountOnce) {
   const Lattice lattice = bitten_ball({1, 1, 1});
-  const Body body(lattice, 1, Strain::cauchy);
+  const Body body(lattice, 1, Elasticity::cauchy);
   std::vector<ConstraintPoint> points = face_patch(lattice, 1, 14, tilt);
   const Constraints once(body.mesh, points);
   const std::size_t count = points.size();
@@ -110,7 +110,7 @@ TEST(Constraints, DuplicatePointsCountOnce) {
 
 TEST(Constraints, ContradictingPointsAreMeasured) {
   const Lattice lattice = box({2, 2, 2}, {1, 1, 1});
-  const Body body(lattice, 0, Strain::cauchy);
+  const Body body(lattice, 0, Elasticity::cauchy);
   auto points = face_patch(lattice, 0, 0, [](const Vec3&) { return Vec3::Zero(); });
   ConstraintPoint pulled = points.front();
   pulled.value = {2, 0, 0};
@@ -122,7 +122,7 @@ TEST(Constraints, ContradictingPointsAreMeasured) {
 
 TEST(Constraints, OnlyTheChosenAxesAreHeld) {
   const Lattice lattice = box({2, 2, 2}, {1, 1, 1});
-  const Body body(lattice, 0, Strain::cauchy);
+  const Body body(lattice, 0, Elasticity::cauchy);
   auto points = face_patch(lattice, 0, 0, [](const Vec3&) { return Vec3(1, 1, 1); });
   for (ConstraintPoint& p : points) p.axes = {false, false, true};
   const NodeVector d = Constraints(body.mesh, points).lift(NodeVector::Zero(81), 1);

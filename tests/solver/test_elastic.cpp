@@ -23,12 +23,15 @@ NodeVector large_deformation(const Mesh& mesh, double roughness) {
   return u + noise(mesh.num_dofs(), roughness, 21);
 }
 
-class ElasticLevels : public testing::TestWithParam<std::tuple<int, Strain, Volumetric>> {
+class ElasticLevels : public testing::TestWithParam<std::tuple<int, Elasticity, Volumetric>> {
 protected:
   const Lattice lattice = bitten_ball({1, 1, 2.5}, {0, 1, 0}, random_rotation(13));
   Body body{lattice, std::get<0>(GetParam()), std::get<1>(GetParam()), std::get<2>(GetParam())};
   const NodeVector u = large_deformation(body.mesh, 0.05);
   const NodeVector direction = noise(body.mesh.num_dofs(), 1, 33);
+  const bool turns = std::get<1>(GetParam()) != Elasticity::cauchy;
+  /// Cells of large strain keep their Hessians in single precision.
+  const double precision = is_hyperelastic(std::get<1>(GetParam())) ? 1e-6 : 1e-11;
 
   NodeVector gradient(const NodeVector& at) const {
     NodeVector g, magnitude;
@@ -64,18 +67,17 @@ TEST_P(ElasticLevels, CellHessiansAddUpToTheOperator) {
     body.potential.apply(direction, applied);
     for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
       const CellMatrix h = body.potential.cell_hessian(c);
-      EXPECT_LT((h - h.transpose()).norm(), 1e-12 * h.norm());
+      EXPECT_LT((h - h.transpose()).norm(), precision * h.norm());
       body.mesh.scatter_add(c, h * body.mesh.gather(c, direction), added);
     }
-    EXPECT_LT((applied - added).norm(), 1e-11 * applied.norm());
+    EXPECT_LT((applied - added).norm(), precision * applied.norm());
   }
 }
 
 TEST_P(ElasticLevels, ARigidMotionGivesNoForce) {
   const Mat3 r = random_rotation(17);
-  const bool linear = std::get<1>(GetParam()) == Strain::cauchy;
   const NodeVector moved = sample(body.mesh, [&](const Vec3& x) -> Vec3 {
-    return linear ? Vec3(Vec3(0.1, 0.2, 0.3).cross(x) + Vec3(4, 5, 6)) : Vec3(r * x - x + Vec3(4, 5, 6));
+    return turns ? Vec3(r * x - x + Vec3(4, 5, 6)) : Vec3(Vec3(0.1, 0.2, 0.3).cross(x) + Vec3(4, 5, 6));
   });
   NodeVector g, magnitude, scale, ignored;
   body.potential.gradient(moved, g, magnitude);
@@ -83,7 +85,7 @@ TEST_P(ElasticLevels, ARigidMotionGivesNoForce) {
   EXPECT_LT(g.norm(), 1e-11 * scale.norm());
 }
 
-TEST_P(ElasticLevels, ForcesHaveNoResultantAndCorotationalOnesNoTorque) {
+TEST_P(ElasticLevels, ForcesHaveNoResultantAndThoseOfCellsThatTurnNoTorque) {
   NodeVector g, magnitude;
   body.potential.gradient(u, g, magnitude);
   Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
@@ -93,19 +95,26 @@ TEST_P(ElasticLevels, ForcesHaveNoResultantAndCorotationalOnesNoTorque) {
     torque += Vec3(body.mesh.position(n) + u.segment<3>(3 * static_cast<Eigen::Index>(n))).cross(f);
   }
   EXPECT_LT(force.norm(), 1e-11 * magnitude.sum());
-  if (std::get<1>(GetParam()) == Strain::corotational) {
+  if (turns) {
     EXPECT_LT(torque.norm(), 1e-11 * 40 * magnitude.sum());  // lever arms of up to 40 mm
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ElasticLevels,
                          testing::Combine(testing::Values(0, 1, 2),
-                                          testing::Values(Strain::cauchy, Strain::corotational),
+                                          testing::Values(Elasticity::cauchy, Elasticity::corotational),
+                                          testing::Values(Volumetric::mean, Volumetric::full)));
+INSTANTIATE_TEST_SUITE_P(GreenLagrange, ElasticLevels,
+                         testing::Combine(testing::Values(0, 1, 2), testing::Values(Elasticity::green_lagrange),
+                                          testing::Values(Volumetric::full)));
+INSTANTIATE_TEST_SUITE_P(NeoHookean, ElasticLevels,
+                         testing::Combine(testing::Values(0, 1, 2),
+                                          testing::Values(Elasticity::neo_hookean, Elasticity::stable_neo_hookean),
                                           testing::Values(Volumetric::mean, Volumetric::full)));
 
 TEST(Elastic, TheClampedHessianIsPositiveSemidefinite) {
   const Lattice lattice = bitten_ball({1, 1, 1});
-  Body body(lattice, 1, Strain::corotational);
+  Body body(lattice, 1, Elasticity::corotational);
   // Strong compression makes the exact Hessian of some cells indefinite.
   const NodeVector u =
       sample(body.mesh, [](const Vec3& x) -> Vec3 { return -0.5 * x; }) + noise(body.mesh.num_dofs(), 0.4, 5);
@@ -126,7 +135,7 @@ TEST(Elastic, TheClampedHessianIsPositiveSemidefinite) {
 
 TEST(Elastic, BothHessiansAgreeWithCauchyAtRest) {
   const Lattice lattice = bitten_ball({1, 1, 1});
-  Body linear(lattice, 1, Strain::cauchy), rotated(lattice, 1, Strain::corotational);
+  Body linear(lattice, 1, Elasticity::cauchy), rotated(lattice, 1, Elasticity::corotational);
   const NodeVector zero = NodeVector::Zero(static_cast<Eigen::Index>(linear.mesh.num_dofs()));
   const NodeVector v = noise(linear.mesh.num_dofs(), 1, 3);
   NodeVector expected, found;
@@ -140,7 +149,7 @@ TEST(Elastic, BothHessiansAgreeWithCauchyAtRest) {
 
 TEST(Elastic, ASmallDeformationAfterALargeRotationStoresTheLinearEnergy) {
   const Lattice lattice = bitten_ball({1, 1, 1});
-  const Body linear(lattice, 1, Strain::cauchy), rotated(lattice, 1, Strain::corotational);
+  const Body linear(lattice, 1, Elasticity::cauchy), rotated(lattice, 1, Elasticity::corotational);
   const Mat3 r = random_rotation(31);
   const NodeVector small = noise(linear.mesh.num_dofs(), 1e-7, 9);
   NodeVector turned = small;
@@ -156,8 +165,8 @@ TEST(Elastic, ASmallDeformationAfterALargeRotationStoresTheLinearEnergy) {
 TEST(EdgeRotatedCells, ForcesAreTheLinearOnesInTheFrameOfTheEdges) {
   // A turned and slightly strained body: R K R^T (x - R X), R the rotation of the edges.
   const Lattice lattice = bitten_ball({1, 1, 2.5}, {0, 1, 0}, random_rotation(13));
-  Body turning(lattice, 1, Strain::corotational, Volumetric::mean, Rotation::edges);
-  const Body linear(lattice, 1, Strain::cauchy);
+  Body turning(lattice, 1, Elasticity::corotational, Volumetric::mean, Rotation::edges);
+  const Body linear(lattice, 1, Elasticity::cauchy);
   EXPECT_FALSE(turning.potential.is_conservative());
   const Mat3 r = random_rotation(17);
   Mat3 upper;  // keeps the first edge and the plane of the first two: Gram-Schmidt gives R back
@@ -178,7 +187,7 @@ TEST(EdgeRotatedCells, ForcesAreTheLinearOnesInTheFrameOfTheEdges) {
 }
 
 TEST(EdgeRotatedCells, CellHessiansAddUpToTheOperator) {
-  Body body(bitten_ball({1, 1, 1}), 1, Strain::corotational, Volumetric::mean, Rotation::edges);
+  Body body(bitten_ball({1, 1, 1}), 1, Elasticity::corotational, Volumetric::mean, Rotation::edges);
   const NodeVector u = large_deformation(body.mesh, 0.05), direction = noise(body.mesh.num_dofs(), 1, 33);
   body.potential.linearize(u, Hessian::exact);
   NodeVector applied, added = NodeVector::Zero(direction.size());
@@ -190,7 +199,7 @@ TEST(EdgeRotatedCells, CellHessiansAddUpToTheOperator) {
 
 TEST(Potential, IsTheSumOfItsTermsAndOfTheFractionOfTheLoads) {
   const Lattice lattice = bitten_ball({1, 1, 1});
-  Body body(lattice, 1, Strain::corotational), alone(lattice, 1, Strain::corotational);
+  Body body(lattice, 1, Elasticity::corotational), alone(lattice, 1, Elasticity::corotational);
   const NodeVector u = large_deformation(body.mesh, 0.05), direction = noise(body.mesh.num_dofs(), 1, 33);
   body.potential.add(
       std::make_unique<DeadLoad>("load", std::vector<DeadLoad::NodeForce>{{3, {0.1, -0.2, 0.3}}, {7, {1, 2, -3}}}));

@@ -23,9 +23,9 @@ Selection slab(double z) {
   return s;
 }
 
-Scene held_at_the_bottom(Strain strain) {
+Scene held_at_the_bottom(Elasticity elasticity) {
   Scene scene;
-  scene.strain = strain;
+  scene.elasticity = elasticity;
   scene.tolerance = 1e-10;
   Condition c;
   c.name = "bottom";
@@ -60,7 +60,7 @@ class Loads : public testing::TestWithParam<int> {};
 
 TEST_P(Loads, AForceStretchesABarByFLOverEA) {
   const Lattice lattice = bar();
-  Scene scene = held_at_the_bottom(Strain::cauchy);
+  Scene scene = held_at_the_bottom(Elasticity::cauchy);
   scene.forces = {at_the_top()};
   scene.forces[0].total = Vec3(0, 0, 0.05);
   const Solved pulled = solve(scene, lattice, GetParam());
@@ -81,7 +81,7 @@ TEST_P(Loads, CorotationalBarsTurnedByHalfPullLikeStraightOnes) {
   // Pulled sideways and let go of by nothing else, the end goes where the force is balanced; the sum of all forces is
   // 0.
   const Lattice lattice = bar();
-  Scene scene = held_at_the_bottom(Strain::corotational);
+  Scene scene = held_at_the_bottom(Elasticity::corotational);
   scene.forces = {at_the_top()};
   scene.forces[0].total = Vec3(0.004, -0.003, 0.02);
   scene.gravity = Vec3(0, 9810, 0);
@@ -94,7 +94,7 @@ TEST_P(Loads, CorotationalBarsTurnedByHalfPullLikeStraightOnes) {
 
 TEST_P(Loads, ABarUnderItsOwnWeightStretchesByRhoGL2Over2E) {
   const Lattice lattice = bar();
-  Scene scene = held_at_the_bottom(Strain::cauchy);
+  Scene scene = held_at_the_bottom(Elasticity::cauchy);
   scene.gravity = Vec3(0, 0, 9810);
   const Solved s = solve(scene, lattice, GetParam());
   // The end face, as embedded; nodal values of 1-D linear elements are exact, between them they lie below by the
@@ -110,7 +110,7 @@ INSTANTIATE_TEST_SUITE_P(Levels, Loads, testing::Values(0, 1, 2));
 
 TEST(Loads, NothingIsBuiltForASceneWithout) {
   const Lattice lattice = bar();
-  const Body body(lattice, 0, Strain::cauchy);
+  const Body body(lattice, 0, Elasticity::cauchy);
   Selector selector(lattice, 0, body.mesh);
   EXPECT_TRUE(make_loads(Scene{}, lattice, 0, body.mesh, selector).empty());
 }

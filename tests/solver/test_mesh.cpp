@@ -11,7 +11,7 @@ namespace {
 
 struct TwoLevels {
   Lattice lattice = bitten_ball({0.8, 0.8, 2.5}, {1, 0, 1}, random_rotation(3));
-  Body fine{lattice, 1, Strain::cauchy}, coarse{lattice, 2, Strain::cauchy};
+  Body fine{lattice, 1, Elasticity::cauchy}, coarse{lattice, 2, Elasticity::cauchy};
   Prolongation prolongation{fine.mesh, coarse.mesh, lattice.levels[2].merge};
 };
 
@@ -49,7 +49,7 @@ TEST(Mesh, RestrictionIsTheTransposeOfProlongation) {
 
 TEST(Mesh, CellLoopsAddUpTheSameForAnyNumberOfThreads) {
   const Lattice lattice = bitten_ball({1, 1, 1});
-  const Body body(lattice, 0, Strain::corotational);
+  const Body body(lattice, 0, Elasticity::corotational);
   const NodeVector u = noise(body.mesh.num_dofs(), 0.1, 4);
   NodeVector one, two, magnitude;
   omp_set_num_threads(1);

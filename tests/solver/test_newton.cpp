@@ -17,9 +17,9 @@ struct Solved {
 };
 
 /// Hold nodes at a field and solve from rest.
-Solved solve(const Lattice& lattice, int level, Strain strain, const std::function<bool(const Vec3&)>& where,
+Solved solve(const Lattice& lattice, int level, Elasticity elasticity, const std::function<bool(const Vec3&)>& where,
              const std::function<Vec3(const Vec3&)>& field, double tolerance = 1e-10) {
-  Body body(lattice, level, strain);
+  Body body(lattice, level, elasticity);
   const Hierarchy hierarchy(body.mesh, lattice.corner(), 300);
   const Constraints constraints(body.mesh, hold_nodes(body.mesh, where, field));
   Solved out{{}, NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()))};
@@ -45,7 +45,7 @@ TEST_P(PatchTest, ALinearFieldOnTheSupportsIsReproducedInsideACutLattice) {
   const auto field = [&](const Vec3& x) -> Vec3 { return gradient * x + Vec3(1, 2, 3); };
   // Faces on the surface carry traction in this field: hold all nodes of cells that are not full.
   const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(GetParam())];
-  const Body body(lattice, GetParam(), Strain::cauchy);
+  const Body body(lattice, GetParam(), Elasticity::cauchy);
   std::vector<int> full(body.mesh.num_nodes());
   for (std::size_t c = 0; c < body.mesh.num_cells(); ++c)
     for (const std::int32_t n : body.mesh.cell_nodes()[c]) full[static_cast<std::size_t>(n)] += !level.is_boundary(c);
@@ -57,7 +57,7 @@ TEST_P(PatchTest, ALinearFieldOnTheSupportsIsReproducedInsideACutLattice) {
       if ((body.mesh.position(n) - x).norm() < 1e-9) return full[n] < 8;
     return false;
   };
-  const Solved solved = solve(lattice, GetParam(), Strain::cauchy, boundary, field);
+  const Solved solved = solve(lattice, GetParam(), Elasticity::cauchy, boundary, field);
   EXPECT_TRUE(solved.report.converged) << solved.report.reason;
   EXPECT_LT((solved.u - sample(body.mesh, field)).lpNorm<Eigen::Infinity>(), 1e-8);
 }
@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(Levels, PatchTest, testing::Values(0, 1));
 TEST(Newton, AStretchedBarHasTheForceAndTheNarrowingOfHookesLaw) {
   const Lattice lattice = box({12, 4, 4}, {1, 1, 1}, 100, 0.3);
   // Ends moved along x only, one edge and one node held against rigid motion: uniaxial stress.
-  Body body(lattice, 0, Strain::cauchy);
+  Body body(lattice, 0, Elasticity::cauchy);
   auto points = hold_nodes(
       body.mesh, [](const Vec3& x) { return x[0] < -0.4 || x[0] > 11.4; },
       [](const Vec3& x) { return Vec3(x[0] > 5 ? 0.12 : 0, 0, 0); });
@@ -101,10 +101,10 @@ TEST(Newton, ABodyTurnedByItsSupportsStoresNoEnergy) {
   const Lattice lattice = bitten_ball({1, 1, 1});
   const Mat3 r = Eigen::AngleAxisd(2.5, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   const Solved solved = solve(
-      lattice, 1, Strain::corotational, [](const Vec3& x) { return x[0] < 16; },
+      lattice, 1, Elasticity::corotational, [](const Vec3& x) { return x[0] < 16; },
       [&](const Vec3& x) -> Vec3 { return r * x - x; });
   EXPECT_TRUE(solved.report.converged) << solved.report.reason;
-  Body body(lattice, 1, Strain::corotational);
+  Body body(lattice, 1, Elasticity::corotational);
   const NodeVector expected = sample(body.mesh, [&](const Vec3& x) -> Vec3 { return r * x - x; });
   EXPECT_LT((solved.u - expected).lpNorm<Eigen::Infinity>(), 1e-5);
 }
@@ -113,7 +113,7 @@ TEST(Newton, TheTailIsQuadratic) {
   const Lattice lattice = bitten_ball({1, 1, 1});
   for (int level = 0; level < 3; ++level) {
     const Solved solved = solve(
-        lattice, level, Strain::corotational, [](const Vec3& x) { return x[0] < 14 || x[0] > 24; },
+        lattice, level, Elasticity::corotational, [](const Vec3& x) { return x[0] < 14 || x[0] > 24; },
         [&](const Vec3& x) -> Vec3 { return x[0] > 20 ? Vec3(4, 6, 0) : Vec3(0, 0, 0); }, 1e-11);
     EXPECT_TRUE(solved.report.converged) << solved.report.reason;
     EXPECT_LE(solved.report.iterations, 12) << "level " << level;
@@ -123,7 +123,7 @@ TEST(Newton, TheTailIsQuadratic) {
 TEST(Newton, MissingSupportsAreNoSuccess) {
   // Held at two points: free to turn about the line between them; nothing drives it, so a load is needed to see it.
   const Lattice lattice = box({4, 4, 4}, {1, 1, 1});
-  Body body(lattice, 0, Strain::cauchy);
+  Body body(lattice, 0, Elasticity::cauchy);
   const Hierarchy hierarchy(body.mesh, lattice.corner(), 50);
   const Constraints constraints(body.mesh, {});
   NodeVector u = noise(body.mesh.num_dofs(), 0.1, 3);
@@ -137,7 +137,7 @@ TEST(Newton, MissingSupportsAreNoSuccess) {
 
 TEST(Multigrid, IsSymmetricAndFewIterationsSolveALinearBody) {
   const Lattice lattice = bitten_ball({0.8, 0.8, 2.5});
-  Body body(lattice, 0, Strain::cauchy);
+  Body body(lattice, 0, Elasticity::cauchy);
   const Hierarchy hierarchy(body.mesh, lattice.corner(), 300);
   ASSERT_GE(hierarchy.meshes.size(), 3U);
   const Constraints constraints(

@@ -45,7 +45,7 @@ Scene scene_of(const std::string& text, const std::vector<std::string>& settings
 
 TEST(Scene, ReadsEveryTable) {
   const Scene scene = scene_of(good);
-  EXPECT_EQ(scene.strain, Strain::cauchy);
+  EXPECT_EQ(scene.elasticity, Elasticity::cauchy);
   EXPECT_EQ(scene.level, 2);
   EXPECT_EQ(scene.materials.at("liver").young_kpa, 3);
   ASSERT_EQ(scene.conditions.size(), 3U);
@@ -69,7 +69,8 @@ TEST(Scene, ATypoInAKeyIsNamedWithItsPlaceAndTheKeysThatExist) {
 
 TEST(Scene, AWrongValueIsNamedWithItsPlaceAndWhatWasExpected) {
   EXPECT_EQ(error_of("[solve]\n\nstrain = \"cauchi\"\n"),
-            "s.toml:3:10: solve.strain is 'cauchi', expected \"cauchy\" or \"corotational\" or \"auto\"");
+            "s.toml:3:10: solve.strain is 'cauchi', expected \"cauchy\" or \"corotational\" or \"green-lagrange\" or "
+            "\"auto\"");
   EXPECT_EQ(error_of("[[fix]]\npoint_mm = [1, 2]\n"),
             "s.toml:2:12: fix.point_mm is [ 1, 2 ], expected three numbers [x, y, z], LPS, mm");
   EXPECT_EQ(error_of("[[fix]]\npoint_mm = [1, 2, nan]\n"),
@@ -92,7 +93,7 @@ TEST(Scene, AConditionSelectsInExactlyOneWay) {
 TEST(Scene, SettingsOverrideTheFile) {
   const Scene scene = scene_of(
       good, {"solve.strain=corotational", "solve.level=0", "displace.0.by_mm=[1,2,3]", "material.liver.poisson=0.4"});
-  EXPECT_EQ(scene.strain, Strain::corotational);
+  EXPECT_EQ(scene.elasticity, Elasticity::corotational);
   EXPECT_EQ(scene.level, 0);
   EXPECT_EQ(scene.conditions[2].by, Vec3(1, 2, 3));
   EXPECT_EQ(scene.materials.at("liver").poisson, 0.4);

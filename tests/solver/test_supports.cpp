@@ -17,7 +17,7 @@ using hexmesh::ErrorKind;
 namespace {
 
 std::vector<std::string> free_of(const Lattice& lattice, const std::function<bool(const Vec3&)>& held) {
-  const Body body(lattice, 0, Strain::cauchy);
+  const Body body(lattice, 0, Elasticity::cauchy);
   std::vector<std::string> words;
   for (const FreePart& part :
        free_parts(body.mesh, hold_nodes(body.mesh, held, [](const Vec3&) { return Vec3::Zero(); })))
@@ -96,7 +96,7 @@ TEST(Supports, AScaleOfMillionsOfMillimetresChangesNothing) {
 
 TEST(Selection, APointFarFromTheBodyIsNamedWithItsDistance) {
   const Lattice lattice = box({10, 10, 10}, {1, 1, 1});
-  const Body body(lattice, 0, Strain::cauchy);
+  const Body body(lattice, 0, Elasticity::cauchy);
   Scene scene;
   scene.conditions = {fix_ball({-50.5, 4.5, 4.5}, 3)};
   const std::string message = message_of(ErrorKind::geometry, [&] { selected(scene, lattice, 0, body.mesh); });
@@ -106,7 +106,7 @@ TEST(Selection, APointFarFromTheBodyIsNamedWithItsDistance) {
 
 TEST(Selection, ABallTakesItsFacesAndRadiusZeroTheNearest) {
   const Lattice lattice = box({10, 10, 10}, {1, 1, 1});
-  const Body body(lattice, 1, Strain::cauchy);
+  const Body body(lattice, 1, Elasticity::cauchy);
   Scene scene;
   scene.conditions = {fix_ball({-0.5, 4, 4}, 1.01)};
   EXPECT_EQ(selected(scene, lattice, 1, body.mesh).size(), 5U);
@@ -125,7 +125,7 @@ TEST(Selection, TheBoundaryWithASegmentWithoutMaterialIsFound) {
   const auto volume = make_volume({4, 3, 3}, {1, 1, 1}, [](const Index3& v) { return v[0] == 3 ? 2 : 1; });
   const Lattice lattice = hexmesh::build_lattice(
       volume, {{volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0, ""}, {volume.segments[1], {}, 0}});
-  const Body body(lattice, 0, Strain::cauchy);
+  const Body body(lattice, 0, Elasticity::cauchy);
   Scene scene;
   Condition c;
   c.selection.segment = "segment_2";

@@ -100,16 +100,13 @@ Lattice box(const Index3& extent, const Vec3& spacing, double young_kpa, double 
       volume, {{volume.segments[0], hexmesh::material_from_units(young_kpa, poisson, 1000), 0, ""}}, {3, {0, 0, 0}});
 }
 
-Body::Body(const Lattice& lattice, int level, hexsolver::Strain strain, hexsolver::Volumetric volumetric,
+Body::Body(const Lattice& lattice, int level, hexsolver::Elasticity elasticity, hexsolver::Volumetric volumetric,
            hexsolver::Rotation rotation)
     : mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner()),
       potential(mesh) {
-  const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
-  std::vector<hexsolver::ElementModel> models;
-  for (const auto& e : hexmesh::form_elements(lattice, level))
-    models.push_back(hexsolver::make_element_model(matrices, e, volumetric));
-  potential.add(hexsolver::make_elastic_cells(mesh, lattice.levels[static_cast<std::size_t>(level)].element,
-                                              std::move(models), strain, rotation));
+  auto cells = hexsolver::make_elastic_cells(mesh, lattice, level, {elasticity, rotation, volumetric});
+  elastic = cells.get();
+  potential.add(std::move(cells));
 }
 
 NodeVector sample(const Mesh& mesh, const std::function<Vec3(const Vec3&)>& field) {

@@ -36,11 +36,12 @@ Lattice box(const Index3& extent, const Vec3& spacing, double young_kpa = 100, d
 
 /// The mechanical mesh and the elastic energy of one level.
 struct Body {
-  Body(const Lattice& lattice, int level, hexsolver::Strain strain,
+  Body(const Lattice& lattice, int level, hexsolver::Elasticity elasticity,
        hexsolver::Volumetric volumetric = hexsolver::Volumetric::mean,
        hexsolver::Rotation rotation = hexsolver::Rotation::polar);
   hexsolver::Mesh mesh;
   hexsolver::Potential potential;
+  const hexsolver::ElasticCells* elastic = nullptr;  ///< in the potential
 };
 
 /// u(node) = field(rest position).

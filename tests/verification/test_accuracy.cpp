@@ -32,9 +32,9 @@ hexmesh::LabelVolume solid(const char* name, double spacing, const std::map<std:
   return hexmesh::solid_phantom(s);
 }
 
-Scene with(std::vector<Condition> conditions, Strain strain = Strain::cauchy) {
+Scene with(std::vector<Condition> conditions, Elasticity elasticity = Elasticity::cauchy) {
   Scene scene;
-  scene.strain = strain;
+  scene.elasticity = elasticity;
   scene.conditions = std::move(conditions);
   return scene;
 }
@@ -46,7 +46,7 @@ const std::vector<Experiment>& experiments() {
        [] { return with(phantom_patches(8)); }},
       {"phantom liver, nu 0.45", [] { return liver_of_phantom(3, 0.45); }, [] { return with(phantom_patches(12)); }},
       {"phantom liver, co-rotational", [] { return liver_of_phantom(3, 0.3); },
-       [] { return with(phantom_patches(12), Strain::corotational); }},
+       [] { return with(phantom_patches(12), Elasticity::corotational); }},
       {"beam bent by a patch", [] { return lattice_of(solid("beam", 2, {}), 100, 0.3); },
        [] {
          return with(
@@ -64,7 +64,7 @@ const std::vector<Experiment>& experiments() {
       {"real liver, larger patches", [] { return liver_of_scan(0.3); },
        [] { return with(liver_patches(20, SurfacePoints::faces)); }, true},
       {"real liver, co-rotational", [] { return liver_of_scan(0.3); },
-       [] { return with(liver_patches(10, SurfacePoints::faces), Strain::corotational); }, true},
+       [] { return with(liver_patches(10, SurfacePoints::faces), Elasticity::corotational); }, true},
   };
   return all;
 }
@@ -187,7 +187,7 @@ TEST(PressedCylinder, BulgesAsAxisymmetricElementsSay) {
 TEST(AutomaticStrain, TurnsCellsWhereThatChangesMoreThanTheAccuracy) {
   const Lattice lattice = liver_of_phantom(3, 0.3);
   for (const auto& [pull, turns] : {std::pair{2.0, false}, std::pair{40.0, true}}) {
-    Scene scene = with(phantom_patches(12), Strain::corotational);
+    Scene scene = with(phantom_patches(12), Elasticity::corotational);
     scene.conditions.back().by *= pull / 40;
     scene.finds_strain = true;
     scene.accuracy = 0.4;
@@ -195,13 +195,13 @@ TEST(AutomaticStrain, TurnsCellsWhereThatChangesMoreThanTheAccuracy) {
     scene.finds_strain = false;
     scene.accuracy.reset();
     const Solved turning = solve(lattice, scene, found.report.levels.back().level);
-    EXPECT_EQ(found.report.strain, turns ? Strain::corotational : Strain::cauchy) << pull;
+    EXPECT_EQ(found.report.elasticity, turns ? Elasticity::corotational : Elasticity::cauchy) << pull;
     const std::vector<Vec3> points = material_points(lattice);
     const Distance d = distance(displacement_at(found.result, points), displacement_at(turning.result, points));
     scene.finds_strain = true;  // at a given level likewise, compared with 1 % of the displacement
     scene.conditions.back().by *= turns ? 1 : 0.1;
     const Solved given = solve(lattice, scene, 1);
-    EXPECT_EQ(given.report.strain, turns ? Strain::corotational : Strain::cauchy);
+    EXPECT_EQ(given.report.elasticity, turns ? Elasticity::corotational : Elasticity::cauchy);
     EXPECT_EQ(given.report.levels.back().newton.iterations == 1, !turns);  // a linear level takes one step
     std::printf("pulled by %g mm: %s, off by %.4f mm on average\n", pull, turns ? "rotations on" : "rotations off",
                 d.mean);

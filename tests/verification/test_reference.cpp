@@ -25,7 +25,7 @@ void PrintTo(const Case& c, std::ostream* out) { *out << c.file; }
 
 Scene liver_scene(double radius) {
   Scene scene;
-  scene.strain = Strain::cauchy;
+  scene.elasticity = Elasticity::cauchy;
   scene.volumetric = Volumetric::full;
   scene.tolerance = 1e-10;
   scene.conditions = liver_patches(radius, SurfacePoints::nodes);

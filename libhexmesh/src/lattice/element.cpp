@@ -44,6 +44,7 @@ double sum(const Element::Weights& w) { return std::accumulate(w.begin(), w.end(
 
 double Element::volume() const { return sum(fill); }
 double Element::mass() const { return sum(density); }
+double Element::total_shear() const { return sum(shear); }
 double Element::total_bulk() const { return sum(bulk); }
 
 Element full_voxel(const Material& material, double volume) {

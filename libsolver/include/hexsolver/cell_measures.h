@@ -12,14 +12,18 @@ namespace hexsolver {
 struct CellMeasures {
   std::array<std::vector<double>, 3> principal_stretch;  ///< singular values of F, the largest first
   std::vector<double> rotation_degrees;                  ///< angle of R in F = R S
-  std::vector<double> von_mises_stress;                  ///< sqrt(3/2) |2 mu dev(eps)|, mu the mean of the cell [MPa]
+  std::vector<double> von_mises_stress;                  ///< sqrt(3/2) |dev(Cauchy stress)| [MPa]
+  std::vector<double> pressure;                          ///< -tr(Cauchy stress) / 3, compression positive [MPa]
+  std::vector<double> smoothed_pressure;                 ///< averaged to the nodes by volume and back [MPa]
   std::vector<double> young_modulus, poisson_ratio;      ///< of the mean moduli over the filled part [MPa], [1]
-  double min_jacobian = std::numeric_limits<double>::infinity();  ///< least det F
-  std::size_t inverted_cells = 0;                                 ///< with det F <= 0
+  double min_jacobian = std::numeric_limits<double>::infinity();  ///< least ElasticCells::least_jacobian
+  std::size_t inverted_cells = 0;                                 ///< where that is <= 0
+  /// Root mean square, over the nodes with eight cells, of the part of their pressure that changes sign from cell to
+  /// cell [MPa]: mean dilatation on a regular grid cannot tell it from none (Q1-P0; Hughes, The Finite Element Method,
+  /// 1987, section 4.3).
+  double pressure_checkerboard = 0;
 };
 
-/// @param strain  eps = S - 1, or the symmetric part of F - 1 for Cauchy strain
-CellMeasures measure_cells(const hexmesh::Lattice& lattice, int level, const Mesh& mesh, Strain strain,
-                           const NodeVector& u);
+CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u);
 
 }  // namespace hexsolver

@@ -10,12 +10,35 @@
 
 namespace hexsolver {
 
-enum class Strain { cauchy, corotational };
+/// The law of the cells: the measure of strain, and what energy it stores.
+enum class Elasticity {
+  cauchy,        ///< small strain, Hooke
+  corotational,  ///< small strain in a frame that turns with the cell, Hooke
+  green_lagrange,
+  neo_hookean,
+  stable_neo_hookean
+};
+
+/// Whether the law is made for large strain, and integrated at points.
+inline constexpr bool is_hyperelastic(Elasticity e) { return e != Elasticity::cauchy && e != Elasticity::corotational; }
 enum class Rotation {
   polar,  ///< of the mean gradient over the filled part; exact gradient and Hessian
   edges   ///< the paper's: orthonormalised averages of the cell's edges, held while forces are taken
 };
 enum class Volumetric { mean, full };
+
+enum class Stiffness {
+  exact,   ///< K_parent = sum L^T K_child L: soft where a cell is empty
+  uniform  ///< the fill-weighted full cell, for comparison
+};
+
+/// What decides how cells store energy.
+struct ElasticSettings {
+  Elasticity elasticity = Elasticity::corotational;
+  Rotation rotation = Rotation::polar;
+  Volumetric volumetric = Volumetric::mean;
+  Stiffness stiffness = Stiffness::exact;
+};
 
 /// What cells alike share.
 struct ElementModel {
@@ -23,7 +46,11 @@ struct ElementModel {
   NodeGradients mean_gradient;  ///< of N_a over the filled part, b / V [1/mm]
   NodeWeights mean_shape;       ///< N_a over the filled part
   double volume = 0;            ///< of the filled part [mm^3]
+  double shear = 0, bulk = 0;   ///< mean moduli over the filled part [MPa]
 };
+
+/// sigma = 2 mu dev(strain) + kappa tr(strain)  [MPa]
+Mat3 hooke_stress(const ElementModel& model, const Mat3& strain);
 
 ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
                                 Volumetric volumetric);
@@ -49,9 +76,19 @@ public:
   /// @param left_out  cells that do not count; empty = none
   Size size_in_material(const NodeVector& field, const std::vector<bool>& left_out = {}) const;
 
-protected:
+  /// What the law cannot bear in a state, for one who asks why there is no solution; empty if it can.
+  virtual std::string limit_reached(const NodeVector& /*u*/) const { return {}; }
+
+  /// det F of a cell, F the mean gradient over its filled part; the least of its points where it has them.
+  virtual double least_jacobian(std::size_t cell, const NodeVector& u) const;
+
+  virtual Mat3 stress(std::size_t cell, const NodeVector& u) const = 0;  ///< Cauchy stress of the mean state [MPa]
+  Mat3 mean_gradient(std::size_t cell, const NodeVector& u) const;       ///< F over the filled part
+
+  const Mesh& mesh() const noexcept { return mesh_; }
   const ElementModel& model(std::size_t cell) const { return models_[static_cast<std::size_t>(elements_[cell])]; }
 
+protected:
   const Mesh& mesh_;
   std::vector<std::int32_t> elements_;
   std::vector<ElementModel> models_;
@@ -66,6 +103,7 @@ class CauchyCells final : public ElasticCells {
 public:
   using ElasticCells::ElasticCells;
   std::vector<double> cell_energies(const NodeVector& u) const override;
+  Mat3 stress(std::size_t cell, const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override { h += model(cell).stiffness; }
@@ -83,6 +121,7 @@ class CorotationalCells final : public ElasticCells {
 public:
   using ElasticCells::ElasticCells;
   std::vector<double> cell_energies(const NodeVector& u) const override;
+  Mat3 stress(std::size_t cell, const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   bool is_linear() const override { return false; }
   void linearize(const NodeVector& u, Hessian which) override;
@@ -120,6 +159,7 @@ class EdgeRotatedCells final : public ElasticCells {
 public:
   using ElasticCells::ElasticCells;
   std::vector<double> cell_energies(const NodeVector& u) const override;
+  Mat3 stress(std::size_t cell, const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   bool is_conservative() const override { return false; }
   bool is_linear() const override { return false; }
@@ -135,8 +175,9 @@ private:
   std::vector<Mat3> rotations_;  ///< of the last linearize()
 };
 
-std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, std::vector<std::int32_t> elements,
-                                                 std::vector<ElementModel> models, Strain strain,
-                                                 Rotation rotation = Rotation::polar);
+/// The elastic energy of a level of a lattice.
+/// @param mesh  of that level; must outlive what is returned
+std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const hexmesh::Lattice& lattice, int level,
+                                                 const ElasticSettings& settings);
 
 }  // namespace hexsolver

@@ -48,14 +48,15 @@ struct SolveReport {
   double relative_residual = 0;
   double constraint_violation_mm = 0;
   double strain_energy_n_mm = 0;
-  double min_jacobian = 1;  ///< least det F of a cell (see cell_measures.h)
+  double min_jacobian = 1;           ///< least det F of a cell (see cell_measures.h)
+  double pressure_checkerboard = 0;  ///< [MPa], likewise
   std::size_t inverted_cells = 0;
   std::size_t kept_directions = 0;
   std::vector<ConditionReport> conditions;
   std::vector<ForceReport> forces;  ///< each [[force]], then gravity if there is any
   std::vector<LevelReport> levels;  ///< coarse to fine, the last is the mechanical level
   std::vector<Effect> effects;
-  Strain strain = Strain::corotational;  ///< the scene's, or the one found
+  Elasticity elasticity = Elasticity::corotational;  ///< the scene's, or the one found
   std::vector<std::string> warnings;
   bool accuracy_missed = false;   ///< converged, but the estimated error is above the accuracy asked
   std::size_t dropped_cells = 0;  ///< islands that are left out

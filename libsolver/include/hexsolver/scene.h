@@ -66,11 +66,6 @@ struct MaterialOverride {
   std::optional<double> young_kpa, poisson, density_kg_m3;
 };
 
-enum class Stiffness {
-  exact,   ///< K_parent = sum L^T K_child L: soft where a cell is empty
-  uniform  ///< the fill-weighted full cell, for comparison
-};
-
 /// What is done about parts of the body that nothing holds.
 enum class Islands {
   error,
@@ -80,7 +75,7 @@ enum class Islands {
 
 /// A scene file. Units inside: mm, N, MPa, s.
 struct Scene {
-  Strain strain = Strain::corotational;
+  Elasticity elasticity = Elasticity::corotational;
   bool finds_strain = false;  ///< strain = "auto": Cauchy where rotations change less than the accuracy
   Rotation rotation = Rotation::polar;
   Volumetric volumetric = Volumetric::mean;

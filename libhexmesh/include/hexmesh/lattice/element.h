@@ -26,9 +26,10 @@ struct Element {
   Weights density{};  ///< rho   [tonne]
   Weights fill{};     ///< 1     [mm^3]
 
-  double volume() const;      ///< filled volume [mm^3]
-  double mass() const;        ///< [tonne]
-  double total_bulk() const;  ///< int kappa dV [N mm]
+  double volume() const;       ///< filled volume [mm^3]
+  double mass() const;         ///< [tonne]
+  double total_shear() const;  ///< int mu dV [N mm]
+  double total_bulk() const;   ///< int kappa dV [N mm]
 };
 
 /// A full voxel of one material.
