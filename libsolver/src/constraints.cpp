@@ -50,6 +50,10 @@ struct Constraints::Cluster {
   std::vector<std::int32_t> nodes;  ///< columns of h
   SparseMatrix h;                   ///< (points, nodes)
   KeptDirections kept;
+  /// Further directions V that hold as V^T u = P^T c: those in which forces that are affine over the points act beyond
+  /// the kept ones, V = H^T P orthonormal and orthogonal to these.
+  MatrixXd affine_vectors;  ///< V, (nodes, few)
+  MatrixXd affine_points;   ///< P, (points, few)
 
   template <class Vector>
   VectorXd gather(const Vector& v, int axis) const {
@@ -60,7 +64,21 @@ struct Constraints::Cluster {
   }
 
   /// The part of v in the span of the kept directions.
-  VectorXd into_span(const VectorXd& v) const { return kept.vectors * (kept.vectors.transpose() * v); }
+  VectorXd into_span(const VectorXd& v) const {
+    return kept.vectors * (kept.vectors.transpose() * v) + affine_vectors * (affine_vectors.transpose() * v);
+  }
+
+  /// The smallest d that changes H u by `misfit` in the directions held.
+  VectorXd displacement_for(const VectorXd& misfit) const {
+    return solve_normal(h.transpose() * misfit) + affine_vectors * (affine_points.transpose() * misfit);
+  }
+
+  /// Forces f on the points with H^T f = r, for r in the span.
+  VectorXd forces_for(const VectorXd& r) const {
+    return h * solve_normal(r) + affine_points * (affine_vectors.transpose() * r);
+  }
+
+  Index num_directions() const { return kept.vectors.cols() + affine_vectors.cols(); }
 
   /// V Sigma^-2 V^T
   VectorXd solve_normal(const VectorXd& b) const {
@@ -99,20 +117,26 @@ std::vector<std::size_t> points_with_axis(const std::vector<ConstraintPoint>& po
 class AffineFit {
 public:
   AffineFit(const Mesh& mesh, const std::vector<ConstraintPoint>& points, const std::vector<std::size_t>& members,
-            std::size_t axis) {
+            std::size_t axis)
+      : functions_(members.size(), 4) {
     for (const std::size_t m : members) center_ += position(mesh, points[m]) / static_cast<double>(members.size());
-    MatrixXd rows(static_cast<Index>(members.size()), 4);
-    VectorXd values(rows.rows());
+    VectorXd values(functions_.rows());
     for (std::size_t n = 0; n < members.size(); ++n) {
       const auto row = static_cast<Index>(n);
-      rows.row(row) << 1, (position(mesh, points[members[n]]) - center_).transpose();
+      functions_.row(row) << 1, (position(mesh, points[members[n]]) - center_).transpose();
       values[row] = points[members[n]].value[static_cast<Index>(axis)];
     }
+    if (const double radius = functions_.rightCols<3>().rowwise().norm().maxCoeff(); radius > 0) radius_ = radius;
+    functions_.rightCols<3>() /= radius_;
     Eigen::CompleteOrthogonalDecomposition<MatrixXd> fit;
     fit.setThreshold(1e-9);
-    coefficients_ = fit.compute(rows).solve(values);
+    coefficients_ = fit.compute(functions_).solve(values);
+    misfit_ = (values - functions_ * coefficients_).lpNorm<Eigen::Infinity>();
   }
-  double at(const Vec3& x) const { return coefficients_[0] + coefficients_.tail<3>().dot(x - center_); }
+  double at(const Vec3& x) const { return coefficients_[0] + coefficients_.tail<3>().dot(x - center_) / radius_; }
+  double misfit() const { return misfit_; }  ///< largest
+  /// 1 and the position of each point relative to their centre, in units of their distance from it; shape (points, 4).
+  const MatrixXd& functions() const { return functions_; }
 
   static Vec3 position(const Mesh& mesh, const ConstraintPoint& point) {
     Vec3 x = Vec3::Zero();
@@ -124,6 +148,8 @@ public:
 
 private:
   Vec3 center_ = Vec3::Zero();
+  double radius_ = 1, misfit_ = 0;
+  MatrixXd functions_;
   Eigen::Vector4d coefficients_;
 };
 
@@ -180,6 +206,31 @@ std::vector<ConstraintPoint> hold_large_clusters_by_nodes(const Mesh& mesh,
   return held;
 }
 
+/// A uniform pressure on a patch, or one that grows along it, has to find a support that balances it wholly: otherwise
+/// not even a homogeneous stress is in equilibrium. Where the prescribed values are affine themselves, cells can
+/// follow.
+void add_affine_directions(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
+                           Constraints::Cluster& cluster) {
+  constexpr double same_value = 1e-9, negligible = 1e-8;
+  MatrixXd forces;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const AffineFit fit(mesh, points, cluster.points, axis);
+    if (points[cluster.points.front()].axes[axis] && fit.misfit() > same_value) return;
+    forces = fit.functions();
+  }
+  const MatrixXd whole = cluster.h.transpose() * forces;
+  for (Index f = 0; f < forces.cols(); ++f) forces.col(f) -= cluster.h * cluster.solve_normal(whole.col(f));
+  const Eigen::ColPivHouseholderQR<MatrixXd> qr(cluster.h.transpose() * forces);
+  const Index most = std::min(whole.rows(), whole.cols());
+  const MatrixXd r = qr.matrixR().topRows(most);
+  Index count = 0;
+  while (count < most && std::abs(r(count, count)) > negligible * whole.norm()) ++count;
+  cluster.affine_vectors = qr.householderQ() * MatrixXd::Identity(whole.rows(), count);
+  const MatrixXd in_order = forces * qr.colsPermutation();
+  cluster.affine_points =
+      r.topLeftCorner(count, count).triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(in_order.leftCols(count));
+}
+
 std::shared_ptr<const Constraints::Cluster> make_cluster(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
                                                          std::vector<std::size_t> members) {
   auto cluster = std::make_shared<Constraints::Cluster>();
@@ -199,6 +250,7 @@ std::shared_ptr<const Constraints::Cluster> make_cluster(const Mesh& mesh, const
   cluster->h.resize(static_cast<Index>(cluster->points.size()), static_cast<Index>(cluster->nodes.size()));
   cluster->h.setFromTriplets(entries.begin(), entries.end());
   cluster->kept = kept_directions(MatrixXd(SparseMatrix(cluster->h.transpose()) * cluster->h));
+  add_affine_directions(mesh, points, *cluster);
   return cluster;
 }
 
@@ -242,7 +294,7 @@ NodeVector Constraints::lift(const NodeVector& u, double fraction) const {
       VectorXd misfit = -(cluster->h * cluster->gather(u, axis));
       for (std::size_t p = 0; p < cluster->points.size(); ++p)
         misfit[static_cast<Index>(p)] += fraction * held_[cluster->points[p]].value[axis];
-      const VectorXd correction = cluster->solve_normal(cluster->h.transpose() * misfit);
+      const VectorXd correction = cluster->displacement_for(misfit);
       for (std::size_t n = 0; n < cluster->nodes.size(); ++n)
         d[3 * Index{cluster->nodes[n]} + axis] += correction[static_cast<Index>(n)];
     }
@@ -253,7 +305,7 @@ std::vector<Vec3> Constraints::multipliers(const NodeVector& residual) const {
   std::vector<Vec3> forces(held_.size(), Vec3::Zero());
   for (int axis = 0; axis < 3; ++axis)
     for (const auto& cluster : clusters_[static_cast<std::size_t>(axis)]) {
-      const VectorXd lambda = cluster->h * cluster->solve_normal(cluster->gather(residual, axis));
+      const VectorXd lambda = cluster->forces_for(cluster->gather(residual, axis));
       for (std::size_t p = 0; p < cluster->points.size(); ++p)
         forces[cluster->points[p]][axis] = lambda[static_cast<Index>(p)];
     }
@@ -272,7 +324,7 @@ Vec3 Constraints::displacement(const ConstraintPoint& point, const NodeVector& u
 std::size_t Constraints::num_kept() const {
   std::size_t kept = 0;
   for (const auto& axis : clusters_)
-    for (const auto& cluster : axis) kept += static_cast<std::size_t>(cluster->kept.vectors.cols());
+    for (const auto& cluster : axis) kept += static_cast<std::size_t>(cluster->num_directions());
   return kept;
 }
 
@@ -283,7 +335,7 @@ std::vector<std::size_t> Constraints::kept_by_condition(std::size_t num_conditio
       std::vector<std::size_t> points(num_conditions);
       for (const std::size_t p : cluster->points) ++points[static_cast<std::size_t>(held_[p].condition)];
       const auto most = std::max_element(points.begin(), points.end()) - points.begin();
-      kept[static_cast<std::size_t>(most)] += static_cast<std::size_t>(cluster->kept.vectors.cols());
+      kept[static_cast<std::size_t>(most)] += static_cast<std::size_t>(cluster->num_directions());
     }
   return kept;
 }

@@ -94,12 +94,12 @@ CorotationalCells::Columns CorotationalCells::positive_part(const StressTerm& e)
   return qr.householderQ() * z;
 }
 
-void CorotationalCells::linearize(const NodeVector& u, Hessian which) {
+void CorotationalCells::linearize(const NodeVector& u, double clamping) {
   frames_.resize(mesh_.num_cells());
-  positive_.resize(which == Hessian::clamped ? mesh_.num_cells() : 0);
+  positive_.resize(clamping > 0 ? mesh_.num_cells() : 0);
   mesh_.for_each_cell([&](std::size_t c) {
     frames_[c] = frame(c, u);
-    if (which == Hessian::clamped) positive_[c] = positive_part(stress_term(frames_[c], model(c).mean_gradient));
+    if (clamping > 0) positive_[c] = positive_part(stress_term(frames_[c], model(c).mean_gradient));
   });
 }
 

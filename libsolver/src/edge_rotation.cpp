@@ -41,7 +41,7 @@ void EdgeRotatedCells::add_gradient(const NodeVector& u, NodeVector& gradient, N
   });
 }
 
-void EdgeRotatedCells::linearize(const NodeVector& u, Hessian /*which*/) {
+void EdgeRotatedCells::linearize(const NodeVector& u, double /*clamping*/) {
   rotations_.resize(mesh_.num_cells());
   mesh_.for_each_cell([&](std::size_t c) { rotations_[c] = rotation(mesh_.gather(c, u)); });
 }

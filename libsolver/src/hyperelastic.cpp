@@ -95,10 +95,11 @@ Tangent tangent(const EnergyDensity& w, const Mat3& f) {
   return t;
 }
 
-Tangent clamped(Tangent t) {
+Tangent clamped(Tangent t, double clamping) {
+  const auto rest = [clamping](const Vec3& v) -> Vec3 { return v.cwiseMax(0) + (1 - clamping) * v.cwiseMin(0); };
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(t.stretch);
-  t.stretch = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).asDiagonal() * eigen.eigenvectors().transpose();
-  const Vec3 symmetric = (t.same + t.other).cwiseMax(0), turning = (t.same - t.other).cwiseMax(0);
+  t.stretch = eigen.eigenvectors() * rest(eigen.eigenvalues()).asDiagonal() * eigen.eigenvectors().transpose();
+  const Vec3 symmetric = rest(t.same + t.other), turning = rest(t.same - t.other);
   t.same = (symmetric + turning) / 2;
   t.other = (symmetric - turning) / 2;
   return t;
@@ -194,7 +195,7 @@ void HyperelasticCells::add_gradient(const NodeVector& u, NodeVector& gradient, 
   });
 }
 
-void HyperelasticCells::linearize(const NodeVector& u, Hessian which) {
+void HyperelasticCells::linearize(const NodeVector& u, double clamping) {
   hessians_.resize(mesh_.num_cells());
   mesh_.for_each_cell([&](std::size_t c) {
     const State s = state(c, u);
@@ -205,7 +206,7 @@ void HyperelasticCells::linearize(const NodeVector& u, Hessian which) {
       const Point& point = (*s.points)[p];
       const Mat3 f = Mat3::Identity() + s.h[p];
       Tangent t = tangent(density(point, s.at[p], s.pressure), f);
-      if (which == Hessian::clamped) t = clamped(t);
+      if (clamping > 0) t = clamped(t, clamping);
       // dF' of each dof, and dP' of that; entries (i, j) at i + 3 j
       Eigen::Matrix<double, 9, 24, Eigen::RowMajor> df, dp;
       const NodeGradients turned = point.gradient * t.v;

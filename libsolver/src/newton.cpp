@@ -22,6 +22,33 @@ struct Residual {
   double relative = 0;
 };
 
+/// How much of the Hessian's negative curvature is left out. All of it makes every step lead down but small where the
+/// body buckles or folds; too little, and conjugate gradients meet negative curvature: as little as goes is kept.
+class Clamping {
+public:
+  double now() const { return now_; }
+
+  /// More, after negative curvature was met.
+  void add() {
+    if (now_ == Hessian::exact)
+      exact_below_ *= 0.1;
+    else
+      enough_ = std::min(Hessian::clamped, 2 * enough_);
+    now_ = enough_;
+  }
+
+  /// After a step: a full one deserves less; one to a small residual is worth a try with the exact Hessian.
+  void adapt(bool full_step, double relative_residual) {
+    enough_ = full_step ? std::max(least, enough_ / 2) : std::min(Hessian::clamped, 2 * enough_);
+    now_ = full_step && relative_residual < exact_below_ ? Hessian::exact : enough_;
+  }
+
+private:
+  static constexpr double least = 0.25;
+  double enough_ = Hessian::clamped, now_ = Hessian::clamped;
+  double exact_below_ = 1e-2;  ///< residual
+};
+
 /// One call of minimize().
 class Minimizer {
 public:
@@ -39,12 +66,12 @@ public:
 private:
   Residual residual(const NodeVector& u) const;
   double energy_rounding(double energy, const NodeVector& step) const;
-  void prepare(const NodeVector& u, Hessian which);
+  void prepare(const NodeVector& u, double clamping);
   /// Asked once |r| <= the relative tolerance times |b|: by what factor |r| is still too large, 1 or less to end.
   using Excess = std::function<double(const NodeVector& d)>;
   LinearOutcome solve_linear(const NodeVector& b, double relative_tolerance, const Excess& excess, NodeVector& d) const;
   LinearOutcome find_step(const NodeVector& u, const NodeVector& gradient, const NodeVector& support_step,
-                          double forcing, Hessian& which, NodeVector& step);
+                          double forcing, Clamping& clamping, NodeVector& step);
   double forcing(const Residual& now, bool supports_hold) const;
   std::optional<NodeVector> move_supports(const NodeVector& u, const NodeVector& step) const;
   std::optional<double> search_line(NodeVector& u, Residual& now, const NodeVector& step) const;
@@ -74,9 +101,9 @@ double Minimizer::energy_rounding(double energy, const NodeVector& step) const {
   return 1e-13 * std::abs(energy) + rounding_ * step.lpNorm<Eigen::Infinity>();
 }
 
-void Minimizer::prepare(const NodeVector& u, Hessian which) {
+void Minimizer::prepare(const NodeVector& u, double clamping) {
   preconditioner_.reset();
-  potential_.linearize(u, which);
+  potential_.linearize(u, clamping);
   preconditioner_ = std::make_unique<const Multigrid>(hierarchy_, potential_, constraints_);
 }
 
@@ -130,10 +157,10 @@ LinearOutcome Minimizer::solve_linear(const NodeVector& b, double relative_toler
 /// The Newton step beyond the one that brings the supports to their places; where the exact Hessian is not positive,
 /// that of the clamped one. An empty step: the clamped one is not positive either.
 LinearOutcome Minimizer::find_step(const NodeVector& u, const NodeVector& gradient, const NodeVector& support_step,
-                                   double forcing, Hessian& which, NodeVector& step) {
+                                   double forcing, Clamping& clamping, NodeVector& step) {
   int iterations = 0;
   while (true) {
-    prepare(u, which);
+    prepare(u, clamping.now());
     LinearOutcome outcome{0, Linear::negative_curvature};
     if (preconditioner_->is_positive()) {
       NodeVector b = -gradient;
@@ -149,8 +176,9 @@ LinearOutcome Minimizer::find_step(const NodeVector& u, const NodeVector& gradie
       outcome = solve_linear(b, forcing, potential_.is_linear() ? of_linear : Excess(), step);
     }
     iterations += outcome.iterations;
-    if (outcome.end != Linear::negative_curvature || which == Hessian::clamped) return {iterations, outcome.end};
-    which = Hessian::clamped;
+    if (outcome.end != Linear::negative_curvature || clamping.now() == Hessian::clamped)
+      return {iterations, outcome.end};
+    clamping.add();
   }
 }
 
@@ -194,7 +222,7 @@ std::optional<NodeVector> Minimizer::move_supports(const NodeVector& u, const No
 
 NewtonReport Minimizer::run(NodeVector& u, const NewtonProgress& progress) {
   NewtonReport report;
-  Hessian which = Hessian::clamped;
+  Clamping clamping;
   Residual now = residual(u);
   while (true) {
     report.relative_residual = now.relative;
@@ -210,7 +238,7 @@ NewtonReport Minimizer::run(NodeVector& u, const NewtonProgress& progress) {
 
     if (supports_hold) support_step.resize(0);
     NodeVector step;
-    const LinearOutcome linear = find_step(u, now.gradient, support_step, forcing(now, supports_hold), which, step);
+    const LinearOutcome linear = find_step(u, now.gradient, support_step, forcing(now, supports_hold), clamping, step);
     report.linear_iterations += linear.iterations;
     report.preconditioner_bytes = preconditioner_->bytes();
     if (linear.end == Linear::interrupted) {
@@ -239,8 +267,7 @@ NewtonReport Minimizer::run(NodeVector& u, const NewtonProgress& progress) {
                                                        "rotation = \"polar\" has one)";
         return report;
       }
-      // A full step with the clamped matrix to a small residual: the exact one is worth a try.
-      which = *length == 1 && now.relative < 1e-2 ? Hessian::exact : Hessian::clamped;
+      clamping.adapt(*length == 1, now.relative);
     }
     if (!u.allFinite()) {
       report.reason = "the displacement is not finite";

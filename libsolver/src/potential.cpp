@@ -47,10 +47,10 @@ double Potential::rounding() const {
   return sum;
 }
 
-void Potential::linearize(const NodeVector& u, Hessian which) {
+void Potential::linearize(const NodeVector& u, double clamping) {
   for (Timed& t : terms_) {
     const Stopwatch watch;
-    t.term->linearize(u, which);
+    t.term->linearize(u, clamping);
     t.seconds += watch.seconds();
     t.linearize_seconds += watch.seconds();
   }

@@ -61,8 +61,8 @@ TEST_P(ElasticLevels, HessianMatchesTheDifferenceOfGradients) {
 }
 
 TEST_P(ElasticLevels, CellHessiansAddUpToTheOperator) {
-  for (const Hessian which : {Hessian::exact, Hessian::clamped}) {
-    body.potential.linearize(u, which);
+  for (const double clamping : {Hessian::exact, Hessian::clamped}) {
+    body.potential.linearize(u, clamping);
     NodeVector applied, added = NodeVector::Zero(direction.size());
     body.potential.apply(direction, applied);
     for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
@@ -140,8 +140,8 @@ TEST(Elastic, BothHessiansAgreeWithCauchyAtRest) {
   const NodeVector v = noise(linear.mesh.num_dofs(), 1, 3);
   NodeVector expected, found;
   linear.potential.apply(v, expected);
-  for (const Hessian which : {Hessian::exact, Hessian::clamped}) {
-    rotated.potential.linearize(zero, which);
+  for (const double clamping : {Hessian::exact, Hessian::clamped}) {
+    rotated.potential.linearize(zero, clamping);
     rotated.potential.apply(v, found);
     EXPECT_LT((found - expected).norm(), 1e-12 * expected.norm());
   }

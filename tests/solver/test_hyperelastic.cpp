@@ -119,8 +119,8 @@ TEST(Hyperelastic, AtRestTheHessianIsTheStiffness) {
     for (const auto& [law, volumetric] : laws) {
       Body body(lattice, level, law, volumetric);
       const Body linear(lattice, level, Elasticity::cauchy, volumetric);
-      for (const Hessian which : {Hessian::exact, Hessian::clamped}) {
-        body.potential.linearize(NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs())), which);
+      for (const double clamping : {Hessian::exact, Hessian::clamped}) {
+        body.potential.linearize(NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs())), clamping);
         for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
           const CellMatrix k = linear.potential.cell_hessian(c);
           ASSERT_LT((body.potential.cell_hessian(c) - k).norm(), 1e-6 * k.norm()) << level;

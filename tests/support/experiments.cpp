@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <sstream>
 
 #include "files.h"
@@ -13,6 +15,24 @@
 namespace testing_support {
 
 using namespace hexsolver;
+
+hexmesh::LabelVolume solid(const char* name, double spacing, const std::map<std::string, double>& size) {
+  hexmesh::SolidPhantom s;
+  s.name = name;
+  s.spacing = spacing;
+  s.size = size;
+  return hexmesh::solid_phantom(s);
+}
+
+bool has_scan() { return std::filesystem::exists(shared_data() / "data/totalsegmentator/example_seg.nii.gz"); }
+
+Scene with(std::vector<Condition> conditions, Elasticity elasticity) {
+  Scene scene;
+  scene.elasticity = elasticity;
+  if (elasticity == Elasticity::green_lagrange) scene.volumetric = Volumetric::full;
+  scene.conditions = std::move(conditions);
+  return scene;
+}
 
 Lattice lattice_of(hexmesh::LabelVolume volume, double young_kpa, double poisson) {
   volume.segments.resize(1);
@@ -54,6 +74,24 @@ Condition beyond(const std::string& name, const Vec3& point, const Vec3& normal,
   c.selection.on = on;
   c.by = by;
   return c;
+}
+
+std::vector<Condition> pressed_ends(double half, double press) {
+  return {beyond("below", {0, 0, -half}, {0, 0, -1}, {0, 0, press / 2}, SurfacePoints::nodes),
+          beyond("above", {0, 0, half}, {0, 0, 1}, {0, 0, -press / 2}, SurfacePoints::nodes)};
+}
+
+double growth_half_way(const hexmesh::Result& result, double radius) {
+  constexpr int count = 360;
+  std::vector<Vec3> rim;
+  for (int n = 0; n < count; ++n) {
+    const double angle = n * 2 * std::numbers::pi / count;
+    rim.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 0);
+  }
+  const std::vector<Vec3> u = displacement_at(result, rim);
+  double sum = 0;
+  for (std::size_t n = 0; n < rim.size(); ++n) sum += u[n].head<2>().dot(rim[n].head<2>()) / radius;
+  return sum / count;
 }
 
 std::vector<Condition> liver_patches(double radius, SurfacePoints on) {
@@ -120,6 +158,25 @@ Distance distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
     d.largest = std::max(d.largest, (a[n] - b[n]).norm());
   }
   return d;
+}
+
+std::vector<NodeRow> within(const Lattice& lattice, const std::vector<NodeRow>& rows) {
+  const hexmesh::CellLocator inside(lattice.voxels, {1, 1, 1}, lattice.levels[0].cells);
+  std::vector<NodeRow> out;
+  for (const NodeRow& row : rows) {
+    const hexmesh::Embedding e = inside.locate_position(row.position);
+    if (e.cell >= 0 && (e.local - Vec3::Constant(0.5)).cwiseAbs().maxCoeff() <= 0.5) out.push_back(row);
+  }
+  return out;
+}
+
+Distance distance(const hexmesh::Result& result, const std::vector<NodeRow>& reference) {
+  std::vector<Vec3> points, displacements;
+  for (const NodeRow& row : reference) {
+    points.push_back(row.position);
+    displacements.push_back(row.displacement);
+  }
+  return distance(displacement_at(result, points), displacements);
 }
 
 Solved solve(const Lattice& lattice, const Scene& scene, int level) {

@@ -4,9 +4,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <numbers>
-
-#include "hexmesh/lattice/locator.h"
 #include "support/experiments.h"
 #include "support/files.h"
 
@@ -23,21 +20,6 @@ struct Experiment {
 };
 
 void PrintTo(const Experiment& e, std::ostream* out) { *out << e.name; }
-
-hexmesh::LabelVolume solid(const char* name, double spacing, const std::map<std::string, double>& size) {
-  hexmesh::SolidPhantom s;
-  s.name = name;
-  s.spacing = spacing;
-  s.size = size;
-  return hexmesh::solid_phantom(s);
-}
-
-Scene with(std::vector<Condition> conditions, Elasticity elasticity = Elasticity::cauchy) {
-  Scene scene;
-  scene.elasticity = elasticity;
-  scene.conditions = std::move(conditions);
-  return scene;
-}
 
 const std::vector<Experiment>& experiments() {
   static const std::vector<Experiment> all = {
@@ -68,8 +50,6 @@ const std::vector<Experiment>& experiments() {
   };
   return all;
 }
-
-bool has_scan() { return std::filesystem::exists(shared_data() / "data/totalsegmentator/example_seg.nii.gz"); }
 
 class Estimate : public testing::TestWithParam<Experiment> {};
 
@@ -116,20 +96,13 @@ TEST_P(SmoothLiver, IsMetByVoxelsAndByCellsOfEight) {
   const auto file = shared_data() / "reference" / fmt::format("liver_{}_linear_tetA_r20.csv.gz", GetParam());
   if (!has_scan() || !std::filesystem::exists(file)) GTEST_SKIP() << "no shared data beside the project";
   const Lattice lattice = liver_of_scan(GetParam());
-  const hexmesh::CellLocator inside(lattice.voxels, {1, 1, 1}, lattice.levels[0].cells);
-  std::vector<Vec3> points, reference;
-  for (const NodeRow& row : read_reference(file)) {
-    const hexmesh::Embedding e = inside.locate_position(row.position);
-    if (e.cell < 0 || (e.local - Vec3::Constant(0.5)).cwiseAbs().maxCoeff() > 0.5) continue;
-    points.push_back(row.position);
-    reference.push_back(row.displacement);
-  }
-  ASSERT_GT(points.size(), 5000U);
+  const std::vector<NodeRow> reference = within(lattice, read_reference(file));
+  ASSERT_GT(reference.size(), 5000U);
   for (const auto& [level, allowed] : {std::pair{1, 0.8}, std::pair{0, 0.4}}) {
     const Solved s = solve(lattice, with(liver_patches(20, SurfacePoints::faces)), level);
-    const Distance d = distance(displacement_at(s.result, points), reference);
+    const Distance d = distance(s.result, reference);
     std::printf("nu %g, level %d: mean %.3f, largest %.3f mm at %zu points\n", GetParam(), level, d.mean, d.largest,
-                points.size());
+                reference.size());
     EXPECT_LT(d.mean, allowed);
   }
 }
@@ -163,19 +136,11 @@ TEST(PressedCylinder, BulgesAsAxisymmetricElementsSay) {
   // Height 1, radius 0.5, nu = 0.49, ends clamped and pressed together by 10 %: the radius half way grows to 0.529657.
   const double expected = 2.9657;  // of a cylinder of 100 mm
   const Lattice lattice = lattice_of(solid("cylinder", 2, {{"radius", 50}, {"height", 100}}), 100, 0.49);
-  const Scene scene = with({beyond("below", {0, 0, -50}, {0, 0, -1}, {0, 0, 5}, SurfacePoints::nodes),
-                            beyond("above", {0, 0, 50}, {0, 0, 1}, {0, 0, -5}, SurfacePoints::nodes)});
+  const Scene scene = with(pressed_ends(50, 10));
   double before = 1;
   for (int level = 2; level >= 0; --level) {
     const Solved s = solve(lattice, scene, level);
-    std::vector<Vec3> rim;
-    for (int n = 0; n < 360; ++n) {
-      const double angle = n * std::numbers::pi / 180;
-      rim.emplace_back(50 * std::cos(angle), 50 * std::sin(angle), 0);
-    }
-    const std::vector<Vec3> u = displacement_at(s.result, rim);
-    double growth = 0;
-    for (std::size_t n = 0; n < rim.size(); ++n) growth += u[n].head<2>().dot(rim[n].head<2>()) / 50 / 360;
+    const double growth = growth_half_way(s.result, 50);
     const double error = std::abs(growth / expected - 1);
     std::printf("level %d: radius grows by %.4f mm, off by %.2f %%\n", level, growth, 100 * error);
     EXPECT_LT(error, level == 0 ? 0.02 : before);

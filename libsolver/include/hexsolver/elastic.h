@@ -124,7 +124,7 @@ public:
   Mat3 stress(std::size_t cell, const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   bool is_linear() const override { return false; }
-  void linearize(const NodeVector& u, Hessian which) override;
+  void linearize(const NodeVector& u, double clamping) override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   std::int32_t shared_hessian(std::size_t /*cell*/) const override { return own_hessian; }
@@ -163,7 +163,7 @@ public:
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   bool is_conservative() const override { return false; }
   bool is_linear() const override { return false; }
-  void linearize(const NodeVector& u, Hessian which) override;
+  void linearize(const NodeVector& u, double clamping) override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   std::int32_t shared_hessian(std::size_t /*cell*/) const override { return own_hessian; }

@@ -38,8 +38,8 @@ struct Tangent {
 };
 Tangent tangent(const EnergyDensity& w, const Mat3& f);
 
-/// The nearest positive semi-definite one.
-Tangent clamped(Tangent t);
+/// The given part of its negative eigenvalues taken away; with all of them it is the nearest semi-definite one.
+Tangent clamped(Tangent t, double clamping = 1);
 
 /// Cells of a law of large strain, integrated at points inside the material.
 ///
@@ -57,7 +57,7 @@ public:
   Mat3 stress(std::size_t cell, const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   bool is_linear() const override { return false; }
-  void linearize(const NodeVector& u, Hessian which) override;
+  void linearize(const NodeVector& u, double clamping) override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override { h += hessians_[cell].cast<double>(); }
   std::int32_t shared_hessian(std::size_t /*cell*/) const override { return own_hessian; }

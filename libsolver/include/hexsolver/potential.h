@@ -27,7 +27,7 @@ public:
   double rounding() const;  ///< size of the rounding errors in a gradient [N]
 
   /// Prepare apply() and cell_hessian() at u.
-  void linearize(const NodeVector& u, Hessian which);
+  void linearize(const NodeVector& u, double clamping);
 
   void apply(const NodeVector& x, NodeVector& y) const;  ///< y = H x
   CellMatrix cell_hessian(std::size_t cell) const;       ///< shape (24, 24), symmetric

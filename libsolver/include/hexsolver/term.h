@@ -7,10 +7,10 @@
 
 namespace hexsolver {
 
-/// Which second derivative of an energy that is not convex.
-enum class Hessian {
-  exact,
-  clamped  ///< positive semi-definite cell by cell
+/// How much of the negative curvature is left out, cell by cell, of the second derivative of an energy that is not
+/// convex: from none to all of it.
+struct Hessian {
+  static constexpr double exact = 0, clamped = 1;  ///< clamped: positive semi-definite
 };
 
 /// One part of the potential energy of a level, W(u), u the displacement of the nodes. A scene builds only those terms
@@ -38,7 +38,8 @@ public:
   virtual bool is_conservative() const { return true; }
 
   /// Prepare the three below at u. A term without second derivative leaves them as they are.
-  virtual void linearize(const NodeVector& /*u*/, Hessian /*which*/) {}
+  /// @param clamping  Hessian::exact to Hessian::clamped; a term may take all that is not exact for clamped
+  virtual void linearize(const NodeVector& /*u*/, double /*clamping*/) {}
 
   /// y += H x
   virtual void add_product(const NodeVector& /*x*/, NodeVector& /*y*/) const {}
