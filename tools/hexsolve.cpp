@@ -88,6 +88,10 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
     out["conditions"].push_back(condition);
   }
   out["forces"] = to_json(r.forces);
+  out["contacts"] = json::array();
+  for (const hexsolver::ContactReport& c : r.contacts)
+    out["contacts"].push_back(
+        {{"name", c.name}, {"points", c.points}, {"deepest_mm", c.deepest_mm}, {"force_n", to_json(c.force_n)}});
   out["free_modes"] = json::array();
   out["dropped_cells"] = r.dropped_cells;
   out["held_cells"] = r.held_cells;
@@ -142,6 +146,9 @@ void summarize(const SolveReport& r, const Console& console) {
   for (const hexsolver::ConditionReport& c : r.conditions)
     console.note(fmt::format("condition '{}': {} points, misfit {:.2g} mm, reaction [{:.4g}, {:.4g}, {:.4g}] N", c.name,
                              c.points, c.misfit_mm, c.reaction_n[0], c.reaction_n[1], c.reaction_n[2]));
+  for (const hexsolver::ContactReport& c : r.contacts)
+    console.note(fmt::format("contact '{}': {} points touch, {:.2g} mm deep, force [{:.4g}, {:.4g}, {:.4g}] N", c.name,
+                             c.points, c.deepest_mm, c.force_n[0], c.force_n[1], c.force_n[2]));
   if (const hexsolver::ErrorEstimate& e = l.error; e.mean_mm)
     console.note(fmt::format(
         "estimated error of the cells' size: mean {:.2g} mm, largest {:.2g} mm; of the equations: {:.1g} mm",

@@ -47,6 +47,9 @@ std::vector<Effect> list_effects(const Scene& scene) {
                           : "solve.volumetric = \"full\": dilatation varies in a cell"});
   for (const Force& f : scene.forces) effects.push_back({load_name(f), true, fmt::format("[[force]] at {}", f.where)});
   if (scene.forces.empty()) effects.push_back({"forces", false, "the scene has no [[force]]"});
+  for (const Contact& c : scene.contacts)
+    effects.push_back({contact_name(c), true, fmt::format("[[contact]] at {}", c.where)});
+  if (scene.contacts.empty()) effects.push_back({"contact", false, "the scene has no [[contact]]: no distances"});
   const bool weighs = scene.gravity != Vec3::Zero();
   effects.push_back({"gravity", weighs, weighs ? "the scene has [gravity]" : "the scene has no [gravity]: no masses"});
   effects.push_back(

@@ -402,6 +402,10 @@ void report_conditions(const LevelProblem& problem, const NodeVector& u, SolveRe
   problem.potential().gradient(u, gradient, magnitude);
   for (const LevelProblem::Load& load : problem.loads())
     report.forces.push_back({load.name, report.load_fraction * load.total});
+  for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
+    const PenaltyContact::State state = problem.contacts()[c]->state(u);
+    report.contacts.push_back({problem.scene().contacts[c].name, state.points, state.deepest, state.force});
+  }
   report.conditions = report_points(problem);
   for (const ConstraintPoint& p : constraints.points()) {
     ConditionReport& r = report.conditions[static_cast<std::size_t>(p.condition)];

@@ -67,6 +67,13 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
   find_islands(points);
   constraints_ = std::make_unique<const Constraints>(mesh(), std::move(points));
   loads_ = make_loads(scene, lattice, level, mesh(), selector);
+  if (!scene.contacts.empty()) {
+    const std::vector<SurfacePoint> surface = selector.whole_surface();
+    for (const Contact& c : scene.contacts) {
+      new_contacts_.push_back(std::make_unique<PenaltyContact>(c, mesh(), surface));
+      contacts_.push_back(new_contacts_.back().get());
+    }
+  }
   for (std::size_t n = 0; n < loads_.size(); ++n)
     load_totals_.push_back({n < scene.forces.size() ? scene.forces[n].name : loads_[n]->name(), loads_[n]->total()});
 }
@@ -139,6 +146,8 @@ void LevelProblem::build_potential(Elasticity elasticity) {
   if (!springs.empty()) potential_->add(std::make_unique<GroundSprings>(mesh(), std::move(springs)));
   for (auto& load : loads_) potential_->add(std::move(load));
   loads_.clear();
+  for (auto& contact : new_contacts_) potential_->add(std::move(contact));
+  new_contacts_.clear();
 }
 
 int first_nested_level(const Lattice& lattice, int finest) {

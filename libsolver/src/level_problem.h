@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hexsolver/constraints.h"
+#include "hexsolver/contact.h"
 #include "hexsolver/dead_load.h"
 #include "hexsolver/elastic.h"
 #include "hexsolver/equilibrium.h"
@@ -47,6 +48,7 @@ public:
     Vec3 total;  ///< [N]
   };
   const std::vector<Load>& loads() const noexcept { return load_totals_; }
+  const std::vector<const PenaltyContact*>& contacts() const noexcept { return contacts_; }
 
 private:
   void find_islands(const std::vector<ConstraintPoint>& points);
@@ -57,7 +59,9 @@ private:
   Hierarchy hierarchy_;
   std::vector<bool> islands_;
   std::unique_ptr<const Constraints> constraints_;
-  std::vector<std::unique_ptr<DeadLoad>> loads_;  ///< until the potential takes them
+  std::vector<std::unique_ptr<DeadLoad>> loads_;               ///< until the potential takes them
+  std::vector<std::unique_ptr<PenaltyContact>> new_contacts_;  ///< likewise
+  std::vector<const PenaltyContact*> contacts_;
   std::vector<Load> load_totals_;
   std::unique_ptr<Potential> potential_;
   const ElasticCells* elastic_ = nullptr;  ///< in the potential

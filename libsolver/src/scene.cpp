@@ -97,6 +97,16 @@ void read_solve(TomlReader table, Scene& scene) {
   table.finish();
 }
 
+HalfSpace read_halfspace(TomlReader& table, const char* key) {
+  const auto point = table.vector("point_mm", "three numbers [x, y, z], LPS, mm");
+  const auto normal = table.vector("normal", "three numbers [x, y, z]");
+  table.finish();
+  if (!point || !normal || normal->norm() == 0)
+    table.fail_here(
+        fmt::format("{}, expected {{ point_mm = [x, y, z], normal = [x, y, z] }} with a normal that is not 0", key));
+  return {*point, normal->normalized()};
+}
+
 Selection read_selection(TomlReader& table, const std::filesystem::path& folder, const Markup*& line,
                          std::vector<Markup>& markups, const std::string& condition) {
   Selection s;
@@ -125,12 +135,7 @@ Selection read_selection(TomlReader& table, const std::filesystem::path& folder,
     s.box = hexmesh::box_between(low, high);
   }
   if (auto half = table.table("halfspace", "{ point_mm = [x, y, z], normal = [x, y, z] }")) {
-    const auto point = half->vector("point_mm", "three numbers [x, y, z], LPS, mm");
-    const auto normal = half->vector("normal", "three numbers [x, y, z]");
-    half->finish();
-    if (!point || !normal || normal->norm() == 0)
-      half->fail_here("halfspace, expected { point_mm = [x, y, z], normal = [x, y, z] } with a normal that is not 0");
-    s.halfspace = HalfSpace{*point, normal->normalized()};
+    s.halfspace = read_halfspace(*half, "halfspace");
   }
   if (auto v = table.text("segment", "the name of a segment")) s.segment = *v;
   if (auto v = table.choice<SurfacePoints>(
@@ -189,6 +194,29 @@ Force read_force(TomlReader table, const std::filesystem::path& folder, std::siz
   return f;
 }
 
+Contact read_contact(TomlReader table, std::size_t number) {
+  Contact c;
+  c.where = table.where();
+  c.name = table.text("name", "a name").value_or(fmt::format("contact {}", number));
+  auto plane = table.table("plane", "{ point_mm = [x, y, z], normal = [x, y, z] }");
+  auto sphere = table.table("sphere", "{ center_mm = [x, y, z], radius_mm = r }");
+  if (plane.has_value() == sphere.has_value()) table.fail_here("[[contact]] expects either plane or sphere");
+  if (plane) c.obstacle = read_halfspace(*plane, "plane");
+  if (sphere) {
+    const auto center = sphere->vector("center_mm", "three numbers [x, y, z], LPS, mm");
+    const auto radius = sphere->number("radius_mm", 1e-9, infinity, "a radius > 0 mm");
+    sphere->finish();
+    if (!center || !radius) sphere->fail_here("sphere, expected { center_mm = [x, y, z], radius_mm = r }");
+    c.obstacle = Ball{*center, *radius};
+  }
+  if (const auto by = table.vector("by_mm", "three numbers [x, y, z], LPS, mm")) c.by = *by;
+  const auto stiffness = table.number("stiffness_n_mm", 1e-12, infinity, "a stiffness > 0 N/mm of each surface point");
+  table.finish();
+  if (!stiffness) table.fail_here("[[contact]] has no stiffness_n_mm, expected the stiffness of each surface point");
+  c.stiffness = *stiffness;
+  return c;
+}
+
 }  // namespace
 
 Scene read_scene(const std::filesystem::path& path, const std::string& display_name,
@@ -216,6 +244,8 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
   }
   std::size_t number = 0;
   for (const TomlReader& table : reader.tables("force")) scene.forces.push_back(read_force(table, folder, ++number));
+  number = 0;
+  for (const TomlReader& table : reader.tables("contact")) scene.contacts.push_back(read_contact(table, ++number));
   if (auto gravity = reader.table("gravity", "a table written [gravity]")) {
     const auto g = gravity->vector("m_s2", "three numbers [x, y, z], LPS, m/s^2");
     gravity->finish();

@@ -181,6 +181,13 @@ std::vector<SurfacePoint> Selector::select(const Selection& selection, const std
   return points;
 }
 
+std::vector<SurfacePoint> Selector::whole_surface() {
+  std::vector<SurfacePoint> points;
+  for (const Candidate& c : candidates(SurfacePoints::faces))
+    points.push_back({c.embedding.cell, hexmesh::shape_functions(c.embedding.local), c.area});
+  return points;
+}
+
 std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selector) {
   std::vector<ConstraintPoint> points;
   for (std::size_t c = 0; c < scene.conditions.size(); ++c) {

@@ -129,3 +129,32 @@ TEST(Scene, ForcesAndGravityAreReadInTheirUnits) {
             std::string::npos);
   EXPECT_NE(error_of("[gravity]\nmm_s2 = [0, 0, 1]\n").find("unknown key 'gravity.mm_s2'"), std::string::npos);
 }
+
+TEST(Scene, LawsCarryTheirOwnStrain) {
+  EXPECT_EQ(scene_of("[solve]\nstrain = \"green-lagrange\"\n").elasticity, Elasticity::green_lagrange);
+  EXPECT_EQ(scene_of("[solve]\nstrain = \"green-lagrange\"\n").volumetric, Volumetric::full);
+  EXPECT_EQ(scene_of("[solve]\nlaw = \"neo-hookean\"\n").elasticity, Elasticity::neo_hookean);
+  EXPECT_EQ(scene_of("[solve]\nlaw = \"stable-neo-hookean\"\nstrain = \"auto\"\n").elasticity,
+            Elasticity::stable_neo_hookean);
+  EXPECT_FALSE(scene_of("[solve]\nlaw = \"neo-hookean\"\nstrain = \"auto\"\n").finds_strain);
+  EXPECT_EQ(error_of("[solve]\nlaw = \"neo-hookean\"\nstrain = \"cauchy\"\n"),
+            "s.toml:1:1: strain goes with law = \"hooke\", expected none or \"auto\": this law has its own");
+  EXPECT_EQ(error_of("[solve]\nstrain = \"green-lagrange\"\nvolumetric = \"mean\"\n"),
+            "s.toml:1:1: volumetric = \"mean\" goes with other strains than \"green-lagrange\", expected \"full\"");
+}
+
+TEST(Scene, AContactIsAPlaneOrASphere) {
+  const Scene scene = scene_of(
+      "[[contact]]\nplane = { point_mm = [1, 2, 3], normal = [0, 0, 2] }\nstiffness_n_mm = 0.5\nby_mm = [0, 0, 4]\n"
+      "[[contact]]\nname = \"probe\"\nsphere = { center_mm = [1, 2, 3], radius_mm = 7 }\nstiffness_n_mm = 1\n");
+  ASSERT_EQ(scene.contacts.size(), 2U);
+  EXPECT_EQ(scene.contacts[0].name, "contact 1");
+  EXPECT_EQ(std::get<HalfSpace>(scene.contacts[0].obstacle).normal, Vec3(0, 0, 1));
+  EXPECT_EQ(scene.contacts[0].by, Vec3(0, 0, 4));
+  EXPECT_EQ(scene.contacts[0].stiffness, 0.5);
+  EXPECT_EQ(scene.contacts[1].name, "probe");
+  EXPECT_EQ(std::get<Ball>(scene.contacts[1].obstacle).radius, 7);
+  EXPECT_EQ(error_of("[[contact]]\nstiffness_n_mm = 1\n"), "s.toml:1:1: [[contact]] expects either plane or sphere");
+  EXPECT_EQ(error_of("[[contact]]\nsphere = { center_mm = [1, 2, 3], radius_mm = 7 }\n"),
+            "s.toml:1:1: [[contact]] has no stiffness_n_mm, expected the stiffness of each surface point");
+}

@@ -26,6 +26,13 @@ struct ForceReport {
   Vec3 total_n = Vec3::Zero();  ///< [N]
 };
 
+struct ContactReport {
+  std::string name;
+  std::size_t points = 0;       ///< of the surface that touch
+  double deepest_mm = 0;        ///< how far one is inside
+  Vec3 force_n = Vec3::Zero();  ///< on the body [N]
+};
+
 /// How far the displacement is expected to be from that of cells of no size, over the material.
 struct ErrorEstimate {
   std::optional<double> mean_mm, max_mm;  ///< of discretisation; nothing where there is no level to compare with
@@ -54,6 +61,7 @@ struct SolveReport {
   std::size_t kept_directions = 0;
   std::vector<ConditionReport> conditions;
   std::vector<ForceReport> forces;  ///< each [[force]], then gravity if there is any
+  std::vector<ContactReport> contacts;
   std::vector<LevelReport> levels;  ///< coarse to fine, the last is the mechanical level
   std::vector<Effect> effects;
   Elasticity elasticity = Elasticity::corotational;  ///< the scene's, or the one found

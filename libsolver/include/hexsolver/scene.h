@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "hexmesh/file/markup.h"
@@ -61,6 +62,17 @@ struct Force {
 /// Names the force in reports, apart from other effects.
 inline std::string load_name(const Force& force) { return "force '" + force.name + "'"; }
 
+/// A [[contact]] of the scene: an obstacle that the body may not enter.
+struct Contact {
+  std::string name;
+  std::string where;                       ///< file:line of its table, for messages
+  std::variant<HalfSpace, Ball> obstacle;  ///< the body stays in the half-space, or out of the ball
+  Vec3 by = Vec3::Zero();                  ///< how far the obstacle moves [mm]
+  double stiffness = 0;                    ///< of each surface point inside it [N/mm]
+};
+
+inline std::string contact_name(const Contact& contact) { return "contact '" + contact.name + "'"; }
+
 /// What [material.NAME] replaces.
 struct MaterialOverride {
   std::optional<double> young_kpa, poisson, density_kg_m3;
@@ -89,6 +101,7 @@ struct Scene {
   std::map<std::string, MaterialOverride> materials;
   std::vector<Condition> conditions;
   std::vector<Force> forces;
+  std::vector<Contact> contacts;
   Vec3 gravity = Vec3::Zero();  ///< [mm/s^2]
 };
 

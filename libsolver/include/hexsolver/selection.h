@@ -28,6 +28,9 @@ public:
   /// @throws Error{input} for a segment that the lattice does not have
   std::vector<SurfacePoint> select(const Selection& selection, const std::string& what);
 
+  /// The centres of all exposed faces.
+  std::vector<SurfacePoint> whole_surface();
+
 private:
   struct Candidate;
   const std::vector<Candidate>& candidates(SurfacePoints on);

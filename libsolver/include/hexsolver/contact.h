@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hexsolver/scene.h"
+#include "hexsolver/selection.h"
+#include "hexsolver/term.h"
+
+namespace hexsolver {
+
+/// An obstacle without friction that surface points enter against springs: W = sum_p k/2 min(gap_p, 0)^2, the gap that
+/// of the moved point, spread to the nodes by H^T. The obstacle moves by fraction * by.
+class PenaltyContact final : public Term {
+public:
+  /// @param mesh    must outlive this
+  /// @param points  the whole surface
+  PenaltyContact(const Contact& contact, const Mesh& mesh, const std::vector<SurfacePoint>& points);
+
+  std::string name() const override { return contact_name(contact_); }
+  void set_load_fraction(double fraction) override { fraction_ = fraction; }
+  double energy(const NodeVector& u) const override;
+  void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
+  bool is_linear() const override { return false; }
+  void linearize(const NodeVector& u, double clamping) override;
+  void add_product(const NodeVector& x, NodeVector& y) const override;
+  void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
+  std::int32_t shared_hessian(std::size_t cell) const override;
+  std::size_t bytes() const override;
+
+  struct State {
+    std::size_t points = 0;     ///< that touch
+    double deepest = 0;         ///< [mm]
+    Vec3 force = Vec3::Zero();  ///< on the body [N]
+  };
+  State state(const NodeVector& u) const;
+
+private:
+  struct Point {
+    std::int32_t cell;
+    NodeWeights weights;
+    Vec3 rest;
+  };
+  struct Gap {
+    double depth = 0;    ///< < 0: inside the obstacle [mm]
+    Vec3 normal;         ///< d depth / dx, out of it
+    double bending = 0;  ///< d2 depth / dx2 = bending (1 - n n^T) [1/mm]
+  };
+  struct Active {
+    std::int32_t cell;
+    NodeWeights weights;
+    Mat3 hessian;
+  };
+  Gap gap(const Point& p, const NodeVector& u) const;
+  std::pair<std::size_t, std::size_t> active_in(std::size_t cell) const;  ///< range of active_
+
+  Contact contact_;
+  const Mesh& mesh_;
+  std::vector<Point> points_;  ///< ascending cells
+  double fraction_ = 1;
+  std::vector<Active> active_;  ///< of the last linearize(), ascending cells
+};
+
+}  // namespace hexsolver

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/contact.h"
+
+#include <algorithm>
+
+#include "hexmesh/core/bytes.h"
+
+namespace hexsolver {
+namespace {
+
+Vec3 interpolate(const Mesh& mesh, std::int32_t cell, const NodeWeights& weights, const NodeVector& u) {
+  const CellVector v = mesh.gather(static_cast<std::size_t>(cell), u);
+  return Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * weights;
+}
+
+CellVector spread(const NodeWeights& weights, const Vec3& force) {
+  CellVector v;
+  for (int a = 0; a < 8; ++a) v.segment<3>(3 * a) = weights[a] * force;
+  return v;
+}
+
+}  // namespace
+
+PenaltyContact::PenaltyContact(const Contact& contact, const Mesh& mesh, const std::vector<SurfacePoint>& points)
+    : contact_(contact), mesh_(mesh) {
+  for (const SurfacePoint& p : points) {
+    Vec3 rest = Vec3::Zero();
+    for (int a = 0; a < 8; ++a)
+      rest += p.weights[a] * mesh.position(static_cast<std::size_t>(
+                                 mesh.cell_nodes()[static_cast<std::size_t>(p.cell)][static_cast<std::size_t>(a)]));
+    points_.push_back({p.cell, p.weights, rest});
+  }
+  std::stable_sort(points_.begin(), points_.end(), [](const Point& a, const Point& b) { return a.cell < b.cell; });
+}
+
+PenaltyContact::Gap PenaltyContact::gap(const Point& p, const NodeVector& u) const {
+  const Vec3 x = p.rest + interpolate(mesh_, p.cell, p.weights, u) - fraction_ * contact_.by;
+  if (const auto* plane = std::get_if<HalfSpace>(&contact_.obstacle))
+    return {(x - plane->point).dot(plane->normal), plane->normal, 0};
+  const Ball& ball = std::get<Ball>(contact_.obstacle);
+  const Vec3 from_center = x - ball.center;
+  const double distance = from_center.norm();
+  if (distance == 0) return {-ball.radius, Vec3::UnitX(), 0};
+  return {distance - ball.radius, from_center / distance, 1 / distance};
+}
+
+double PenaltyContact::energy(const NodeVector& u) const {
+  double sum = 0;
+  for (const Point& p : points_) {
+    const double depth = std::min(gap(p, u).depth, 0.0);
+    sum += contact_.stiffness / 2 * depth * depth;
+  }
+  return sum;
+}
+
+void PenaltyContact::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
+  for (const Point& p : points_) {
+    const Gap g = gap(p, u);
+    if (g.depth >= 0) continue;
+    const CellVector force = spread(p.weights, contact_.stiffness * g.depth * g.normal);
+    mesh_.scatter_add(static_cast<std::size_t>(p.cell), force, gradient);
+    mesh_.scatter_add(static_cast<std::size_t>(p.cell), force.cwiseAbs(), magnitude);
+  }
+}
+
+void PenaltyContact::linearize(const NodeVector& u, double clamping) {
+  active_.clear();
+  for (const Point& p : points_) {
+    const Gap g = gap(p, u);
+    if (g.depth >= 0) continue;
+    // Across the normal of a ball the curvature is negative: a point deep inside slips off to any side.
+    const double across = (1 - clamping) * g.depth * g.bending;
+    active_.push_back(
+        {p.cell, p.weights,
+         contact_.stiffness * (across * Mat3::Identity() + (1 - across) * g.normal * g.normal.transpose())});
+  }
+}
+
+void PenaltyContact::add_product(const NodeVector& x, NodeVector& y) const {
+  for (const Active& a : active_)
+    mesh_.scatter_add(static_cast<std::size_t>(a.cell),
+                      spread(a.weights, a.hessian * interpolate(mesh_, a.cell, a.weights, x)), y);
+}
+
+std::pair<std::size_t, std::size_t> PenaltyContact::active_in(std::size_t cell) const {
+  const auto range = std::equal_range(active_.begin(), active_.end(), Active{static_cast<std::int32_t>(cell), {}, {}},
+                                      [](const Active& a, const Active& b) { return a.cell < b.cell; });
+  return {range.first - active_.begin(), range.second - active_.begin()};
+}
+
+void PenaltyContact::add_cell_hessian(std::size_t cell, CellMatrix& h) const {
+  const auto [begin, end] = active_in(cell);
+  for (std::size_t n = begin; n < end; ++n)
+    for (int a = 0; a < 8; ++a)
+      for (int b = 0; b < 8; ++b)
+        h.block<3, 3>(3 * a, 3 * b) += active_[n].weights[a] * active_[n].weights[b] * active_[n].hessian;
+}
+
+std::int32_t PenaltyContact::shared_hessian(std::size_t cell) const {
+  const auto [begin, end] = active_in(cell);
+  return begin == end ? no_hessian : own_hessian;
+}
+
+std::size_t PenaltyContact::bytes() const { return hexmesh::bytes_of(points_) + hexmesh::bytes_of(active_); }
+
+PenaltyContact::State PenaltyContact::state(const NodeVector& u) const {
+  State s;
+  for (const Point& p : points_) {
+    const Gap g = gap(p, u);
+    if (g.depth >= 0) continue;
+    ++s.points;
+    s.deepest = std::max(s.deepest, -g.depth);
+    s.force -= contact_.stiffness * g.depth * g.normal;
+  }
+  return s;
+}
+
+}  // namespace hexsolver
