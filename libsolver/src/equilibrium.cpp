@@ -35,16 +35,17 @@ struct Solved {
   NewtonReport newton;
 };
 
-/// Newton with automatic load cut-back from `state.u`.
+/// Newton with automatic load cut-back, from `state.u` if it has a start.
 void solve_with_cutback(Solved& state, NewtonOptions options, bool has_start, const SolveProgress& progress) {
   const LevelProblem& problem = *state.problem;
   NewtonReport total;
   double reached = 0, step = 1;
-  NodeVector good = NodeVector::Zero(state.u.size());
+  NodeVector good;  // the state reached; empty at rest
   while (true) {
     const double target = std::min(1.0, reached + step);
     options.estimate_remaining = target == 1;
-    NodeVector trial = has_start ? state.u : good;
+    NodeVector trial = has_start ? std::move(state.u) : good;
+    if (trial.size() == 0) trial = NodeVector::Zero(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
     NewtonReport report = minimize(problem.hierarchy(), state.problem->potential(), problem.constraints(), target,
                                    options, trial, [&](int iteration, double residual, int linear) {
                                      if (progress) progress(problem.level(), target, iteration, residual, linear);
@@ -68,6 +69,7 @@ void solve_with_cutback(Solved& state, NewtonOptions options, bool has_start, co
     }
     has_start = false;
   }
+  if (good.size() == 0) good = NodeVector::Zero(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
   total.converged = reached == 1;
   if (!total.converged) {
     total.reason = fmt::format("stopped at {:.3g} of the load: {}", reached, total.reason);
@@ -196,9 +198,7 @@ private:
     const bool has_start = coarser.problem && coarser.newton.converged;
     if (has_start)
       Prolongation(mesh, coarser.problem->mesh(), level(coarser.problem->level()).merge).prolongate(coarser.u, next.u);
-    else
-      next.u = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
-    start_ = has_start ? next.u : NodeVector();
+    start_ = next.u;
 
     NewtonOptions options;
     const bool is_only_a_start = next.problem->level() != finest_ && !scene_.budget;
@@ -242,7 +242,6 @@ private:
       Solved& state = with[elasticity == Elasticity::corotational];
       state.problem = std::make_unique<LevelProblem>(lattice_, number == finest_ ? scene_ : coarse_scene_, number);
       state.problem->build_potential(elasticity);
-      state.u = NodeVector::Zero(static_cast<Eigen::Index>(state.problem->mesh().num_dofs()));
       NewtonOptions options;
       options.tolerance = nested_tolerance;
       solve_with_cutback(state, options, false, progress_);
@@ -284,10 +283,11 @@ private:
     estimator_.add(difference, report_.levels);
     for (Effect& e : report_.effects)
       if (e.name == error_estimate_name && difference) e.active = true;
+    const char* linearized = is_hyperelastic(report_.elasticity) ? "large strain" : "rotation";
     for (const Potential::Cost& cost : problem.potential().costs())
       for (Effect& e : report_.effects) {
         if (e.name == cost.name) e.seconds += cost.seconds - cost.linearize_seconds;
-        if (e.name == "rotation" && cost.name == problem.elastic().name()) e.seconds += cost.linearize_seconds;
+        if (e.name == linearized && cost.name == problem.elastic().name()) e.seconds += cost.linearize_seconds;
       }
   }
 

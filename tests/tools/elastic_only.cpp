@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// The least program that solves a lattice for small strain with displaced patches: what hexsolve's costs are held
+// against where a scene asks for no more.
+//
+//   elastic_only LATTICE RESULT {x y z radius dx dy dz}...
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+
+#include "hexmesh/file/lattice_file.h"
+#include "hexmesh/file/result_file.h"
+#include "hexmesh/lattice/locator.h"
+#include "hexsolver/cell_measures.h"
+#include "hexsolver/newton.h"
+#include "hexsolver/selection.h"
+#include "hexsolver/supports.h"
+
+using namespace hexsolver;
+
+namespace {
+
+/// One level; its parts refer to each other.
+struct Problem {
+  Problem(const hexmesh::Lattice& lattice, const Scene& scene, int level)
+      : hierarchy(
+            Mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner()),
+            lattice.corner()) {
+    Selector selector(lattice, level, hierarchy.meshes[0]);
+    std::vector<ConstraintPoint> points = select_points(scene, selector);
+    if (!free_parts(hierarchy.meshes[0], points).empty()) std::exit(4);
+    constraints = std::make_unique<const Constraints>(hierarchy.meshes[0], std::move(points));
+  }
+  void form_cells(const hexmesh::Lattice& lattice, int level) {
+    potential = std::make_unique<Potential>(hierarchy.meshes[0]);
+    auto cells = make_elastic_cells(hierarchy.meshes[0], lattice, level, {.elasticity = Elasticity::cauchy});
+    elastic = cells.get();
+    potential->add(std::move(cells));
+  }
+  Hierarchy hierarchy;
+  std::unique_ptr<const Constraints> constraints;
+  std::unique_ptr<Potential> potential;
+  const ElasticCells* elastic = nullptr;
+};
+
+std::vector<Vec3> to_points(const NodeVector& u) {
+  std::vector<Vec3> out;
+  for (Eigen::Index n = 0; n < u.size(); n += 3) out.emplace_back(u.segment<3>(n));
+  return out;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 4) return 2;
+  Scene scene;
+  for (int a = 3; a + 6 < argc; a += 7) {
+    const auto number = [&](int n) { return std::atof(argv[a + n]); };
+    Condition c;
+    c.selection.balls = {{{number(0), number(1), number(2)}, number(3)}};
+    c.by = {number(4), number(5), number(6)};
+    scene.conditions.push_back(c);
+  }
+  const hexmesh::Lattice lattice = hexmesh::read_lattice(argv[1]);
+  int first = 0;
+  while (first + 1 < static_cast<int>(lattice.levels.size()) &&
+         lattice.levels[static_cast<std::size_t>(first) + 1].cells.size() >= 8)
+    ++first;
+  std::unique_ptr<Problem> coarser;
+  NodeVector u;
+  for (int level = first; level >= 0; --level) {
+    auto problem = std::make_unique<Problem>(lattice, scene, level);
+    problem->form_cells(lattice, level);
+    const Mesh& mesh = problem->hierarchy.meshes[0];
+    NodeVector start = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
+    if (coarser)
+      Prolongation(mesh, coarser->hierarchy.meshes[0], lattice.levels[static_cast<std::size_t>(level) + 1].merge)
+          .prolongate(u, start);
+    u = start;
+    NewtonOptions options;
+    options.tolerance = level == 0 ? 1e-8 : 1e-4;
+    const NewtonReport newton = minimize(problem->hierarchy, *problem->potential, *problem->constraints, 1, options, u);
+    if (!newton.converged) return 5;
+    problem->elastic->size_in_material(newton.remaining);
+    problem->elastic->size_in_material(u - start);
+    coarser = std::move(problem);
+  }
+  NodeVector gradient, magnitude;
+  coarser->potential->gradient(u, gradient, magnitude);
+  const std::vector<Vec3> reactions = coarser->constraints->multipliers(gradient);
+  hexmesh::Result result = hexmesh::rest_state(lattice, 0);
+  const NodeVector rest = Eigen::Map<const NodeVector>(result.nodes[0].data(), u.size());
+  result.displacement = to_points(u);
+  const CellMeasures measures = measure_cells(*coarser->elastic, u);
+  result.cell_fields["strain_energy_density"] = coarser->elastic->cell_energies(u);
+  result.cell_fields["von_mises_stress"] = measures.von_mises_stress;
+  result.cell_fields["pressure"] = measures.pressure;
+  result.cell_fields["smoothed_pressure"] = measures.smoothed_pressure;
+  result.cell_fields["rotation_degrees"] = measures.rotation_degrees;
+  result.cell_fields["young_modulus"] = measures.young_modulus;
+  result.cell_fields["poisson_ratio"] = measures.poisson_ratio;
+  for (std::size_t d = 0; d < 3; ++d)
+    result.cell_fields["principal_stretch_" + std::to_string(d + 1)] = measures.principal_stretch[d];
+  const hexmesh::CellLocator locator(lattice.voxels, {1, 1, 1}, lattice.levels[0].cells);
+  for (const Vec3& p : lattice.surface.points) {
+    const hexmesh::Embedding e = locator.locate_position(p);
+    Vec3 moved = Vec3::Zero();
+    const NodeWeights weights = hexmesh::shape_functions(e.local);
+    for (int a = 0; a < 8 && e.cell >= 0; ++a)
+      moved += weights[a] * result.displacement[static_cast<std::size_t>(
+                                result.cell_nodes[static_cast<std::size_t>(e.cell)][static_cast<std::size_t>(a)])];
+    result.surface_displacement.push_back(moved);
+  }
+  const Mesh& mesh = coarser->hierarchy.meshes[0];
+  for (std::size_t c = 0; c < scene.conditions.size(); ++c)
+    result.conditions.push_back({"condition " + std::to_string(c), {}, {}});
+  for (const ConstraintPoint& p : coarser->constraints->points()) {
+    const CellVector corners = mesh.gather(static_cast<std::size_t>(p.cell), rest);
+    auto& condition = result.conditions[static_cast<std::size_t>(p.condition)];
+    condition.points.emplace_back(Eigen::Map<const Eigen::Matrix<double, 3, 8>>(corners.data()) * p.weights);
+    condition.displacement.push_back(coarser->constraints->displacement(p, u));
+  }
+  hexmesh::write_result(result, argv[2]);
+  std::printf("%g N mm, %zu reactions\n", coarser->elastic->energy(u), reactions.size());
+}

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// "Only the effects a scene calls for": a scene without gravity, contact, rotations and forces costs what a program
+// costs that knows none of them.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "support/files.h"
+
+using namespace testing_support;
+
+namespace {
+
+constexpr const char* scene = R"([solve]
+strain = "cauchy"
+[[fix]]
+point_mm = [-101, -6, -8]
+[[fix]]
+point_mm = [-55, 48, -16]
+[[fix]]
+point_mm = [-55, -14, -50]
+[[displace]]
+point_mm = [99, -14, 4]
+by_mm = [0, -2.8, -2.8]
+)";
+constexpr const char* patches =
+    "-101 -6 -8 10 0 0 0  -55 48 -16 10 0 0 0  -55 -14 -50 10 0 0 0  99 -14 4 10 0 -2.8 -2.8";
+
+/// The number after the last match of `before`.
+double number_after(const std::string& text, const std::string& before) {
+  const std::size_t at = text.rfind(before);
+  EXPECT_NE(at, std::string::npos) << text;
+  return at == std::string::npos ? 0 : std::stod(text.substr(at + before.size()));
+}
+
+class Effects : public testing::Test {
+protected:
+  static void SetUpTestSuite() {
+    folder = new TemporaryFolder;
+    write_text(*folder / "scene.toml", scene);
+    for (const int spacing : {4, 5}) {
+      const CommandResult made = run(
+          fmt::format("hexscan phantom liver --spacing {0} -o {0}.nrrd --quiet && hexmesh build {0}.nrrd --material "
+                      "'*:young_kpa=100,poisson=0.3' -o {0}.hexmesh --quiet",
+                      spacing));
+      ASSERT_EQ(made.exit_code, 0) << made.errors;
+    }
+  }
+  static void TearDownTestSuite() { delete folder; }
+  static CommandResult run(const std::string& command) {
+    return shell("cd '" + folder->path("") + "' && export OMP_NUM_THREADS=1 && " + command);
+  }
+
+  /// What `measure` says of hexsolve's command over what it says of that of the least program, less what both say of
+  /// their start.
+  template <class F>
+  static void expect_equal(int spacing, F&& measure) {
+    const double least = measure(fmt::format("elastic_only {}.hexmesh least.hexresult {}", spacing, patches)) -
+                         measure("elastic_only - -");
+    const double ours =
+        measure(fmt::format("hexsolve {}.hexmesh scene.toml --level 0 --force --quiet -o ours.hexresult", spacing)) -
+        measure("hexsolve --help");
+    std::printf("least program %.0f, hexsolve %.0f: %+.2f %%\n", least, ours, 100 * (ours / least - 1));
+    EXPECT_GT(least, 0);
+    EXPECT_NEAR(ours, least, 0.005 * least);
+  }
+  static bool has_valgrind() { return shell("command -v valgrind").exit_code == 0; }
+
+  static inline TemporaryFolder* folder = nullptr;
+};
+
+}  // namespace
+
+TEST_F(Effects, ThatAreOffTakeNoInstructions) {
+  if (!has_valgrind()) GTEST_SKIP() << "no valgrind";
+  expect_equal(4, [](const std::string& command) {
+    return number_after(run("valgrind --tool=callgrind --callgrind-out-file=/dev/null " + command).errors,
+                        "Collected : ");
+  });
+}
+
+TEST_F(Effects, ThatAreOffTakeNoMemory) {
+  if (!has_valgrind()) GTEST_SKIP() << "no valgrind";
+  expect_equal(5, [](const std::string& command) {
+    run("valgrind --tool=massif --massif-out-file=heap " + command);
+    std::istringstream lines(read_text(*folder / "heap"));
+    double peak = 0;
+    for (std::string line; std::getline(lines, line);)
+      if (line.rfind("mem_heap_B=", 0) == 0) peak = std::max(peak, number_after(line, "mem_heap_B="));
+    return peak;
+  });
+}
+
+TEST_F(Effects, ThatAreOffReadNothing) {
+  expect_equal(4, [](const std::string& command) {
+    return number_after(run("sh -c '" + command + " >/dev/null; cat /proc/$$/io'").output, "rchar: ");
+  });
+}
