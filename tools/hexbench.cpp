@@ -87,6 +87,91 @@ json bench_solver(const Lattice& lattice, const hexsolver::Scene& scene, int lev
           {"cycle_products", t.cycle / t.product}};
 }
 
+/// Mean and largest difference of two displacements, averaged over the filled part of each cell first [mm].
+std::pair<double, double> change(const hexmesh::Result& from, const hexmesh::Result& to) {
+  const std::vector<double>& fill = to.cell_fields.at("fill");
+  double sum = 0, weight = 0, largest = 0;
+  for (std::size_t c = 0; c < to.cells.size(); ++c) {
+    hexmesh::Vec3 mean = hexmesh::Vec3::Zero();
+    for (const std::int32_t n : to.cell_nodes[c])
+      mean += (to.displacement[static_cast<std::size_t>(n)] - from.displacement[static_cast<std::size_t>(n)]) / 8;
+    sum += fill[c] * mean.norm();
+    weight += fill[c];
+    largest = std::max(largest, mean.norm());
+  }
+  return {sum / weight, largest};
+}
+
+/// The scene as it is, taken apart: first linear elasticity alone, then one effect after the other.
+std::vector<std::pair<std::string, hexsolver::Scene>> one_effect_after_the_other(const hexsolver::Scene& whole) {
+  using hexsolver::Elasticity;
+  hexsolver::Scene scene = whole;
+  scene.finds_strain = false;
+  scene.elasticity = Elasticity::cauchy;
+  scene.volumetric = hexsolver::Volumetric::full;
+  scene.gravity.setZero();
+  scene.forces.clear();
+  scene.contacts.clear();
+  std::vector<std::pair<std::string, hexsolver::Scene>> steps = {{"linear elasticity", scene}};
+  scene.volumetric = hexsolver::Volumetric::mean;
+  steps.emplace_back("near-incompressibility", scene);
+  if (whole.gravity != hexmesh::Vec3::Zero()) {
+    scene.gravity = whole.gravity;
+    steps.emplace_back("gravity", scene);
+  }
+  if (!whole.forces.empty()) {
+    scene.forces = whole.forces;
+    steps.emplace_back("forces", scene);
+  }
+  scene.elasticity = Elasticity::corotational;
+  steps.emplace_back("rotation", scene);
+  if (!whole.contacts.empty()) {
+    scene.contacts = whole.contacts;
+    steps.emplace_back("contact", scene);
+  }
+  scene.elasticity = hexsolver::is_hyperelastic(whole.elasticity) ? whole.elasticity : Elasticity::neo_hookean;
+  if (scene.elasticity == Elasticity::green_lagrange) scene.volumetric = hexsolver::Volumetric::full;
+  steps.emplace_back("large strain", scene);
+  return steps;
+}
+
+/// What each effect of a scene costs and changes.
+json bench_effects(const Lattice& lattice, const hexsolver::Scene& whole, int level, int repeats,
+                   const Console& console) {
+  json rows = json::array();
+  std::optional<hexmesh::Result> before;
+  double first_seconds = 0;
+  for (const auto& [name, scene] : one_effect_after_the_other(whole)) {
+    hexsolver::SolveReport report;
+    std::optional<hexmesh::Result> result;
+    const double seconds = seconds_of(repeats, [&, &of = scene] {
+      report = {};
+      result = hexsolver::solve_equilibrium(lattice, of, level, report);
+    });
+    if (first_seconds == 0) first_seconds = seconds;
+    std::size_t bytes = 0;
+    for (const auto& entry : report.bytes) bytes += entry.second;
+    json row = {{"effect", name},
+                {"converged", report.converged},
+                {"seconds", seconds},
+                {"time_over_linear", seconds / first_seconds},
+                {"memory_mb", static_cast<double>(bytes) / (1 << 20)},
+                {"newton_iterations", report.levels.back().newton.iterations}};
+    std::string words;
+    if (before) {
+      const auto [mean, largest] = change(*before, *result);
+      row["change_mm"] = {{"mean", mean}, {"max", largest}};
+      words = fmt::format(", changes the displacement by {:.3g} mm on average, {:.3g} at most", mean, largest);
+    }
+    console.note(fmt::format("{}{}: {:.2g} s, {:.1f} times linear, {:.3g} MB{}", name,
+                             report.converged ? "" : " (not converged)", seconds, seconds / first_seconds,
+                             static_cast<double>(bytes) / (1 << 20), words));
+    rows.push_back(std::move(row));
+    before = std::move(result);
+  }
+  return {{"level", level}, {"cells", lattice.levels[static_cast<std::size_t>(level)].cells.size()}, {"effects", rows}};
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -95,22 +180,26 @@ int main(int argc, char** argv) {
       argc, argv,
       {"hexbench", "Measure how fast this machine does what the tools do; medians, as JSON.",
        "hexbench lattice liver.hexmesh",
-       [o](CLI::App& app, const CommonOptions& common, const Console&) -> std::function<int()> {
+       [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
          app.require_subcommand(1);
          CLI::App* lattice = app.add_subcommand("lattice", "Element recursion of all levels, against memcpy");
          CLI::App* solver = app.add_subcommand("solver", "Multigrid of one level, against its operator product");
-         for (CLI::App* sub : {lattice, solver}) {
+         CLI::App* effects =
+             app.add_subcommand("effects", "What each effect of a scene costs and changes, one added after the other");
+         for (CLI::App* sub : {lattice, solver, effects}) {
            sub->add_option("lattice", o->input, "Lattice file; - is standard input")->required();
            sub->add_option("--repeats", o->repeats, "Runs of which the median counts")
                ->check(CLI::Range(1, 1000))
                ->capture_default_str();
            sub->add_option("-o,--output", o->output, "JSON; - is standard output")->capture_default_str();
          }
-         solver->add_option("scene", o->scene, "Scene file (TOML)")->required();
-         solver->add_option("--level", o->level, "Which level; 0 = voxels")
-             ->check(CLI::Range(0, 30))
-             ->capture_default_str();
-         return [=, &common] {
+         for (CLI::App* sub : {solver, effects}) {
+           sub->add_option("scene", o->scene, "Scene file (TOML)")->required();
+           sub->add_option("--level", o->level, "Which level; 0 = voxels")
+               ->check(CLI::Range(0, 30))
+               ->capture_default_str();
+         }
+         return [=, &common, &console] {
            const hexmesh::InputFile file(o->input);
            const Lattice read = hexmesh::read_lattice(file.path());
            if (lattice->parsed()) {
@@ -119,12 +208,11 @@ int main(int argc, char** argv) {
            }
            hexsolver::Scene scene = hexsolver::read_scene(o->scene, o->scene);
            scene.level = o->level;
-           write_text(o->output,
-                      bench_solver(hexsolver::with_overrides(read, scene), scene, hexsolver::finest_level(scene, read),
-                                   o->repeats)
-                              .dump(2) +
-                          "\n",
-                      common);
+           const Lattice as_asked = hexsolver::with_overrides(read, scene);
+           const int level = hexsolver::finest_level(scene, read);
+           const json report = solver->parsed() ? bench_solver(as_asked, scene, level, o->repeats)
+                                                : bench_effects(as_asked, scene, level, o->repeats, console);
+           write_text(o->output, report.dump(2) + "\n", common);
            return 0;
          };
        }});
