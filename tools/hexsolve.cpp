@@ -227,7 +227,7 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
 
   const hexmesh::Lattice lattice = [&] {
     std::vector<int> wanted;
-    if (scene.level &&
+    if (scene.level && *scene.level > 0 &&
         scene.islands == hexsolver::Islands::error)  // the levels of an accuracy or a budget are not known yet
       for (int n = *scene.level; n < hexmesh::count_levels(lattice_file.path()); ++n) wanted.push_back(n);
     return hexsolver::with_overrides(hexmesh::read_lattice(lattice_file.path(), wanted), scene);

@@ -76,7 +76,8 @@ Mat3 first_piola(const EnergyDensity& w, const Mat3& f) {
 
 Tangent tangent(const EnergyDensity& w, const Mat3& f) {
   const Polar polar = polar_decomposition(f);
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(polar.stretch);
+  Eigen::SelfAdjointEigenSolver<Mat3> eigen;
+  eigen.computeDirect(polar.stretch);
   const Vec3 s = eigen.eigenvalues();
   const Vec3 beside(s[1] * s[2], s[2] * s[0], s[0] * s[1]);  // dJ / ds
   Tangent t{polar.rotation * eigen.eigenvectors(), eigen.eigenvectors(), {}, {}, {}};
@@ -97,7 +98,8 @@ Tangent tangent(const EnergyDensity& w, const Mat3& f) {
 
 Tangent clamped(Tangent t, double clamping) {
   const auto rest = [clamping](const Vec3& v) -> Vec3 { return v.cwiseMax(0) + (1 - clamping) * v.cwiseMin(0); };
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(t.stretch);
+  Eigen::SelfAdjointEigenSolver<Mat3> eigen;
+  eigen.computeDirect(t.stretch);
   t.stretch = eigen.eigenvectors() * rest(eigen.eigenvalues()).asDiagonal() * eigen.eigenvectors().transpose();
   const Vec3 symmetric = rest(t.same + t.other), turning = rest(t.same - t.other);
   t.same = (symmetric + turning) / 2;

@@ -14,7 +14,12 @@ struct UsualCost {
   double products;
   double bytes_per_cell;
 };
-constexpr UsualCost linear_cost = {280, 800}, corotational_cost = {420, 2500};
+constexpr UsualCost linear_cost = {280, 800}, corotational_cost = {420, 2500}, hyperelastic_cost = {750, 3000};
+
+const UsualCost& usual_cost(Elasticity elasticity) {
+  if (is_hyperelastic(elasticity)) return hyperelastic_cost;
+  return elasticity == Elasticity::cauchy ? linear_cost : corotational_cost;
+}
 
 template <class F>
 double median_seconds(int repeats, F&& f) {
@@ -62,7 +67,7 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
   SolvePlan plan;
   plan.effects = list_effects(scene);
   const int first = first_nested_level(lattice, level);
-  const UsualCost& cost = scene.elasticity == Elasticity::cauchy ? linear_cost : corotational_cost;
+  const UsualCost& cost = usual_cost(scene.elasticity);
   const double per_cell = seconds_per_cell(lattice, scene, first, level);
   double total = 0;
   for (int number = first; number >= level; --number) {
