@@ -11,10 +11,6 @@
 namespace hexsolver {
 namespace {
 
-double angle_degrees(const Mat3& rotation) {
-  return std::acos(std::clamp((rotation.trace() - 1) / 2, -1.0, 1.0)) * 180 / std::numbers::pi;
-}
-
 void smooth_pressure(const ElasticCells& cells, CellMeasures& measures) {
   const Mesh& mesh = cells.mesh();
   struct AtNode {
@@ -60,7 +56,7 @@ CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u) {
     const Mat3 f = cells.mean_gradient(c, u);
     const Vec3 stretches = Eigen::JacobiSVD<Mat3>(f).singularValues();
     for (std::size_t d = 0; d < 3; ++d) out.principal_stretch[d].push_back(stretches[static_cast<Eigen::Index>(d)]);
-    out.rotation_degrees.push_back(angle_degrees(polar_decomposition(f).rotation));
+    out.rotation_degrees.push_back(rotation_angle(polar_decomposition(f).rotation) * 180 / std::numbers::pi);
     const Mat3 stress = cells.stress(c, u);
     const double pressure = -stress.trace() / 3;
     out.pressure.push_back(pressure);

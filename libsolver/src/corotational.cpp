@@ -39,6 +39,11 @@ CorotationalCells::Frame CorotationalCells::frame(std::size_t cell, const NodeVe
 std::vector<double> CorotationalCells::cell_energies(const NodeVector& u) const {
   std::vector<double> energies(mesh_.num_cells());
   mesh_.for_each_cell([&](std::size_t c) {
+    if (!turns(c)) {
+      const CellVector v = mesh_.gather(c, u);
+      energies[c] = 0.5 * v.dot(times(model(c).stiffness, v));
+      return;
+    }
     const Frame f = frame(c, u);
     energies[c] = 0.5 * (f.y - rest_).dot(f.f);
   });
@@ -46,13 +51,21 @@ std::vector<double> CorotationalCells::cell_energies(const NodeVector& u) const 
 }
 
 Mat3 CorotationalCells::stress(std::size_t cell, const NodeVector& u) const {
-  const Polar polar = polar_decomposition(mean_gradient(cell, u));
+  const Mat3 f = mean_gradient(cell, u);
+  if (!turns(cell)) return hooke_stress(model(cell), (f + f.transpose()) / 2 - Mat3::Identity());
+  const Polar polar = polar_decomposition(f);
   const Mat3 in_frame = hooke_stress(model(cell), polar.stretch - Mat3::Identity());
   return polar.rotation * in_frame * polar.rotation.transpose();
 }
 
 void CorotationalCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
   mesh_.for_each_cell([&](std::size_t c) {
+    if (!turns(c)) {
+      const CellVector linear = times(model(c).stiffness, mesh_.gather(c, u));
+      mesh_.scatter_add(c, linear, gradient);
+      mesh_.scatter_add(c, linear.cwiseAbs(), magnitude);
+      return;
+    }
     Frame f = frame(c, u);
     for (int a = 0; a < 8; ++a) f.f.segment<3>(3 * a) -= f.h.cross(Vec3(model(c).mean_gradient.row(a)));
     const CellVector force = rotate(f.r, f.f);
@@ -98,6 +111,7 @@ void CorotationalCells::linearize(const NodeVector& u, double clamping) {
   frames_.resize(mesh_.num_cells());
   positive_.resize(clamping > 0 ? mesh_.num_cells() : 0);
   mesh_.for_each_cell([&](std::size_t c) {
+    if (!turns(c)) return;
     frames_[c] = frame(c, u);
     if (clamping > 0) positive_[c] = positive_part(stress_term(frames_[c], model(c).mean_gradient));
   });
@@ -105,6 +119,10 @@ void CorotationalCells::linearize(const NodeVector& u, double clamping) {
 
 void CorotationalCells::add_product(const NodeVector& x, NodeVector& y) const {
   mesh_.for_each_cell([&](std::size_t c) {
+    if (!turns(c)) {
+      mesh_.scatter_add(c, times(model(c).stiffness, mesh_.gather(c, x)), y);
+      return;
+    }
     const Frame& f = frames_[c];
     const NodeGradients& gradient = model(c).mean_gradient;
     const CellVector v = rotate(f.r.transpose(), mesh_.gather(c, x));
@@ -147,6 +165,10 @@ std::size_t CorotationalCells::bytes() const {
 
 void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) const {
   const CellMatrix& k = model(cell).stiffness;
+  if (!turns(cell)) {
+    hessian += k;
+    return;
+  }
   const Frame& f = frames_[cell];
   const StressTerm e = stress_term(f, model(cell).mean_gradient);
   Columns y;  // w x y_a = (Y w)_a

@@ -121,7 +121,7 @@ std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const hexmesh
   if (settings.elasticity == Elasticity::corotational && settings.rotation == Rotation::edges)
     return std::make_unique<EdgeRotatedCells>(mesh, std::move(element), std::move(models));
   if (settings.elasticity == Elasticity::corotational)
-    return std::make_unique<CorotationalCells>(mesh, std::move(element), std::move(models));
+    return std::make_unique<CorotationalCells>(mesh, std::move(element), std::move(models), settings.turning);
   std::vector<std::vector<hexmesh::MaterialPoint>> points;
   if (settings.stiffness == Stiffness::uniform)
     for (const hexmesh::Element& e : elements)

@@ -4,11 +4,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "hexmesh/core/error.h"
 #include "hexmesh/lattice/locator.h"
 #include "hexsolver/cell_measures.h"
+#include "hexsolver/rotation.h"
 #include "level_problem.h"
 #include "stopwatch.h"
 
@@ -116,6 +118,13 @@ private:
   std::vector<ElasticCells::Size> differences_;
 };
 
+/// Of the box of a body [mm].
+double diameter(const Mesh& mesh) {
+  return (mesh.edges().cwiseAbs() * Vec3(hexmesh::extent_of(mesh.cells())[0], hexmesh::extent_of(mesh.cells())[1],
+                                         hexmesh::extent_of(mesh.cells())[2]))
+      .norm();
+}
+
 class NestedIteration {
 public:
   NestedIteration(const Lattice& lattice, const Scene& scene, int finest, SolveReport& report,
@@ -193,7 +202,7 @@ private:
   }
 
   void solve_level(Solved& next, const Solved& coarser) {
-    next.problem->build_potential(report_.elasticity);
+    next.problem->build_potential(report_.elasticity, turning_cells(*next.problem, coarser));
     const Mesh& mesh = next.problem->mesh();
     const bool has_start = coarser.problem && coarser.newton.converged;
     if (has_start)
@@ -249,12 +258,40 @@ private:
     const ElasticCells& cells = with[0].problem->elastic();
     const double change = cells.size_in_material(with[1].u - with[0].u).mean;
     const double allowed = scene_.accuracy.value_or(default_part * cells.size_in_material(with[0].u).mean);
+    angle_without_effect_ = std::sqrt(allowed / diameter(with[0].problem->mesh()));
     const bool turns = !with[1].newton.converged || change > allowed;
     report_.elasticity = turns ? Elasticity::corotational : Elasticity::cauchy;
     explain_rotation(turns,
                      fmt::format("on level {} turning cells changes the displacement by {:.2g} mm on average, {} "
                                  "{:.2g} mm",
                                  number, change, turns ? "more than" : "at most", allowed));
+  }
+
+  /// A cell that turns by w without being turned takes w^2 / 2 for strain, which over the length of the body moves its
+  /// end by w^2 / 2 times that: half of what is allowed, for the largest w that is left out.
+  std::vector<bool> turning_cells(const LevelProblem& next, const Solved& coarser) {
+    const bool chooses = scene_.finds_strain && report_.elasticity == Elasticity::corotational &&
+                         scene_.rotation == Rotation::polar && coarser.problem && coarser.newton.converged;
+    if (!chooses) return {};
+    const hexmesh::Merge merge = hexmesh::merge_cells(next.mesh().cells(), level(coarser.problem->level()).merge);
+    std::vector<bool> turning(next.mesh().num_cells());
+    for (std::size_t parent = 0; parent < merge.children.size(); ++parent) {
+      const Mat3 f = coarser.problem->elastic().mean_gradient(parent, coarser.u);
+      const bool turns = rotation_angle(polar_decomposition(f).rotation) > angle_without_effect_;
+      for (const std::int32_t child : merge.children[parent])
+        if (child >= 0) turning[static_cast<std::size_t>(child)] = turns;
+    }
+    count_turning(next, turning);
+    return turning;
+  }
+
+  void count_turning(const LevelProblem& problem, const std::vector<bool>& turning) {
+    for (Effect& e : report_.effects)
+      if (e.name == "rotation") {
+        e.why = e.why.substr(0, e.why.find("; on level"));
+        e.why += fmt::format("; on level {} {} of {} cells turn", problem.level(),
+                             std::count(turning.begin(), turning.end(), true), turning.size());
+      }
   }
 
   void explain_rotation(bool active, const std::string& why) {
@@ -319,7 +356,8 @@ private:
   Stopwatch clock_;
   std::vector<std::string> level_warnings_;  ///< of the last level that counts
   ErrorEstimator estimator_;
-  NodeVector start_;  ///< the coarser solution on the level being solved
+  double angle_without_effect_ = 0;  ///< of cells that need not turn, with strain = "auto" [rad]
+  NodeVector start_;                 ///< the coarser solution on the level being solved
 };
 
 std::vector<Vec3> to_points(const NodeVector& u) {

@@ -132,9 +132,9 @@ std::vector<std::string> LevelProblem::conflicts() const {
   return words;
 }
 
-void LevelProblem::build_potential(Elasticity elasticity) {
-  auto elastic =
-      make_elastic_cells(mesh(), lattice_, level_, {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness});
+void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> turning) {
+  auto elastic = make_elastic_cells(
+      mesh(), lattice_, level_, {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(turning)});
   elastic_ = elastic.get();
   std::vector<std::pair<std::int32_t, double>> springs;
   for (std::size_t c = 0; c < islands_.size(); ++c)

@@ -29,7 +29,8 @@ public:
   std::vector<std::string> conflicts() const;
 
   /// Form the elements; before this there is no potential.
-  void build_potential(Elasticity elasticity);
+  /// @param turning  which cells turn; empty = all
+  void build_potential(Elasticity elasticity, std::vector<bool> turning = {});
 
   int level() const noexcept { return level_; }
   const Scene& scene() const noexcept { return scene_; }

@@ -6,6 +6,8 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <cmath>
+#include <cmath>
 
 namespace hexsolver {
 namespace {
@@ -53,6 +55,8 @@ Polar polar_decomposition(const Mat3& f) {
   if (polar.inverse_m.norm() * polar_floor > 1) return by_singular_values(f);
   return polar;
 }
+
+double rotation_angle(const Mat3& rotation) { return std::acos(std::clamp((rotation.trace() - 1) / 2, -1.0, 1.0)); }
 
 Mat3 orthonormalized(const Mat3& f) {
   constexpr double flat = 1e-9;

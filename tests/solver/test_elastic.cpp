@@ -162,6 +162,40 @@ TEST(Elastic, ASmallDeformationAfterALargeRotationStoresTheLinearEnergy) {
   EXPECT_NEAR(rotated.potential.energy(turned), rotated.potential.energy(small), 1e-6 * linear.potential.energy(small));
 }
 
+TEST(Elastic, OnlyTheChosenCellsTurn) {
+  const Lattice lattice = bitten_ball({1, 1, 2.5}, {0, 1, 0});
+  const Mesh mesh(lattice.levels[1].cells, lattice.cell_edges(1), lattice.corner());
+  std::vector<bool> turning(mesh.num_cells()), none(mesh.num_cells());
+  for (std::size_t c = 0; c < turning.size(); ++c) turning[c] = mesh.cells()[c][0] % 2 == 0;
+  const auto cells = [&](Elasticity elasticity, const std::vector<bool>& which) {
+    auto potential = std::make_unique<Potential>(mesh);
+    potential->add(make_elastic_cells(mesh, lattice, 1, {.elasticity = elasticity, .turning = which}));
+    return potential;
+  };
+  const auto some = cells(Elasticity::corotational, turning), no = cells(Elasticity::corotational, none),
+             all = cells(Elasticity::corotational, {}), linear = cells(Elasticity::cauchy, {});
+  const NodeVector u = large_deformation(mesh, 0.05), direction = noise(mesh.num_dofs(), 1, 33);
+  const auto gradient = [](const Potential& p, const NodeVector& at) {
+    NodeVector g, magnitude;
+    p.gradient(at, g, magnitude);
+    return g;
+  };
+  EXPECT_LT((gradient(*no, u) - gradient(*linear, u)).norm(), 1e-12 * gradient(*linear, u).norm());
+  constexpr double h = 1e-5;
+  const double measured = (some->energy(u + h * direction) - some->energy(u - h * direction)) / (2 * h);
+  EXPECT_NEAR(gradient(*some, u).dot(direction), measured, 1e-6 * gradient(*some, u).norm() * direction.norm());
+  for (Potential* p : {some.get(), all.get(), linear.get()}) p->linearize(u, Hessian::exact);
+  NodeVector product;
+  some->apply(direction, product);
+  const NodeVector difference = (gradient(*some, u + h * direction) - gradient(*some, u - h * direction)) / (2 * h);
+  EXPECT_LT((product - difference).norm(), 1e-6 * product.norm());
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
+    const CellMatrix expected = (turning[c] ? all : linear)->cell_hessian(c);
+    EXPECT_LT((some->cell_hessian(c) - expected).norm(), 1e-12 * expected.norm());
+    EXPECT_EQ(some->shared_hessian(c), turning[c] ? Term::own_hessian : linear->shared_hessian(c));
+  }
+}
+
 TEST(EdgeRotatedCells, ForcesAreTheLinearOnesInTheFrameOfTheEdges) {
   // A turned and slightly strained body: R K R^T (x - R X), R the rotation of the edges.
   const Lattice lattice = bitten_ball({1, 1, 2.5}, {0, 1, 0}, random_rotation(13));

@@ -171,5 +171,9 @@ TEST(AutomaticStrain, TurnsCellsWhereThatChangesMoreThanTheAccuracy) {
     std::printf("pulled by %g mm: %s, off by %.4f mm on average\n", pull, turns ? "rotations on" : "rotations off",
                 d.mean);
     EXPECT_LT(d.mean, 0.4);
+    const auto rotation = std::find_if(found.report.effects.begin(), found.report.effects.end(),
+                                       [](const Effect& e) { return e.name == "rotation"; });
+    std::printf("  %s\n", rotation->why.c_str());
+    EXPECT_EQ(rotation->why.find("cells turn") != std::string::npos, turns);
   }
 }

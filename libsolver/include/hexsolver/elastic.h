@@ -38,6 +38,7 @@ struct ElasticSettings {
   Rotation rotation = Rotation::polar;
   Volumetric volumetric = Volumetric::mean;
   Stiffness stiffness = Stiffness::exact;
+  std::vector<bool> turning;  ///< which co-rotational cells turn; empty = all
 };
 
 /// What cells alike share.
@@ -117,9 +118,13 @@ public:
 /// Gradient and Hessian are exact, with R a function of x, so the forces of a cell have no net force and no net torque.
 /// The Hessian is Q^T K Q + E with E of rank 6, three of its eigenvalues negative or zero; clamped keeps E's positive
 /// part. Derivation: THEORY.md, "Co-rotational cells". Source of W with R held: Nesme, Faure, Payan 2010.
+/// Cells that do not turn, if so chosen, keep R = 1 and cost what Cauchy's do.
 class CorotationalCells final : public ElasticCells {
 public:
-  using ElasticCells::ElasticCells;
+  /// @param turning  which cells turn; empty = all
+  CorotationalCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models,
+                    std::vector<bool> turning = {})
+      : ElasticCells(mesh, std::move(elements), std::move(models)), turning_(std::move(turning)) {}
   std::vector<double> cell_energies(const NodeVector& u) const override;
   Mat3 stress(std::size_t cell, const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
@@ -127,7 +132,7 @@ public:
   void linearize(const NodeVector& u, double clamping) override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
-  std::int32_t shared_hessian(std::size_t /*cell*/) const override { return own_hessian; }
+  std::int32_t shared_hessian(std::size_t cell) const override { return turns(cell) ? own_hessian : elements_[cell]; }
   std::size_t bytes() const override;
 
 private:
@@ -144,10 +149,12 @@ private:
   };
   using Columns = Eigen::Matrix<double, 24, 3>;
 
+  bool turns(std::size_t cell) const { return turning_.empty() || turning_[cell]; }
   Frame frame(std::size_t cell, const NodeVector& u) const;
   static StressTerm stress_term(const Frame& f, const NodeGradients& gradient);
   static Columns positive_part(const StressTerm& e);  ///< Z with Z Z^T = the positive part of E
 
+  std::vector<bool> turning_;
   std::vector<Frame> frames_;      ///< of the last linearize()
   std::vector<Columns> positive_;  ///< likewise, empty where it is exact
 };

@@ -20,6 +20,8 @@ inline constexpr double polar_floor = 0.05;
 /// Sources: Higham, SIAM J. Sci. Stat. Comput. 7 (1986) 1160 (the iteration); Irving et al., SCA 2004 (inversion).
 Polar polar_decomposition(const Mat3& f);
 
+double rotation_angle(const Mat3& rotation);  ///< [rad], 0 to pi
+
 /// The rotation whose first column points along f's first and whose second lies in the plane of its first two
 /// (Gram-Schmidt, the paper's), defined for any F: a column that vanishes or is parallel to one before is replaced by
 /// the coordinate axis, of those that are free, farthest from it.
