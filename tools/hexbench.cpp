@@ -107,14 +107,18 @@ std::vector<std::pair<std::string, hexsolver::Scene>> one_effect_after_the_other
   using hexsolver::Elasticity;
   hexsolver::Scene scene = whole;
   scene.finds_strain = false;
+  scene.accuracy.reset();
+  scene.budget.reset();
   scene.elasticity = Elasticity::cauchy;
   scene.volumetric = hexsolver::Volumetric::full;
   scene.gravity.setZero();
   scene.forces.clear();
   scene.contacts.clear();
   std::vector<std::pair<std::string, hexsolver::Scene>> steps = {{"linear elasticity", scene}};
-  scene.volumetric = hexsolver::Volumetric::mean;
-  steps.emplace_back("near-incompressibility", scene);
+  if (whole.volumetric == hexsolver::Volumetric::mean) {
+    scene.volumetric = whole.volumetric;
+    steps.emplace_back("near-incompressibility", scene);
+  }
   if (whole.gravity != hexmesh::Vec3::Zero()) {
     scene.gravity = whole.gravity;
     steps.emplace_back("gravity", scene);
@@ -123,15 +127,18 @@ std::vector<std::pair<std::string, hexsolver::Scene>> one_effect_after_the_other
     scene.forces = whole.forces;
     steps.emplace_back("forces", scene);
   }
-  scene.elasticity = Elasticity::corotational;
-  steps.emplace_back("rotation", scene);
+  if (whole.elasticity != Elasticity::cauchy) {
+    scene.elasticity = Elasticity::corotational;
+    steps.emplace_back("rotation", scene);
+  }
   if (!whole.contacts.empty()) {
     scene.contacts = whole.contacts;
     steps.emplace_back("contact", scene);
   }
-  scene.elasticity = hexsolver::is_hyperelastic(whole.elasticity) ? whole.elasticity : Elasticity::neo_hookean;
-  if (scene.elasticity == Elasticity::green_lagrange) scene.volumetric = hexsolver::Volumetric::full;
-  steps.emplace_back("large strain", scene);
+  if (hexsolver::is_hyperelastic(whole.elasticity)) {
+    scene.elasticity = whole.elasticity;
+    steps.emplace_back("large strain", scene);
+  }
   return steps;
 }
 
@@ -139,7 +146,7 @@ std::vector<std::pair<std::string, hexsolver::Scene>> one_effect_after_the_other
 json bench_effects(const Lattice& lattice, const hexsolver::Scene& whole, int level, int repeats,
                    const Console& console) {
   json rows = json::array();
-  std::optional<hexmesh::Result> before;
+  std::optional<hexmesh::Result> before;  // the last one that converged
   double first_seconds = 0;
   for (const auto& [name, scene] : one_effect_after_the_other(whole)) {
     hexsolver::SolveReport report;
@@ -158,7 +165,7 @@ json bench_effects(const Lattice& lattice, const hexsolver::Scene& whole, int le
                 {"memory_mb", static_cast<double>(bytes) / (1 << 20)},
                 {"newton_iterations", report.levels.back().newton.iterations}};
     std::string words;
-    if (before) {
+    if (before && report.converged) {
       const auto [mean, largest] = change(*before, *result);
       row["change_mm"] = {{"mean", mean}, {"max", largest}};
       words = fmt::format(", changes the displacement by {:.3g} mm on average, {:.3g} at most", mean, largest);
@@ -167,7 +174,7 @@ json bench_effects(const Lattice& lattice, const hexsolver::Scene& whole, int le
                              report.converged ? "" : " (not converged)", seconds, seconds / first_seconds,
                              static_cast<double>(bytes) / (1 << 20), words));
     rows.push_back(std::move(row));
-    before = std::move(result);
+    if (report.converged) before = std::move(result);
   }
   return {{"level", level}, {"cells", lattice.levels[static_cast<std::size_t>(level)].cells.size()}, {"effects", rows}};
 }

@@ -40,6 +40,17 @@ json to_json(const std::vector<hexsolver::ForceReport>& forces) {
   return out;
 }
 
+json to_json(const std::vector<hexsolver::ContactReport>& contacts) {
+  json out = json::array();
+  for (const hexsolver::ContactReport& c : contacts)
+    out.push_back({{"name", c.name},
+                   {"points", c.points},
+                   {"deepest_mm", c.deepest_mm},
+                   {"nearest_mm", c.nearest_mm},
+                   {"force_n", to_json(c.force_n)}});
+  return out;
+}
+
 json to_json(const std::vector<hexsolver::Effect>& effects) {
   json out = json::array();
   for (const hexsolver::Effect& e : effects) out.push_back({{"name", e.name}, {"active", e.active}, {"why", e.why}});
@@ -88,10 +99,7 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
     out["conditions"].push_back(condition);
   }
   out["forces"] = to_json(r.forces);
-  out["contacts"] = json::array();
-  for (const hexsolver::ContactReport& c : r.contacts)
-    out["contacts"].push_back(
-        {{"name", c.name}, {"points", c.points}, {"deepest_mm", c.deepest_mm}, {"force_n", to_json(c.force_n)}});
+  out["contacts"] = to_json(r.contacts);
   out["free_modes"] = json::array();
   out["dropped_cells"] = r.dropped_cells;
   out["held_cells"] = r.held_cells;
@@ -164,6 +172,7 @@ int show_check(const hexsolver::SceneCheck& check, const Options& o, const Commo
   json out = {{"level", check.level},
               {"conditions", json::array()},
               {"forces", to_json(check.forces)},
+              {"contacts", to_json(check.contacts)},
               {"dropped_cells", check.dropped_cells},
               {"held_cells", check.held_cells},
               {"warnings", check.warnings}};
@@ -175,6 +184,8 @@ int show_check(const hexsolver::SceneCheck& check, const Options& o, const Commo
     text += fmt::format("condition '{}': {} points, {} directions held\n", c.name, c.points, c.kept);
   for (const hexsolver::ForceReport& f : check.forces)
     text += fmt::format("force '{}': [{:.4g}, {:.4g}, {:.4g}] N\n", f.name, f.total_n[0], f.total_n[1], f.total_n[2]);
+  for (const hexsolver::ContactReport& c : check.contacts)
+    text += fmt::format("contact '{}': {:.3g} mm from the surface at rest\n", c.name, c.nearest_mm);
   if (check.dropped_cells > 0) text += fmt::format("islands left out: {} cells\n", check.dropped_cells);
   if (check.held_cells > 0) text += fmt::format("islands held by springs: {} cells\n", check.held_cells);
   text += fmt::format("level {}: every part is held\n", check.level);
@@ -268,8 +279,8 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
     return exit_not_converged;
   }
   if (report.converged) return 0;
-  fmt::print(stderr, "hexsolve: error: not converged: {}; '{}' holds the last state that did, marked so\n",
-             report.reason, o.output);
+  fmt::print(stderr, "hexsolve: error: not converged: {}; '{}' holds {}, marked so\n", report.reason, o.output,
+             report.load_fraction > 0 ? "the last state that did" : "the state at rest");
   return exit_not_converged;
 }
 

@@ -211,11 +211,17 @@ std::vector<ConstraintPoint> hold_large_clusters_by_nodes(const Mesh& mesh,
 /// follow.
 void add_affine_directions(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
                            Constraints::Cluster& cluster) {
-  constexpr double same_value = 1e-9, negligible = 1e-8;
+  constexpr double same_value = 1e-12, negligible = 1e-8;
   MatrixXd forces;
   for (std::size_t axis = 0; axis < 3; ++axis) {
+    double largest = 1;
+    bool is_held = true;
+    for (const std::size_t p : cluster.points) {
+      largest = std::max(largest, std::abs(points[p].value[static_cast<Index>(axis)]));
+      is_held = is_held && points[p].axes[axis];
+    }
     const AffineFit fit(mesh, points, cluster.points, axis);
-    if (points[cluster.points.front()].axes[axis] && fit.misfit() > same_value) return;
+    if (is_held && fit.misfit() > same_value * largest) return;
     forces = fit.functions();
   }
   const MatrixXd whole = cluster.h.transpose() * forces;

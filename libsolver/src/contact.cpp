@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexsolver/contact.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 
 #include "hexmesh/core/bytes.h"
@@ -28,13 +29,13 @@ PenaltyContact::PenaltyContact(const Contact& contact, const Mesh& mesh, const s
     for (int a = 0; a < 8; ++a)
       rest += p.weights[a] * mesh.position(static_cast<std::size_t>(
                                  mesh.cell_nodes()[static_cast<std::size_t>(p.cell)][static_cast<std::size_t>(a)]));
-    points_.push_back({p.cell, p.weights, rest});
+    points_.push_back({p.cell, p.weights, rest, p.area});
   }
   std::stable_sort(points_.begin(), points_.end(), [](const Point& a, const Point& b) { return a.cell < b.cell; });
 }
 
-PenaltyContact::Gap PenaltyContact::gap(const Point& p, const NodeVector& u) const {
-  const Vec3 x = p.rest + interpolate(mesh_, p.cell, p.weights, u) - fraction_ * contact_.by;
+PenaltyContact::Gap PenaltyContact::gap(const Point& p, const NodeVector& u, double fraction) const {
+  const Vec3 x = p.rest + interpolate(mesh_, p.cell, p.weights, u) - fraction * contact_.by;
   if (const auto* plane = std::get_if<HalfSpace>(&contact_.obstacle))
     return {(x - plane->point).dot(plane->normal), plane->normal, 0};
   const Ball& ball = std::get<Ball>(contact_.obstacle);
@@ -103,15 +104,45 @@ std::int32_t PenaltyContact::shared_hessian(std::size_t cell) const {
 
 std::size_t PenaltyContact::bytes() const { return hexmesh::bytes_of(points_) + hexmesh::bytes_of(active_); }
 
-PenaltyContact::State PenaltyContact::state(const NodeVector& u) const {
+/// Nanson's formula with F at the centre of the cell.
+Vec3 PenaltyContact::outward(const Point& p, const NodeVector& u) const {
+  const NodeGradients gradients = hexmesh::shape_gradients(Vec3::Constant(0.5)) * mesh_.edges().inverse();
+  const CellVector v = mesh_.gather(static_cast<std::size_t>(p.cell), u);
+  const Mat3 f = Mat3::Identity() + Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * gradients;
+  return f.inverse().transpose() * p.area;
+}
+
+double PenaltyContact::largest_load_step() const {
+  const Ball* ball = std::get_if<Ball>(&contact_.obstacle);
+  constexpr double part_of_radius = 0.25;
+  return ball && contact_.by.norm() > 0 ? std::min(1.0, part_of_radius * ball->radius / contact_.by.norm()) : 1;
+}
+
+PenaltyContact::State PenaltyContact::state(const NodeVector& u) const { return state(u, fraction_); }
+
+PenaltyContact::State PenaltyContact::state_at_rest() const {
+  return state(NodeVector::Zero(static_cast<Eigen::Index>(mesh_.num_dofs())), 0);
+}
+
+PenaltyContact::State PenaltyContact::state(const NodeVector& u, double fraction) const {
   State s;
+  const Point* deepest = nullptr;
+  double least_depth = 0;
   for (const Point& p : points_) {
-    const Gap g = gap(p, u);
+    const Gap g = gap(p, u, fraction);
+    if (!deepest || g.depth < least_depth) {
+      deepest = &p;
+      least_depth = g.depth;
+    }
     if (g.depth >= 0) continue;
     ++s.points;
     s.deepest = std::max(s.deepest, -g.depth);
     s.force -= contact_.stiffness * g.depth * g.normal;
   }
+  s.nearest = least_depth;
+  // The surface point nearest to the centre of a ball faces it, unless the centre is behind the surface.
+  if (deepest && std::holds_alternative<Ball>(contact_.obstacle))
+    s.is_inside = gap(*deepest, u, fraction).normal.dot(outward(*deepest, u)) > 0;
   return s;
 }
 

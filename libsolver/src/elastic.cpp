@@ -104,6 +104,21 @@ double ElasticCells::least_jacobian(std::size_t cell, const NodeVector& u) const
   return mean_gradient(cell, u).determinant();
 }
 
+namespace {
+
+std::vector<std::vector<hexmesh::MaterialPoint>> form_quadratures(const hexmesh::Lattice& lattice, int level) {
+  std::vector<std::vector<hexmesh::MaterialPoint>> out(lattice.levels[static_cast<std::size_t>(level)].filled.size());
+#pragma omp parallel
+  {
+    hexmesh::QuadratureTree tree(lattice);
+#pragma omp for schedule(dynamic, 64)
+    for (std::size_t e = 0; e < out.size(); ++e) out[e] = tree.form(level, static_cast<std::int32_t>(e));
+  }
+  return out;
+}
+
+}  // namespace
+
 std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const hexmesh::Lattice& lattice, int level,
                                                  const ElasticSettings& settings) {
   const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
@@ -127,7 +142,7 @@ std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const hexmesh
     for (const hexmesh::Element& e : elements)
       points.push_back(hexmesh::gauss_points(e.volume(), e.total_shear(), e.total_bulk()));
   else
-    points = hexmesh::form_quadratures(lattice, level);
+    points = form_quadratures(lattice, level);
   return std::make_unique<HyperelasticCells>(mesh, std::move(element), std::move(models), points, settings.elasticity,
                                              settings.volumetric);
 }

@@ -41,8 +41,9 @@ struct Solved {
 void solve_with_cutback(Solved& state, NewtonOptions options, bool has_start, const SolveProgress& progress) {
   const LevelProblem& problem = *state.problem;
   NewtonReport total;
-  double reached = 0, step = 1;
-  NodeVector good;  // the state reached; empty at rest
+  const double largest_step = problem.largest_load_step();
+  double reached = 0, step = has_start ? 1 : largest_step;
+  NodeVector good, failed;  // the state reached, empty at rest; one that was not
   while (true) {
     const double target = std::min(1.0, reached + step);
     options.estimate_remaining = target == 1;
@@ -64,8 +65,11 @@ void solve_with_cutback(Solved& state, NewtonOptions options, bool has_start, co
       good = std::move(trial);
       reached = target;
       if (reached == 1) break;
-      step = std::min(2 * step, 1 - reached);
-    } else if (!has_start) {
+      step = std::min({2 * step, 1 - reached, largest_step});
+    } else if (has_start) {
+      step = largest_step;
+    } else {
+      failed = std::move(trial);
       step /= 2;
       if (step < smallest_load_step) break;
     }
@@ -75,7 +79,14 @@ void solve_with_cutback(Solved& state, NewtonOptions options, bool has_start, co
   total.converged = reached == 1;
   if (!total.converged) {
     total.reason = fmt::format("stopped at {:.3g} of the load: {}", reached, total.reason);
-    if (const std::string limit = problem.elastic().limit_reached(good); !limit.empty()) total.reason += "; " + limit;
+    for (const NodeVector* state_seen : {&good, &failed}) {
+      const std::string limit = state_seen->allFinite() && state_seen->size() == good.size()
+                                    ? problem.elastic().limit_reached(*state_seen, true)
+                                    : "";
+      if (limit.empty()) continue;
+      total.reason += "; " + limit;
+      break;
+    }
   }
   state.u = std::move(good);
   state.load_fraction = reached;
@@ -146,6 +157,8 @@ public:
       const Stopwatch setup;
       finest = std::make_unique<LevelProblem>(lattice_, scene_, finest_);
       level_warnings_ = check_conflicts(*finest, scene_);
+      const std::vector<std::string> overlaps = check_contacts(*finest);
+      level_warnings_.insert(level_warnings_.end(), overlaps.begin(), overlaps.end());
       report_.setup_seconds = setup.seconds();
     }
     const Stopwatch solve;
@@ -160,7 +173,11 @@ public:
         next.problem = level == finest_ && finest
                            ? std::move(finest)
                            : std::make_unique<LevelProblem>(lattice_, level == finest_ ? scene_ : coarse_scene_, level);
-        if (is_open_ended()) warnings = check_conflicts(*next.problem, scene_);
+        if (is_open_ended()) {
+          warnings = check_conflicts(*next.problem, scene_);
+          const std::vector<std::string> overlaps = check_contacts(*next.problem);
+          warnings.insert(warnings.end(), overlaps.begin(), overlaps.end());
+        }
       } catch (const Error& e) {
         if (e.kind() != ErrorKind::geometry || (level == finest_ && !best.problem)) throw;
         if (is_open_ended() && best.problem) {
@@ -337,6 +354,12 @@ private:
   void conclude(const Solved& best) {
     report_.converged = best.newton.converged;
     report_.reason = best.newton.reason;
+    for (const PenaltyContact* contact : best.problem->contacts())
+      if (report_.converged && contact->state(best.u).is_inside) {
+        report_.converged = false;
+        report_.reason = fmt::format("the ball of {} went through the surface; a larger stiffness_n_mm holds it off",
+                                     contact->name());
+      }
     if (report_.converged && scene_.accuracy) {
       const auto& error = report_.levels.back().error.mean_mm;
       report_.accuracy_missed = !is_accurate();
@@ -417,13 +440,29 @@ void add_measures(CellMeasures measures, Result& result, SolveReport& report) {
 }
 
 /// Where the law or the state have no meaning.
-void warn_of_large_changes(const Result& result, SolveReport& report) {
+void warn_of_large_changes(const Result& result, const std::string& limit, SolveReport& report) {
+  constexpr double allowed_part = 0.05;
+  if (report.converged && !limit.empty()) report.warnings.push_back(limit);
   if (report.inverted_cells > 0)
     report.warnings.push_back(
         fmt::format("{} cells are inverted, least Jacobian {:.2g}: there the solution has no meaning",
                     report.inverted_cells, report.min_jacobian));
+  else if (report.min_jacobian < 0.1)
+    report.warnings.push_back(
+        fmt::format("the least Jacobian is {:.2g}: cells are nearly flat there, trust little", report.min_jacobian));
+  constexpr double least_stretch = 0.7, most_stretch = 1.4;
+  const std::vector<double>&longest = result.cell_fields.at("principal_stretch_1"),
+        &shortest = result.cell_fields.at("principal_stretch_3");
+  std::size_t strained = 0;
+  for (std::size_t c = 0; c < longest.size(); ++c) strained += longest[c] > most_stretch || shortest[c] < least_stretch;
+  if (!is_hyperelastic(report.elasticity) && strained > allowed_part * static_cast<double>(longest.size()))
+    report.warnings.push_back(fmt::format(
+        "{:.0f} % of the cells are stretched beyond {:g} to {:g}: Hooke's law is for small strain, law = "
+        "\"neo-hookean\" "
+        "for large",
+        100.0 * static_cast<double>(strained) / static_cast<double>(longest.size()), least_stretch, most_stretch));
   if (report.elasticity != Elasticity::cauchy) return;
-  constexpr double small_degrees = 10, allowed_part = 0.05;
+  constexpr double small_degrees = 10;
   const std::vector<double>& rotation = result.cell_fields.at("rotation_degrees");
   const auto turned = std::count_if(rotation.begin(), rotation.end(), [](double r) { return r > small_degrees; });
   const double part = static_cast<double>(turned) / static_cast<double>(rotation.size());
@@ -442,7 +481,11 @@ void report_conditions(const LevelProblem& problem, const NodeVector& u, SolveRe
     report.forces.push_back({load.name, report.load_fraction * load.total});
   for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
     const PenaltyContact::State state = problem.contacts()[c]->state(u);
-    report.contacts.push_back({problem.scene().contacts[c].name, state.points, state.deepest, state.force});
+    report.contacts.push_back(
+        {problem.scene().contacts[c].name, state.points, state.deepest, state.nearest, state.force});
+    if (state.points == 0)
+      report.warnings.push_back(fmt::format("{} touches nothing: the nearest surface point is {:.3g} mm away",
+                                            problem.contacts()[c]->name(), state.nearest));
   }
   report.conditions = report_points(problem);
   for (const ConstraintPoint& p : constraints.points()) {
@@ -504,7 +547,7 @@ Result solve_equilibrium(const Lattice& whole, const Scene& scene, int level, So
   for (const Potential::Cost& cost : problem.potential().costs()) report.bytes.emplace_back(cost.name, cost.bytes);
   Result result = make_result(lattice, problem, solved.u);
   add_measures(measure_cells(problem.elastic(), solved.u), result, report);
-  warn_of_large_changes(result, report);
+  warn_of_large_changes(result, problem.elastic().limit_reached(solved.u, false), report);
   return result;
 }
 

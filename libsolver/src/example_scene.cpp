@@ -51,7 +51,8 @@ std::string example_scene(const Lattice& lattice) {
       "# Three places on the surface held, a fourth pulled by 40 mm: the displacement-driven liver experiment of\n"
       "# Nesme, Faure, Payan, \"Accurate interactive animation of deformable models at arbitrary resolution\" (2010).\n"
       "# Positions are patient LPS in mm. radius_mm = 0 takes the one nearest point, as in the paper.\n"
-      "[solve]\nkind = \"equilibrium\"\nstrain = \"corotational\"   # or \"cauchy\"\n"
+      "[solve]\nkind = \"equilibrium\"\nstrain = \"corotational\"   # or \"cauchy\", \"green-lagrange\", \"auto\"; or "
+      "law = \"neo-hookean\"\n"
       "volumetric = \"mean\"        # or \"full\", the paper's\ntolerance = 1e-8\n";
   for (std::size_t n = 1; n < 4; ++n)
     text += fmt::format("\n[[fix]]\nname = \"{}\"\npoint_mm = [{:.3f}, {:.3f}, {:.3f}]\nradius_mm = {:g}\n",

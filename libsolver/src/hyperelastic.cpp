@@ -175,11 +175,13 @@ std::vector<double> HyperelasticCells::cell_energies(const NodeVector& u) const 
 }
 
 Mat3 HyperelasticCells::stress(std::size_t cell, const NodeVector& u) const {
-  const Mat3 f = mean_gradient(cell, u);
-  const ElementModel& m = model(cell);
-  const bool has_mean = volumetric_ == Volumetric::mean;
-  const EnergyDensity w = energy_density(law_, invariants(f - Mat3::Identity()), m.shear, has_mean ? 0 : m.bulk);
-  return first_piola(w, f) * f.transpose() / f.determinant() + state(cell, u).pressure * Mat3::Identity();
+  const State s = state(cell, u);
+  Mat3 kirchhoff = Mat3::Zero();
+  for (std::size_t p = 0; p < s.points->size(); ++p) {
+    const Mat3 f = Mat3::Identity() + s.h[p];
+    kirchhoff += first_piola(density((*s.points)[p], s.at[p], s.pressure), f) * f.transpose();
+  }
+  return kirchhoff / (s.volume * (1 + s.mean_dilation));
 }
 
 void HyperelasticCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
@@ -250,10 +252,10 @@ double HyperelasticCells::least_jacobian(std::size_t cell, const NodeVector& u) 
   return least;
 }
 
-std::string HyperelasticCells::limit_reached(const NodeVector& u) const {
+std::string HyperelasticCells::limit_reached(const NodeVector& u, bool nearly) const {
   if (law_ != Elasticity::green_lagrange) return {};
   // Under uniaxial stress the force falls below a stretch of 1 / sqrt(3).
-  constexpr double near_limit = 0.65;
+  const double limit = nearly ? 0.65 : 1 / std::sqrt(3.0);
   double least = 1;
   for (std::size_t c = 0; c < mesh_.num_cells(); ++c) {
     const State s = state(c, u);
@@ -263,7 +265,7 @@ std::string HyperelasticCells::limit_reached(const NodeVector& u) const {
       least = std::min(least, std::sqrt(std::max(0.0, eigen.eigenvalues()[0])));
     }
   }
-  if (least > near_limit) return {};
+  if (least > limit) return {};
   return fmt::format(
       "Green-Lagrange cells are compressed to {:.2f} of their length, and below 0.58 they get weaker the more they are "
       "compressed; expected strain = \"corotational\" or law = \"neo-hookean\"",

@@ -116,6 +116,12 @@ std::size_t LevelProblem::num_island_cells() const {
   return static_cast<std::size_t>(std::count(islands_.begin(), islands_.end(), true));
 }
 
+double LevelProblem::largest_load_step() const {
+  double step = 1;
+  for (const PenaltyContact* c : contacts_) step = std::min(step, c->largest_load_step());
+  return step;
+}
+
 std::vector<std::string> LevelProblem::conflicts() const {
   std::vector<double> miss(scene_.conditions.size());
   const std::vector<double> of_point = constraints_->contradiction();
@@ -198,6 +204,23 @@ void check_open_ended(const Scene& scene, const Lattice& lattice, int finest) {
         fmt::format("accuracy_mm is {:g}, expected a lattice with a coarser level of at least 8 cells to compare "
                     "with",
                     *scene.accuracy));
+}
+
+std::vector<std::string> check_contacts(const LevelProblem& problem) {
+  constexpr double most_overlap = 5;  // mm
+  std::vector<std::string> warnings;
+  for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
+    const Contact& contact = problem.scene().contacts[c];
+    const PenaltyContact::State state = problem.contacts()[c]->state_at_rest();
+    if (state.points == 0) continue;
+    const std::string what = fmt::format("contact '{}' ({}): {} surface points are inside it at rest, up to {:.3g} mm",
+                                         contact.name, contact.where, state.points, state.deepest);
+    if (state.deepest > most_overlap)
+      throw Error(ErrorKind::geometry,
+                  fmt::format("{}, expected at most {:g} mm: let it move in with by_mm", what, most_overlap));
+    warnings.push_back(what);
+  }
+  return warnings;
 }
 
 std::vector<std::string> check_conflicts(const LevelProblem& problem, const Scene& scene) {

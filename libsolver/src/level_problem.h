@@ -43,6 +43,7 @@ public:
 
   const std::vector<bool>& islands() const noexcept { return islands_; }  ///< held by springs, per cell; empty = none
   std::size_t num_island_cells() const;
+  double largest_load_step() const;  ///< from rest, as its contacts allow
 
   struct Load {
     std::string name;
@@ -89,6 +90,10 @@ std::vector<std::string> check_single_points(const Scene& scene);
 
 /// @throws Error{input} for what cannot go with an accuracy or a budget
 void check_open_ended(const Scene& scene, const hexmesh::Lattice& lattice, int finest);
+
+/// @returns warnings of surface points that are inside obstacles at rest
+/// @throws Error{geometry} if they are far inside
+std::vector<std::string> check_contacts(const LevelProblem& problem);
 
 /// @returns a warning if conditions that contradict each other are to be met by least squares
 /// @throws Error{geometry} if they are not

@@ -161,6 +161,7 @@ LinearOutcome Minimizer::find_step(const NodeVector& u, const NodeVector& gradie
   int iterations = 0;
   while (true) {
     prepare(u, clamping.now());
+    step.resize(0);
     LinearOutcome outcome{0, Linear::negative_curvature};
     if (preconditioner_->is_positive()) {
       NodeVector b = -gradient;
@@ -223,6 +224,10 @@ std::optional<NodeVector> Minimizer::move_supports(const NodeVector& u, const No
 NewtonReport Minimizer::run(NodeVector& u, const NewtonProgress& progress) {
   NewtonReport report;
   Clamping clamping;
+  if (!potential_.is_linear() && !std::isfinite(potential_.energy(u))) {
+    report.reason = "points of the body are inside out at the start";
+    return report;
+  }
   Residual now = residual(u);
   while (true) {
     report.relative_residual = now.relative;
@@ -231,7 +236,7 @@ NewtonReport Minimizer::run(NodeVector& u, const NewtonProgress& progress) {
         support_step.lpNorm<Eigen::Infinity>() < 1e-9 * std::max(1.0, u.lpNorm<Eigen::Infinity>());
     if (supports_hold && now.relative <= options_.tolerance) break;
     if (report.iterations == options_.max_iterations) {
-      report.reason = "too many Newton iterations";
+      report.reason = "too many Newton iterations (does the body buckle or fold there?)";
       return report;
     }
     ++report.iterations;
@@ -246,7 +251,7 @@ NewtonReport Minimizer::run(NodeVector& u, const NewtonProgress& progress) {
       report.interrupted = true;
       return report;
     }
-    if (step.size() == 0) {
+    if (step.size() == 0 || (linear.end == Linear::negative_curvature && step.isZero(0))) {
       report.reason = "the stiffness matrix is not positive definite (missing supports?)";
       return report;
     }

@@ -57,6 +57,12 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int le
   const LevelProblem problem(rest ? *rest : whole, scene, level);
   const std::vector<std::string> conflicts = check_conflicts(problem, scene);
   check.warnings.insert(check.warnings.end(), conflicts.begin(), conflicts.end());
+  const std::vector<std::string> overlaps = check_contacts(problem);
+  check.warnings.insert(check.warnings.end(), overlaps.begin(), overlaps.end());
+  for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
+    const PenaltyContact::State state = problem.contacts()[c]->state_at_rest();
+    check.contacts.push_back({scene.contacts[c].name, state.points, state.deepest, state.nearest, state.force});
+  }
   check.conditions = report_points(problem);
   for (const LevelProblem::Load& load : problem.loads()) check.forces.push_back({load.name, load.total});
   check.held_cells = problem.num_island_cells();

@@ -7,7 +7,6 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <cmath>
 
 namespace hexsolver {
 namespace {

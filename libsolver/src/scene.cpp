@@ -200,7 +200,6 @@ Contact read_contact(TomlReader table, std::size_t number) {
   c.name = table.text("name", "a name").value_or(fmt::format("contact {}", number));
   auto plane = table.table("plane", "{ point_mm = [x, y, z], normal = [x, y, z] }");
   auto sphere = table.table("sphere", "{ center_mm = [x, y, z], radius_mm = r }");
-  if (plane.has_value() == sphere.has_value()) table.fail_here("[[contact]] expects either plane or sphere");
   if (plane) c.obstacle = read_halfspace(*plane, "plane");
   if (sphere) {
     const auto center = sphere->vector("center_mm", "three numbers [x, y, z], LPS, mm");
@@ -212,9 +211,26 @@ Contact read_contact(TomlReader table, std::size_t number) {
   if (const auto by = table.vector("by_mm", "three numbers [x, y, z], LPS, mm")) c.by = *by;
   const auto stiffness = table.number("stiffness_n_mm", 1e-12, infinity, "a stiffness > 0 N/mm of each surface point");
   table.finish();
+  if (plane.has_value() == sphere.has_value())
+    table.fail_here(fmt::format("[[contact]] has {} plane {} sphere, expected one of them", plane ? "both" : "neither",
+                                plane ? "and" : "nor"));
   if (!stiffness) table.fail_here("[[contact]] has no stiffness_n_mm, expected the stiffness of each surface point");
   c.stiffness = *stiffness;
   return c;
+}
+
+/// Names tell conditions, forces and contacts apart in messages and reports.
+void check_names(const Scene& scene) {
+  std::map<std::string, std::string> where;
+  const auto check = [&](const auto& tables) {
+    for (const auto& t : tables)
+      if (const auto [entry, is_new] = where.try_emplace(t.name, t.where); !is_new)
+        throw Error(ErrorKind::input,
+                    fmt::format("{}: name is '{}' as at {}, expected another", t.where, t.name, entry->second));
+  };
+  check(scene.conditions);
+  check(scene.forces);
+  check(scene.contacts);
 }
 
 }  // namespace
@@ -246,6 +262,7 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
   for (const TomlReader& table : reader.tables("force")) scene.forces.push_back(read_force(table, folder, ++number));
   number = 0;
   for (const TomlReader& table : reader.tables("contact")) scene.contacts.push_back(read_contact(table, ++number));
+  check_names(scene);
   if (auto gravity = reader.table("gravity", "a table written [gravity]")) {
     const auto g = gravity->vector("m_s2", "three numbers [x, y, z], LPS, m/s^2");
     gravity->finish();

@@ -40,6 +40,14 @@ double worst_moment(const std::vector<MaterialPoint>& points, const Element& ele
   return worst;
 }
 
+std::vector<std::vector<MaterialPoint>> form_quadratures(const Lattice& lattice, int level) {
+  QuadratureTree tree(lattice);
+  std::vector<std::vector<MaterialPoint>> out;
+  for (std::size_t e = 0; e < lattice.levels[static_cast<std::size_t>(level)].filled.size(); ++e)
+    out.push_back(tree.form(level, static_cast<std::int32_t>(e)));
+  return out;
+}
+
 class Quadrature : public testing::TestWithParam<int> {};
 
 }  // namespace

@@ -132,6 +132,34 @@ TEST(Contact, AHugeBallIsAPlaneAndASmallOneDentsLess) {
   EXPECT_GT(by_ball, 0.7 * by_plane);
 }
 
+TEST(Contact, ABallPressesTheWayItMovesHoweverFar) {
+  const Lattice lattice = box({9, 9, 9}, {1, 1, 1}, young * 1e3, 0.3);
+  double before = 0;
+  for (const double by : {1.0, 2.0, 3.0}) {
+    Scene scene = pressed_bar(ball({4, 4, 10.5}, 2, 0), Elasticity::corotational);
+    scene.conditions[0].selection.halfspace = HalfSpace{{0, 0, -0.5}, {0, 0, -1}};
+    scene.contacts[0].by = {0, 0, -by};
+    scene.contacts[0].stiffness = 1;
+    SolveReport report;
+    solve_equilibrium(lattice, scene, 0, report);
+    ASSERT_TRUE(report.converged) << report.reason;
+    EXPECT_LT(report.contacts[0].force_n[2], before) << by;
+    before = report.contacts[0].force_n[2];
+  }
+}
+
+TEST(Contact, ABallThatWentThroughTheSurfaceIsNoSolution) {
+  const Lattice lattice = box({9, 9, 9}, {1, 1, 1}, young * 1e3, 0.3);
+  Scene scene = pressed_bar(ball({4, 4, 11.5}, 2, 0), Elasticity::corotational);
+  scene.conditions[0].selection.halfspace = HalfSpace{{0, 0, -0.5}, {0, 0, -1}};
+  scene.contacts[0].by = {0, 0, -6};
+  scene.contacts[0].stiffness = 1e-6;  // hardly any
+  SolveReport report;
+  solve_equilibrium(lattice, scene, 0, report);
+  EXPECT_FALSE(report.converged);
+  EXPECT_NE(report.reason.find("went through the surface"), std::string::npos) << report.reason;
+}
+
 TEST(Contact, AnObstacleThatIsNotReachedChangesNothing) {
   const Lattice lattice = box({5, 6, 11}, {1, 1, 2}, young * 1e3, 0.3);
   Scene scene = pressed_bar(ball({2, 2.5, 200}, 2, 0), Elasticity::cauchy);

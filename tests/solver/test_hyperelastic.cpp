@@ -71,7 +71,10 @@ TEST_P(Laws, StressIsTheDerivativeOfTheEnergy) {
 }
 
 TEST_P(Laws, TangentIsTheDerivativeOfTheStressAlsoAtEqualStretches) {
-  for (const Mat3& f : {deformation(5), Mat3(1.2 * random_rotation(7)), Mat3(Mat3::Identity())}) {
+  std::vector<Mat3> states = {deformation(5), 1.2 * random_rotation(7), Mat3::Identity()};
+  if (GetParam() == Elasticity::stable_neo_hookean)  // also inside out
+    states.push_back(random_rotation(5) * Vec3(-0.5, 1.1, 1.4).asDiagonal() * random_rotation(6));
+  for (const Mat3& f : states) {
     const Tangent t = tangent(at(f), f);
     const Mat3 step = random_rotation(9) * Vec3(0.3, -1, 0.6).asDiagonal();
     const Mat3 in_frame = t.u.transpose() * step * t.v;
@@ -101,6 +104,9 @@ TEST_P(Laws, ClampingTakesNegativeEigenvaluesAway) {
   EXPECT_GT(smallest(clamped(t)), -1e-14);
   const Tangent twice = clamped(clamped(t)), once = clamped(t);
   EXPECT_LT((twice.stretch - once.stretch).norm() + (twice.same - once.same).norm(), 1e-14);
+  const Tangent half = clamped(t, 0.5);
+  EXPECT_LT((half.stretch - (t.stretch + once.stretch) / 2).norm(), 1e-14);
+  EXPECT_LT((half.same - (t.same + once.same) / 2).norm() + (half.other - (t.other + once.other) / 2).norm(), 1e-14);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Laws,
@@ -127,6 +133,24 @@ TEST(Hyperelastic, AtRestTheHessianIsTheStiffness) {
         }
       }
     }
+}
+
+TEST(Hyperelastic, StressIsThatOfTheLawAndTheLimitIsSeen) {
+  const Lattice lattice = bitten_ball({1, 1, 2.5}, {0, 1, 0});
+  const Mat3 f = random_rotation(3) * Vec3(0.5, 1.1, 1.2).asDiagonal();
+  for (const Elasticity law : {Elasticity::green_lagrange, Elasticity::neo_hookean, Elasticity::stable_neo_hookean}) {
+    const bool bounded = law == Elasticity::green_lagrange;
+    const Body body(lattice, 1, law, bounded ? Volumetric::full : Volumetric::mean);
+    const NodeVector u = sample(body.mesh, [&](const Vec3& x) -> Vec3 { return f * x - x; });
+    EXPECT_EQ(body.elastic->limit_reached(u, false).empty(), !bounded);
+    for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
+      const ElementModel& m = body.elastic->model(c);
+      const EnergyDensity w = energy_density(law, invariants(f - Mat3::Identity()), m.shear, m.bulk);
+      const Mat3 expected = first_piola(w, f) * f.transpose() / f.determinant();
+      EXPECT_LT((body.elastic->stress(c, u) - expected).norm(), 1e-10 * expected.norm());
+      EXPECT_NEAR(body.elastic->least_jacobian(c, u), f.determinant(), 1e-10);
+    }
+  }
 }
 
 TEST(Hyperelastic, APointInsideOutHasInfiniteEnergyUnlessTheLawBearsIt) {

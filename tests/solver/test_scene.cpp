@@ -154,7 +154,8 @@ TEST(Scene, AContactIsAPlaneOrASphere) {
   EXPECT_EQ(scene.contacts[0].stiffness, 0.5);
   EXPECT_EQ(scene.contacts[1].name, "probe");
   EXPECT_EQ(std::get<Ball>(scene.contacts[1].obstacle).radius, 7);
-  EXPECT_EQ(error_of("[[contact]]\nstiffness_n_mm = 1\n"), "s.toml:1:1: [[contact]] expects either plane or sphere");
+  EXPECT_EQ(error_of("[[contact]]\nstiffness_n_mm = 1\n"),
+            "s.toml:1:1: [[contact]] has neither plane nor sphere, expected one of them");
   EXPECT_EQ(error_of("[[contact]]\nsphere = { center_mm = [1, 2, 3], radius_mm = 7 }\n"),
             "s.toml:1:1: [[contact]] has no stiffness_n_mm, expected the stiffness of each surface point");
 }

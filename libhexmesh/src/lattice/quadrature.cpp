@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
-#include <optional>
 
 namespace hexmesh {
 namespace {
@@ -89,64 +87,6 @@ Points eliminated(const Points& points) {
   return few;
 }
 
-class QuadratureTree {
-public:
-  explicit QuadratureTree(const Lattice& lattice) : lattice_(lattice), known_(lattice.levels.size()) {}
-
-  Points form(int level, std::int32_t element) {
-    const double voxel = lattice_.voxels.voxel_volume();
-    if (const std::optional<std::int32_t> m = only_material(level, element)) {
-      const Level& of = lattice_.levels[static_cast<std::size_t>(level)];
-      const Material& material = lattice_.materials[static_cast<std::size_t>(*m)].material;
-      const double volume =
-          voxel * static_cast<double>(of.voxels_per_cell[0] * of.voxels_per_cell[1] * of.voxels_per_cell[2]);
-      return gauss_points(volume, volume * material.shear_modulus(), volume * material.bulk_modulus());
-    }
-    auto& known = known_[static_cast<std::size_t>(level)];
-    if (const auto found = known.find(element); found != known.end()) return found->second;
-    const Level& of = lattice_.levels[static_cast<std::size_t>(level)];
-    const Children& children = of.children[static_cast<std::size_t>(element)];
-    Points all;
-    for (int slot = 0; slot < 8; ++slot) {
-      const std::int32_t child = children[static_cast<std::size_t>(slot)];
-      if (child < 0) continue;
-      for (MaterialPoint p : form(level - 1, child)) {
-        for (int d = 0; d < 3; ++d)
-          if (of.merge[static_cast<std::size_t>(d)] == 2) p.local[d] = (p.local[d] + corner_bit(slot, d)) / 2;
-        all.push_back(p);
-      }
-    }
-    Points few = thinned(all);
-    // Elements that few cells have in common are not worth their memory.
-    if (2 * of.filled.size() < of.cells.size()) known.emplace(element, few);
-    return few;
-  }
-
-private:
-  /// The material that fills a whole element; nothing if there is none.
-  std::optional<std::int32_t> only_material(int level, std::int32_t element) const {
-    if (level == 0) return element;
-    const Level& of = lattice_.levels[static_cast<std::size_t>(level)];
-    const Children& children = of.children[static_cast<std::size_t>(element)];
-    std::optional<std::int32_t> material;
-    for (int slot = 0; slot < 8; ++slot) {
-      bool exists = true;
-      for (int d = 0; d < 3; ++d)
-        exists = exists && (of.merge[static_cast<std::size_t>(d)] == 2 || corner_bit(slot, d) == 0);
-      if (!exists) continue;
-      const std::int32_t child = children[static_cast<std::size_t>(slot)];
-      if (child < 0) return {};
-      const std::optional<std::int32_t> of_child = only_material(level - 1, child);
-      if (!of_child || (material && *material != *of_child)) return {};
-      material = of_child;
-    }
-    return material;
-  }
-
-  const Lattice& lattice_;
-  std::vector<std::map<std::int32_t, Points>> known_;  ///< per level
-};
-
 }  // namespace
 
 std::vector<MaterialPoint> gauss_points(double volume, double shear, double bulk) {
@@ -172,12 +112,52 @@ std::vector<MaterialPoint> thinned(const std::vector<MaterialPoint>& points) {
   return few;
 }
 
-std::vector<std::vector<MaterialPoint>> form_quadratures(const Lattice& lattice, int level) {
-  QuadratureTree tree(lattice);
-  std::vector<Points> out;
-  const std::size_t count = lattice.levels[static_cast<std::size_t>(level)].filled.size();
-  for (std::size_t e = 0; e < count; ++e) out.push_back(tree.form(level, static_cast<std::int32_t>(e)));
-  return out;
+std::vector<MaterialPoint> QuadratureTree::form(int level, std::int32_t element) {
+  const double voxel = lattice_.voxels.voxel_volume();
+  if (const std::optional<std::int32_t> m = only_material(level, element)) {
+    const Level& of = lattice_.levels[static_cast<std::size_t>(level)];
+    const Material& material = lattice_.materials[static_cast<std::size_t>(*m)].material;
+    const double volume =
+        voxel * static_cast<double>(of.voxels_per_cell[0] * of.voxels_per_cell[1] * of.voxels_per_cell[2]);
+    return gauss_points(volume, volume * material.shear_modulus(), volume * material.bulk_modulus());
+  }
+  auto& known = known_[static_cast<std::size_t>(level)];
+  if (const auto found = known.find(element); found != known.end()) return found->second;
+  const Level& of = lattice_.levels[static_cast<std::size_t>(level)];
+  const Children& children = of.children[static_cast<std::size_t>(element)];
+  Points all;
+  for (int slot = 0; slot < 8; ++slot) {
+    const std::int32_t child = children[static_cast<std::size_t>(slot)];
+    if (child < 0) continue;
+    for (MaterialPoint p : form(level - 1, child)) {
+      for (int d = 0; d < 3; ++d)
+        if (of.merge[static_cast<std::size_t>(d)] == 2) p.local[d] = (p.local[d] + corner_bit(slot, d)) / 2;
+      all.push_back(p);
+    }
+  }
+  Points few = thinned(all);
+  // Elements that few cells have in common are not worth their memory.
+  if (2 * of.filled.size() < of.cells.size()) known.emplace(element, few);
+  return few;
+}
+
+std::optional<std::int32_t> QuadratureTree::only_material(int level, std::int32_t element) const {
+  if (level == 0) return element;
+  const Level& of = lattice_.levels[static_cast<std::size_t>(level)];
+  const Children& children = of.children[static_cast<std::size_t>(element)];
+  std::optional<std::int32_t> material;
+  for (int slot = 0; slot < 8; ++slot) {
+    bool exists = true;
+    for (int d = 0; d < 3; ++d)
+      exists = exists && (of.merge[static_cast<std::size_t>(d)] == 2 || corner_bit(slot, d) == 0);
+    if (!exists) continue;
+    const std::int32_t child = children[static_cast<std::size_t>(slot)];
+    if (child < 0) return {};
+    const std::optional<std::int32_t> of_child = only_material(level - 1, child);
+    if (!of_child || (material && *material != *of_child)) return {};
+    material = of_child;
+  }
+  return material;
 }
 
 }  // namespace hexmesh

@@ -33,15 +33,22 @@ public:
   struct State {
     std::size_t points = 0;     ///< that touch
     double deepest = 0;         ///< [mm]
+    double nearest = 0;         ///< least distance, < 0 inside [mm]
     Vec3 force = Vec3::Zero();  ///< on the body [N]
+    bool is_inside = false;     ///< the centre of a ball lies in the body: it went through the surface
   };
-  State state(const NodeVector& u) const;
+  State state(const NodeVector& u) const;  ///< as the last set_load_fraction() says
+  State state_at_rest() const;             ///< before the obstacle has moved
+
+  /// The largest part of the load in one step that does not carry a ball through the surface.
+  double largest_load_step() const;
 
 private:
   struct Point {
     std::int32_t cell;
     NodeWeights weights;
     Vec3 rest;
+    Vec3 area;  ///< outward, at rest
   };
   struct Gap {
     double depth = 0;    ///< < 0: inside the obstacle [mm]
@@ -53,7 +60,10 @@ private:
     NodeWeights weights;
     Mat3 hessian;
   };
-  Gap gap(const Point& p, const NodeVector& u) const;
+  Gap gap(const Point& p, const NodeVector& u, double fraction) const;
+  Gap gap(const Point& p, const NodeVector& u) const { return gap(p, u, fraction_); }
+  State state(const NodeVector& u, double fraction) const;
+  Vec3 outward(const Point& p, const NodeVector& u) const;                ///< of the deformed surface, any length
   std::pair<std::size_t, std::size_t> active_in(std::size_t cell) const;  ///< range of active_
 
   Contact contact_;

@@ -77,13 +77,14 @@ public:
   /// @param left_out  cells that do not count; empty = none
   Size size_in_material(const NodeVector& field, const std::vector<bool>& left_out = {}) const;
 
-  /// What the law cannot bear in a state, for one who asks why there is no solution; empty if it can.
-  virtual std::string limit_reached(const NodeVector& /*u*/) const { return {}; }
+  /// What the law cannot bear in a state; empty if it can.
+  /// @param nearly  also where it is close to that, for one who asks why there is no solution
+  virtual std::string limit_reached(const NodeVector& /*u*/, bool /*nearly*/) const { return {}; }
 
   /// det F of a cell, F the mean gradient over its filled part; the least of its points where it has them.
   virtual double least_jacobian(std::size_t cell, const NodeVector& u) const;
 
-  virtual Mat3 stress(std::size_t cell, const NodeVector& u) const = 0;  ///< Cauchy stress of the mean state [MPa]
+  virtual Mat3 stress(std::size_t cell, const NodeVector& u) const = 0;  ///< mean Cauchy stress [MPa]
   Mat3 mean_gradient(std::size_t cell, const NodeVector& u) const;       ///< F over the filled part
 
   const Mesh& mesh() const noexcept { return mesh_; }

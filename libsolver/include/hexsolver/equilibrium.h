@@ -30,6 +30,7 @@ struct ContactReport {
   std::string name;
   std::size_t points = 0;       ///< of the surface that touch
   double deepest_mm = 0;        ///< how far one is inside
+  double nearest_mm = 0;        ///< distance of the nearest one, < 0 inside
   Vec3 force_n = Vec3::Zero();  ///< on the body [N]
 };
 

@@ -47,7 +47,7 @@ Tangent clamped(Tangent t, double clamping = 1);
 /// meaning where a point is inside out: their energy is infinite there.
 class HyperelasticCells final : public ElasticCells {
 public:
-  /// @param points  of each element; see form_quadratures
+  /// @param points  of each element; see QuadratureTree
   /// @pre Volumetric::full for Green-Lagrange
   HyperelasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models,
                     const std::vector<std::vector<hexmesh::MaterialPoint>>& points, Elasticity law,
@@ -62,7 +62,7 @@ public:
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override { h += hessians_[cell].cast<double>(); }
   std::int32_t shared_hessian(std::size_t /*cell*/) const override { return own_hessian; }
   std::size_t bytes() const override;
-  std::string limit_reached(const NodeVector& u) const override;
+  std::string limit_reached(const NodeVector& u, bool nearly) const override;
   double least_jacobian(std::size_t cell, const NodeVector& u) const override;
 
 private:

@@ -12,6 +12,7 @@ struct SceneCheck {
   int level = 0;
   std::vector<ConditionReport> conditions;        ///< points and kept directions
   std::vector<ForceReport> forces;                ///< totals
+  std::vector<ContactReport> contacts;            ///< at rest
   std::size_t dropped_cells = 0, held_cells = 0;  ///< parts that nothing holds, as solve.islands allows them
   std::vector<std::string> warnings;
 };

@@ -47,7 +47,8 @@ public:
     const toml::node* node = take(key);
     if (!node) return std::nullopt;
     const std::optional<double> value = node->value<double>();
-    if (!node->is_number() || !value || !(*value >= low && *value <= high)) fail(*node, key, expected);
+    if (!node->is_number() || !value || !std::isfinite(*value) || *value < low || *value > high)
+      fail(*node, key, expected);
     return value;
   }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
+#include <optional>
 #include <vector>
 
 #include "hexmesh/lattice/lattice.h"
@@ -25,8 +27,21 @@ std::vector<MaterialPoint> gauss_points(double volume, double shear, double bulk
 /// Source: Caratheodory's theorem; Tchernychova, Caratheodory cubature measures (thesis, Oxford 2015), for the steps.
 std::vector<MaterialPoint> thinned(const std::vector<MaterialPoint>& points);
 
-/// The quadrature points of all elements of one level, for laws that are not quadratic: 2x2x2 where a cell is full of
-/// one material, else the points of its children, thinned.
-std::vector<std::vector<MaterialPoint>> form_quadratures(const Lattice& lattice, int level);
+/// Forms the quadrature points of elements, for laws that are not quadratic: 2x2x2 where a cell is full of one
+/// material, else the points of its children, thinned.
+class QuadratureTree {
+public:
+  /// @param lattice  must outlive the tree; its levels' children must be there up to the levels asked for
+  explicit QuadratureTree(const Lattice& lattice) : lattice_(lattice), known_(lattice.levels.size()) {}
+
+  std::vector<MaterialPoint> form(int level, std::int32_t element);
+
+private:
+  /// The material that fills a whole element; nothing if there is none.
+  std::optional<std::int32_t> only_material(int level, std::int32_t element) const;
+
+  const Lattice& lattice_;
+  std::vector<std::map<std::int32_t, std::vector<MaterialPoint>>> known_;  ///< per level
+};
 
 }  // namespace hexmesh
