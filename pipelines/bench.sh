@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What a level costs and what it changes, on the phantom: every level against the finest one solved.
+# What accuracy and effects cost, on the phantom: every level against the finest, then one effect after the other.
 set -euo pipefail
 . "$(dirname "$0")/common.sh"
 folder=$(mktemp -d)
@@ -20,4 +20,16 @@ for r in reports:
     print(f'{r["lattice"]["level"]:<6}{r["lattice"]["cells"]:>8}{r["lattice"]["dofs"]:>9}{r["seconds"]["solve"]:>11.2f}'
           f'{r["newton_iterations"]:>8}{r["linear_iterations"]:>8}{error[r["lattice"]["level"]]:>12.2f}'
           f'{r["strain_energy_n_mm"] / finest:>21.4f}')
+TEXT
+
+printf '\n'
+hexbench effects "$folder/liver.hexmesh" "$(dirname "$0")/../examples/probe.toml" --level 0 --repeats 1 -q -o "$folder/effects.json"
+python3 - "$folder" <<'TEXT'
+import json, sys
+rows = json.load(open(f"{sys.argv[1]}/effects.json"))["effects"]
+print(f'{"effect added":<24}{"time over linear":>17}{"memory [MB]":>13}{"Newton":>8}{"changes by, mean [mm]":>23}{"at most":>9}')
+for r in rows:
+    change = r.get("change_mm", {"mean": 0, "max": 0})
+    print(f'{r["effect"]:<24}{r["time_over_linear"]:>17.1f}{r["memory_mb"]:>13.0f}{r["newton_iterations"]:>8}'
+          f'{change["mean"]:>23.2f}{change["max"]:>9.2f}')
 TEXT
