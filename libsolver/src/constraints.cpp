@@ -50,10 +50,9 @@ struct Constraints::Cluster {
   std::vector<std::int32_t> nodes;  ///< columns of h
   SparseMatrix h;                   ///< (points, nodes)
   KeptDirections kept;
-  /// Further directions V that hold as V^T u = P^T c: those in which forces that are affine over the points act beyond
-  /// the kept ones, V = H^T P orthonormal and orthogonal to these.
-  MatrixXd affine_vectors;  ///< V, (nodes, few)
-  MatrixXd affine_points;   ///< P, (points, few)
+  /// One more direction v that holds as v.u = p.c: that in which forces that are the same on all points act beyond the
+  /// kept ones, v = H^T p of length 1 and orthogonal to these; empty if there is none.
+  VectorXd pressure_direction, pressure_forces;
 
   template <class Vector>
   VectorXd gather(const Vector& v, int axis) const {
@@ -63,22 +62,28 @@ struct Constraints::Cluster {
     return out;
   }
 
-  /// The part of v in the span of the kept directions.
+  /// The part of v in the span of the directions held.
   VectorXd into_span(const VectorXd& v) const {
-    return kept.vectors * (kept.vectors.transpose() * v) + affine_vectors * (affine_vectors.transpose() * v);
+    VectorXd part = kept.vectors * (kept.vectors.transpose() * v);
+    if (pressure_direction.size() > 0) part += pressure_direction.dot(v) * pressure_direction;
+    return part;
   }
 
   /// The smallest d that changes H u by `misfit` in the directions held.
   VectorXd displacement_for(const VectorXd& misfit) const {
-    return solve_normal(h.transpose() * misfit) + affine_vectors * (affine_points.transpose() * misfit);
+    VectorXd d = solve_normal(h.transpose() * misfit);
+    if (pressure_direction.size() > 0) d += pressure_forces.dot(misfit) * pressure_direction;
+    return d;
   }
 
   /// Forces f on the points with H^T f = r, for r in the span.
   VectorXd forces_for(const VectorXd& r) const {
-    return h * solve_normal(r) + affine_points * (affine_vectors.transpose() * r);
+    VectorXd f = h * solve_normal(r);
+    if (pressure_direction.size() > 0) f += pressure_direction.dot(r) * pressure_forces;
+    return f;
   }
 
-  Index num_directions() const { return kept.vectors.cols() + affine_vectors.cols(); }
+  Index num_directions() const { return kept.vectors.cols() + (pressure_direction.size() > 0); }
 
   /// V Sigma^-2 V^T
   VectorXd solve_normal(const VectorXd& b) const {
@@ -117,26 +122,20 @@ std::vector<std::size_t> points_with_axis(const std::vector<ConstraintPoint>& po
 class AffineFit {
 public:
   AffineFit(const Mesh& mesh, const std::vector<ConstraintPoint>& points, const std::vector<std::size_t>& members,
-            std::size_t axis)
-      : functions_(members.size(), 4) {
+            std::size_t axis) {
     for (const std::size_t m : members) center_ += position(mesh, points[m]) / static_cast<double>(members.size());
-    VectorXd values(functions_.rows());
+    MatrixXd rows(static_cast<Index>(members.size()), 4);
+    VectorXd values(rows.rows());
     for (std::size_t n = 0; n < members.size(); ++n) {
       const auto row = static_cast<Index>(n);
-      functions_.row(row) << 1, (position(mesh, points[members[n]]) - center_).transpose();
+      rows.row(row) << 1, (position(mesh, points[members[n]]) - center_).transpose();
       values[row] = points[members[n]].value[static_cast<Index>(axis)];
     }
-    if (const double radius = functions_.rightCols<3>().rowwise().norm().maxCoeff(); radius > 0) radius_ = radius;
-    functions_.rightCols<3>() /= radius_;
     Eigen::CompleteOrthogonalDecomposition<MatrixXd> fit;
     fit.setThreshold(1e-9);
-    coefficients_ = fit.compute(functions_).solve(values);
-    misfit_ = (values - functions_ * coefficients_).lpNorm<Eigen::Infinity>();
+    coefficients_ = fit.compute(rows).solve(values);
   }
-  double at(const Vec3& x) const { return coefficients_[0] + coefficients_.tail<3>().dot(x - center_) / radius_; }
-  double misfit() const { return misfit_; }  ///< largest
-  /// 1 and the position of each point relative to their centre, in units of their distance from it; shape (points, 4).
-  const MatrixXd& functions() const { return functions_; }
+  double at(const Vec3& x) const { return coefficients_[0] + coefficients_.tail<3>().dot(x - center_); }
 
   static Vec3 position(const Mesh& mesh, const ConstraintPoint& point) {
     Vec3 x = Vec3::Zero();
@@ -148,8 +147,6 @@ public:
 
 private:
   Vec3 center_ = Vec3::Zero();
-  double radius_ = 1, misfit_ = 0;
-  MatrixXd functions_;
   Eigen::Vector4d coefficients_;
 };
 
@@ -206,35 +203,37 @@ std::vector<ConstraintPoint> hold_large_clusters_by_nodes(const Mesh& mesh,
   return held;
 }
 
-/// A uniform pressure on a patch, or one that grows along it, has to find a support that balances it wholly: otherwise
-/// not even a homogeneous stress is in equilibrium. Where the prescribed values are affine themselves, cells can
-/// follow.
-void add_affine_directions(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
-                           Constraints::Cluster& cluster) {
-  constexpr double same_value = 1e-12, negligible = 1e-8;
-  MatrixXd forces;
+/// Where the points hold only some axes, as sliding plates and planes of symmetry do, a homogeneous stress may be the
+/// solution: a uniform pressure on them has to find a support that balances it wholly. Patches held along all axes have
+/// singular stresses at their rims instead, and one direction more would only pin corners of slivers.
+bool needs_uniform_pressure(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
+                            const std::vector<std::size_t>& members) {
+  constexpr double same_value = 1e-12;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    double largest = 1;
-    bool is_held = true;
-    for (const std::size_t p : cluster.points) {
-      largest = std::max(largest, std::abs(points[p].value[static_cast<Index>(axis)]));
-      is_held = is_held && points[p].axes[axis];
+    const auto holds = [&](std::size_t p) { return points[p].axes[axis]; };
+    if (!std::all_of(members.begin(), members.end(), holds)) continue;
+    const AffineFit fit(mesh, points, members, axis);
+    for (const std::size_t p : members) {
+      const double value = points[p].value[static_cast<Index>(axis)];
+      if (std::abs(value - fit.at(AffineFit::position(mesh, points[p]))) > same_value * std::max(1.0, std::abs(value)))
+        return false;
     }
-    const AffineFit fit(mesh, points, cluster.points, axis);
-    if (is_held && fit.misfit() > same_value * largest) return;
-    forces = fit.functions();
   }
-  const MatrixXd whole = cluster.h.transpose() * forces;
-  for (Index f = 0; f < forces.cols(); ++f) forces.col(f) -= cluster.h * cluster.solve_normal(whole.col(f));
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr(cluster.h.transpose() * forces);
-  const Index most = std::min(whole.rows(), whole.cols());
-  const MatrixXd r = qr.matrixR().topRows(most);
-  Index count = 0;
-  while (count < most && std::abs(r(count, count)) > negligible * whole.norm()) ++count;
-  cluster.affine_vectors = qr.householderQ() * MatrixXd::Identity(whole.rows(), count);
-  const MatrixXd in_order = forces * qr.colsPermutation();
-  cluster.affine_points =
-      r.topLeftCorner(count, count).triangularView<Eigen::Upper>().solve<Eigen::OnTheRight>(in_order.leftCols(count));
+  return std::any_of(members.begin(), members.end(), [&](std::size_t p) {
+    const auto& axes = points[p].axes;
+    return !(axes[0] && axes[1] && axes[2]);
+  });
+}
+
+void hold_uniform_pressure(Constraints::Cluster& cluster) {
+  constexpr double negligible = 1e-8;
+  VectorXd forces = VectorXd::Ones(cluster.h.rows());
+  const VectorXd whole = cluster.h.transpose() * forces;
+  forces -= cluster.h * cluster.solve_normal(whole);
+  const VectorXd rest = cluster.h.transpose() * forces;
+  if (rest.norm() <= negligible * whole.norm()) return;
+  cluster.pressure_direction = rest.normalized();
+  cluster.pressure_forces = forces / rest.norm();
 }
 
 std::shared_ptr<const Constraints::Cluster> make_cluster(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
@@ -256,7 +255,7 @@ std::shared_ptr<const Constraints::Cluster> make_cluster(const Mesh& mesh, const
   cluster->h.resize(static_cast<Index>(cluster->points.size()), static_cast<Index>(cluster->nodes.size()));
   cluster->h.setFromTriplets(entries.begin(), entries.end());
   cluster->kept = kept_directions(MatrixXd(SparseMatrix(cluster->h.transpose()) * cluster->h));
-  add_affine_directions(mesh, points, *cluster);
+  if (needs_uniform_pressure(mesh, points, cluster->points)) hold_uniform_pressure(*cluster);
   return cluster;
 }
 

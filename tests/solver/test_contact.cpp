@@ -92,6 +92,7 @@ Scene pressed_bar(Contact obstacle, Elasticity elasticity) {
   Condition bottom;
   bottom.name = "bottom";
   bottom.selection.halfspace = HalfSpace{{0, 0, -1}, {0, 0, -1}};
+  bottom.selection.on = SurfacePoints::nodes;
   scene.conditions = {bottom};
   obstacle.by = {0, 0, -press};
   obstacle.stiffness = stiffness;

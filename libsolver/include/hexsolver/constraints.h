@@ -22,9 +22,9 @@ struct ConstraintPoint {
 ///
 /// A patch of many points pins more directions than a coarse cell has. Points that share nodes form a cluster; in each
 /// the right singular vectors of H with sigma >= 0.1 sigma_max are kept and hold exactly, the misfit of the others is
-/// least squares: c' = H H^+ c as in the paper (whose two cases of H^+ are printed the wrong way round). Where c is
-/// affine, as of a patch that is moved as a whole, so are the directions in which forces that are affine over the
-/// points act: a homogeneous stress is then in equilibrium with its supports on every level. Clusters of more than
+/// least squares: c' = H H^+ c as in the paper (whose two cases of H^+ are printed the wrong way round). Where
+/// points hold only some axes (sliding plates, planes of symmetry) the direction in which a uniform pressure acts is
+/// held too: a homogeneous stress is then in equilibrium with its supports on every level. Clusters of more than
 /// `dense_limit` nodes, where the singular vectors are too dear, hold their nodes themselves: those with at least 0.1
 /// of the largest weight sum_p H_pn, each where the affine fit of the prescribed values (plus the mean misfit of its
 /// points) puts it.
