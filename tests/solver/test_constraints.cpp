@@ -129,3 +129,29 @@ TEST(Constraints, OnlyTheChosenAxesAreHeld) {
   EXPECT_EQ(d[0], 0);
   EXPECT_GT(d[2], 0.1);
 }
+
+TEST(SlidingSupport, TakesUpAUniformPressureOnPartlyFilledCells) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  const Body body(lattice, 1, Elasticity::cauchy);
+  std::vector<ConstraintPoint> points = face_patch(lattice, 1, 15, tilt);
+  for (ConstraintPoint& p : points) p.axes = {true, false, false};
+  const Constraints sliding(body.mesh, points);
+  // Forces that are the same on all points, and all that H^T makes of them.
+  NodeVector pressure = NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()));
+  for (const ConstraintPoint& p : points) {
+    CellVector forces = CellVector::Zero();
+    for (int a = 0; a < 8; ++a) forces[3 * a] = p.weights[a];
+    body.mesh.scatter_add(static_cast<std::size_t>(p.cell), forces, pressure);
+  }
+  NodeVector rest = pressure;
+  sliding.project(rest);
+  EXPECT_LT(rest.norm(), 1e-8 * pressure.norm());
+  double sum = 0;
+  for (const Vec3& force : sliding.multipliers(pressure)) sum += force[0];
+  EXPECT_NEAR(sum, static_cast<double>(points.size()), 1e-8 * static_cast<double>(points.size()));
+  // On average the points are where they should be.
+  const NodeVector u = sliding.lift(NodeVector::Zero(pressure.size()), 1);
+  double miss = 0;
+  for (const ConstraintPoint& p : points) miss += p.value[0] - sliding.displacement(p, u)[0];
+  EXPECT_NEAR(miss / static_cast<double>(points.size()), 0, 1e-8);
+}
