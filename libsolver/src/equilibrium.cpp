@@ -156,9 +156,7 @@ public:
     if (!is_open_ended()) {
       const Stopwatch setup;
       finest = std::make_unique<LevelProblem>(lattice_, scene_, finest_);
-      level_warnings_ = check_conflicts(*finest, scene_);
-      const std::vector<std::string> overlaps = check_contacts(*finest);
-      level_warnings_.insert(level_warnings_.end(), overlaps.begin(), overlaps.end());
+      level_warnings_ = check_level(*finest, scene_);
       report_.setup_seconds = setup.seconds();
     }
     const Stopwatch solve;
@@ -173,11 +171,7 @@ public:
         next.problem = level == finest_ && finest
                            ? std::move(finest)
                            : std::make_unique<LevelProblem>(lattice_, level == finest_ ? scene_ : coarse_scene_, level);
-        if (is_open_ended()) {
-          warnings = check_conflicts(*next.problem, scene_);
-          const std::vector<std::string> overlaps = check_contacts(*next.problem);
-          warnings.insert(warnings.end(), overlaps.begin(), overlaps.end());
-        }
+        if (is_open_ended()) warnings = check_level(*next.problem, scene_);
       } catch (const Error& e) {
         if (e.kind() != ErrorKind::geometry || (level == finest_ && !best.problem)) throw;
         if (is_open_ended() && best.problem) {
@@ -457,9 +451,8 @@ void warn_of_large_changes(const Result& result, const std::string& limit, Solve
   for (std::size_t c = 0; c < longest.size(); ++c) strained += longest[c] > most_stretch || shortest[c] < least_stretch;
   if (!is_hyperelastic(report.elasticity) && strained > allowed_part * static_cast<double>(longest.size()))
     report.warnings.push_back(fmt::format(
-        "{:.0f} % of the cells are stretched beyond {:g} to {:g}: Hooke's law is for small strain, law = "
-        "\"neo-hookean\" "
-        "for large",
+        "{:.0f} % of the cells are stretched beyond {:g} to {:g}: Hooke's law is for small strain, "
+        "law = \"neo-hookean\" for large",
         100.0 * static_cast<double>(strained) / static_cast<double>(longest.size()), least_stretch, most_stretch));
   if (report.elasticity != Elasticity::cauchy) return;
   constexpr double small_degrees = 10;

@@ -206,6 +206,8 @@ void check_open_ended(const Scene& scene, const Lattice& lattice, int finest) {
                     *scene.accuracy));
 }
 
+namespace {
+
 std::vector<std::string> check_contacts(const LevelProblem& problem) {
   constexpr double most_overlap = 5;  // mm
   std::vector<std::string> warnings;
@@ -233,6 +235,15 @@ std::vector<std::string> check_conflicts(const LevelProblem& problem, const Scen
               fmt::format("{}, expected displacements that the cells can follow (a finer level, patches farther apart, "
                           "or solve.conflicts = \"compromise\")",
                           what));
+}
+
+}  // namespace
+
+std::vector<std::string> check_level(const LevelProblem& problem, const Scene& scene) {
+  std::vector<std::string> warnings = check_conflicts(problem, scene);
+  const std::vector<std::string> overlaps = check_contacts(problem);
+  warnings.insert(warnings.end(), overlaps.begin(), overlaps.end());
+  return warnings;
 }
 
 }  // namespace hexsolver

@@ -91,12 +91,10 @@ std::vector<std::string> check_single_points(const Scene& scene);
 /// @throws Error{input} for what cannot go with an accuracy or a budget
 void check_open_ended(const Scene& scene, const hexmesh::Lattice& lattice, int finest);
 
-/// @returns warnings of surface points that are inside obstacles at rest
-/// @throws Error{geometry} if they are far inside
-std::vector<std::string> check_contacts(const LevelProblem& problem);
-
-/// @returns a warning if conditions that contradict each other are to be met by least squares
-/// @throws Error{geometry} if they are not
-std::vector<std::string> check_conflicts(const LevelProblem& problem, const Scene& scene);
+/// @returns warnings: of conditions that contradict each other and are to be met by least squares, of surface points
+/// that
+///          are inside obstacles at rest
+/// @throws Error{geometry} of conditions that contradict each other if they are not, of points that are far inside
+std::vector<std::string> check_level(const LevelProblem& problem, const Scene& scene);
 
 }  // namespace hexsolver

@@ -55,10 +55,8 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int le
   check_open_ended(scene, whole, level);
   const std::optional<hexmesh::Lattice> rest = without_islands(whole, scene, level, check.dropped_cells);
   const LevelProblem problem(rest ? *rest : whole, scene, level);
-  const std::vector<std::string> conflicts = check_conflicts(problem, scene);
-  check.warnings.insert(check.warnings.end(), conflicts.begin(), conflicts.end());
-  const std::vector<std::string> overlaps = check_contacts(problem);
-  check.warnings.insert(check.warnings.end(), overlaps.begin(), overlaps.end());
+  const std::vector<std::string> of_level = check_level(problem, scene);
+  check.warnings.insert(check.warnings.end(), of_level.begin(), of_level.end());
   for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
     const PenaltyContact::State state = problem.contacts()[c]->state_at_rest();
     check.contacts.push_back({scene.contacts[c].name, state.points, state.deepest, state.nearest, state.force});
