@@ -243,6 +243,8 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
       for (int n = *scene.level; n < hexmesh::count_levels(lattice_file.path()); ++n) wanted.push_back(n);
     return hexsolver::with_overrides(hexmesh::read_lattice(lattice_file.path(), wanted), scene);
   }();
+  if (o.level && *o.level >= static_cast<int>(lattice.levels.size()))
+    throw Error(ErrorKind::usage, fmt::format("--level is {}, expected 0 to {}", *o.level, lattice.levels.size() - 1));
   const int level = hexsolver::finest_level(scene, lattice);
   if (o.check) return show_check(hexsolver::check_scene(lattice, scene, level), o, common, console);
   if (o.plan) return show_plan(hexsolver::plan_equilibrium(lattice, scene, level), o, common);

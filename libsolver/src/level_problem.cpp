@@ -24,16 +24,18 @@ constexpr double conflict_fraction = 0.05;
 /// Stiffness of the springs that hold islands, over the mean diagonal of their cells': they touch nothing else.
 constexpr double island_spring = 1;
 
-[[noreturn]] void fail_unsupported(const std::vector<FreePart>& free, int level, bool only_islands) {
+[[noreturn]] void fail_unsupported(const std::vector<FreePart>& free, const Scene& scene, int level,
+                                   bool only_islands) {
   std::vector<std::string> motions;
   for (const FreePart& part : free) {
     motions.insert(motions.end(), part.motions.begin(), part.motions.end());
   }
   const std::size_t shown = std::min<std::size_t>(motions.size(), 3);
   throw Error(ErrorKind::geometry,
-              fmt::format("missing supports at level {}: {}{}, expected every part held{}", level,
+              fmt::format("missing supports at level {}: {}{}, expected every part held{}{}", level,
                           fmt::join(motions.begin(), motions.begin() + static_cast<std::ptrdiff_t>(shown), "; "),
                           motions.size() > shown ? fmt::format("; and {} more", motions.size() - shown) : "",
+                          scene.contacts.empty() ? "" : " (contacts hold nothing)",
                           only_islands ? ", or solve.islands = \"drop\" or \"hold\"" : ""));
 }
 
@@ -82,7 +84,7 @@ void LevelProblem::find_islands(const std::vector<ConstraintPoint>& points) {
   const std::vector<FreePart> free = free_parts(mesh(), points);
   if (free.empty()) return;
   const bool may_be_held = only_islands_among(free, mesh());
-  if (scene_.islands != Islands::hold || !may_be_held) fail_unsupported(free, level_, may_be_held);
+  if (scene_.islands != Islands::hold || !may_be_held) fail_unsupported(free, scene_, level_, may_be_held);
   islands_.resize(mesh().num_cells());
   for (const FreePart& part : free)
     for (const std::int32_t c : part.cells) islands_[static_cast<std::size_t>(c)] = true;

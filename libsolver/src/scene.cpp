@@ -66,7 +66,7 @@ void read_solve(TomlReader table, Scene& scene) {
                                                       {"stable-neo-hookean", Elasticity::stable_neo_hookean}});
   if (law && *law) {
     if (strain && *strain)
-      table.fail_here("strain goes with law = \"hooke\", expected none or \"auto\": this law has its own");
+      table.fail_at("strain", "strain goes with law = \"hooke\", expected none or \"auto\": this law has its own");
     scene.elasticity = **law;
   } else if (strain) {
     scene.elasticity = strain->value_or(Elasticity::corotational);
@@ -75,13 +75,15 @@ void read_solve(TomlReader table, Scene& scene) {
   if (auto v = table.choice<Rotation>("rotation", {{"polar", Rotation::polar}, {"edges", Rotation::edges}}))
     scene.rotation = *v;
   if (scene.rotation == Rotation::edges && scene.elasticity != Elasticity::corotational)
-    table.fail_here("rotation = \"edges\" goes with strain = \"corotational\", expected that");
+    table.fail_at("rotation",
+                  "rotation = \"edges\" goes with strain = \"corotational\" alone, expected that or no edges");
   const auto volumetric =
       table.choice<Volumetric>("volumetric", {{"mean", Volumetric::mean}, {"full", Volumetric::full}});
   const bool green_lagrange = scene.elasticity == Elasticity::green_lagrange;
   scene.volumetric = volumetric.value_or(green_lagrange ? Volumetric::full : Volumetric::mean);
   if (green_lagrange && scene.volumetric == Volumetric::mean)
-    table.fail_here("volumetric = \"mean\" goes with other strains than \"green-lagrange\", expected \"full\"");
+    table.fail_at("volumetric",
+                  "volumetric = \"mean\" goes with other strains than \"green-lagrange\", expected \"full\"");
   if (auto v = table.choice<Stiffness>("stiffness", {{"exact", Stiffness::exact}, {"uniform", Stiffness::uniform}}))
     scene.stiffness = *v;
   scene.level = table.integer("level", 0, 30, "a level of the lattice, 0 or more");
@@ -247,6 +249,7 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
   if (auto materials = reader.table("material", "tables written [material.SEGMENT]"))
     for (auto& [name, table] : materials->named_tables()) {
       MaterialOverride m;
+      m.where = table.where();
       m.young_kpa = table.number("young_kpa", 1e-9, 1e12, "a modulus > 0 in kPa");
       m.poisson = table.number("poisson", -0.999999, 0.499999, "within (-1, 0.5)");
       m.density_kg_m3 = table.number("density_kg_m3", 0, 1e6, "0 or more");

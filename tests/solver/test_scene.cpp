@@ -138,9 +138,9 @@ TEST(Scene, LawsCarryTheirOwnStrain) {
             Elasticity::stable_neo_hookean);
   EXPECT_FALSE(scene_of("[solve]\nlaw = \"neo-hookean\"\nstrain = \"auto\"\n").finds_strain);
   EXPECT_EQ(error_of("[solve]\nlaw = \"neo-hookean\"\nstrain = \"cauchy\"\n"),
-            "s.toml:1:1: strain goes with law = \"hooke\", expected none or \"auto\": this law has its own");
+            "s.toml:3:10: strain goes with law = \"hooke\", expected none or \"auto\": this law has its own");
   EXPECT_EQ(error_of("[solve]\nstrain = \"green-lagrange\"\nvolumetric = \"mean\"\n"),
-            "s.toml:1:1: volumetric = \"mean\" goes with other strains than \"green-lagrange\", expected \"full\"");
+            "s.toml:3:14: volumetric = \"mean\" goes with other strains than \"green-lagrange\", expected \"full\"");
 }
 
 TEST(Scene, AContactIsAPlaneOrASphere) {

@@ -100,7 +100,8 @@ TEST_F(Tools, BadInputExits3) {
   expect_failure("hexmesh info liver.nrrd", 3, {"HDF5"});
   expect_failure("hexsolve liver.nrrd liver.toml -o a", 3, {"lattice file"});
   expect_failure("hexsolve liver.hexmesh missing.toml -o a", 3, {"missing.toml"});
-  expect_failure("hexsolve liver.hexmesh liver.toml --level 29 -o a", 3, {"solve.level is 29"});
+  expect_failure("hexsolve liver.hexmesh liver.toml --level 29 -o a", 2, {"--level is 29, expected 0 to"});
+  expect_failure("hexsolve liver.hexmesh liver.toml --set solve.level=29 -o a", 3, {"solve.level is 29"});
   expect_failure("hexexport liver.hexmesh --level 29 --lattice a.vtu", 3, {"level is 29"});
   expect_failure("hexexport liver.nrrd --lattice a.vtu", 3, {"liver.nrrd", "HDF5"});
   expect_failure("hexslice planes liver.hexmesh -o a", 3, {"hexmesh lattice", "hexmesh result"});

@@ -75,6 +75,7 @@ inline std::string contact_name(const Contact& contact) { return "contact '" + c
 
 /// What [material.NAME] replaces.
 struct MaterialOverride {
+  std::string where;  ///< file:line of its table, for messages
   std::optional<double> young_kpa, poisson, density_kg_m3;
 };
 

@@ -155,6 +155,12 @@ public:
     throw Error(ErrorKind::input, fmt::format("{}: {}", where(), message));
   }
 
+  /// Likewise at a key, or at the table if it is absent.
+  [[noreturn]] void fail_at(const std::string& key, const std::string& message) const {
+    const toml::node* node = table_.get(key);
+    throw Error(ErrorKind::input, fmt::format("{}: {}", node ? at(node->source().begin) : where(), message));
+  }
+
 private:
   const toml::node* take(const std::string& key) {
     taken_.insert(key);
@@ -183,7 +189,10 @@ private:
 
   [[noreturn]] void fail(const toml::node& node, const std::string& key, const std::string& expected) const {
     std::ostringstream value;
-    node.visit([&](const auto& n) { value << n; });
+    if (const auto* number = node.as_floating_point())
+      value << fmt::format("{}", number->get());
+    else
+      node.visit([&](const auto& n) { value << n; });
     throw Error(ErrorKind::input,
                 fmt::format("{}: {} is {}, expected {}", at(node.source().begin), path(key), value.str(), expected));
   }
