@@ -103,6 +103,7 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   out["free_modes"] = json::array();
   out["dropped_cells"] = r.dropped_cells;
   out["held_cells"] = r.held_cells;
+  out["held_force_n"] = to_json(r.held_force_n);
   out["accuracy_missed"] = r.accuracy_missed;
   out["tolerance"] = scene.tolerance;
   out["rotation"] = scene.rotation == hexsolver::Rotation::polar ? "polar" : "edges";

@@ -530,6 +530,7 @@ Result solve_equilibrium(const Lattice& whole, const Scene& scene, int level, So
   report.relative_residual = solved.newton.relative_residual;
   report.strain_energy_n_mm = problem.elastic().energy(solved.u);
   report.held_cells = problem.num_island_cells();
+  report.held_force_n = problem.spring_force(solved.u);
   if (report.held_cells > 0)
     report.warnings.push_back(fmt::format("{} cells are held by springs: nothing else holds them", report.held_cells));
   solved.problem->potential().set_load_fraction(solved.load_fraction);

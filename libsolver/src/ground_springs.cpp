@@ -37,4 +37,13 @@ std::int32_t GroundSprings::shared_hessian(std::size_t cell) const {
   return of_cell(cell) > 0 ? own_hessian : no_hessian;
 }
 
+Vec3 GroundSprings::force(const NodeVector& u) const {
+  Vec3 sum = Vec3::Zero();
+  for (const auto& [cell, k] : stiffness_) {
+    const CellVector v = mesh_.gather(static_cast<std::size_t>(cell), u);
+    sum -= k * Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()).rowwise().sum();
+  }
+  return sum;
+}
+
 }  // namespace hexsolver

@@ -7,7 +7,6 @@
 #include <algorithm>
 
 #include "hexmesh/core/error.h"
-#include "hexsolver/ground_springs.h"
 #include "hexsolver/loads.h"
 #include "hexsolver/selection.h"
 #include "hexsolver/supports.h"
@@ -118,6 +117,8 @@ std::size_t LevelProblem::num_island_cells() const {
   return static_cast<std::size_t>(std::count(islands_.begin(), islands_.end(), true));
 }
 
+Vec3 LevelProblem::spring_force(const NodeVector& u) const { return springs_ ? springs_->force(u) : Vec3::Zero(); }
+
 double LevelProblem::largest_load_step() const {
   double step = 1;
   for (const PenaltyContact* c : contacts_) step = std::min(step, c->largest_load_step());
@@ -151,7 +152,11 @@ void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> turn
 
   potential_ = std::make_unique<Potential>(mesh());
   potential_->add(std::move(elastic));
-  if (!springs.empty()) potential_->add(std::make_unique<GroundSprings>(mesh(), std::move(springs)));
+  if (!springs.empty()) {
+    auto term = std::make_unique<GroundSprings>(mesh(), std::move(springs));
+    springs_ = term.get();
+    potential_->add(std::move(term));
+  }
   for (auto& load : loads_) potential_->add(std::move(load));
   loads_.clear();
   for (auto& contact : new_contacts_) potential_->add(std::move(contact));

@@ -10,6 +10,7 @@
 #include "hexsolver/dead_load.h"
 #include "hexsolver/elastic.h"
 #include "hexsolver/equilibrium.h"
+#include "hexsolver/ground_springs.h"
 #include "hexsolver/multigrid.h"
 #include "hexsolver/potential.h"
 #include "hexsolver/scene.h"
@@ -43,7 +44,8 @@ public:
 
   const std::vector<bool>& islands() const noexcept { return islands_; }  ///< held by springs, per cell; empty = none
   std::size_t num_island_cells() const;
-  double largest_load_step() const;  ///< from rest, as its contacts allow
+  Vec3 spring_force(const NodeVector& u) const;  ///< of what holds the islands [N]
+  double largest_load_step() const;              ///< from rest, as its contacts allow
 
   struct Load {
     std::string name;
@@ -66,7 +68,8 @@ private:
   std::vector<const PenaltyContact*> contacts_;
   std::vector<Load> load_totals_;
   std::unique_ptr<Potential> potential_;
-  const ElasticCells* elastic_ = nullptr;  ///< in the potential
+  const ElasticCells* elastic_ = nullptr;   ///< in the potential
+  const GroundSprings* springs_ = nullptr;  ///< likewise, if it has any
 };
 
 /// The lattice without the islands that the scene leaves out: all with "drop", those that hang on other parts by an

@@ -243,6 +243,16 @@ TEST(Islands, LeftOutOrHeldTheRestDoesWhatItDoesWithoutThem) {
     }
   const std::vector<double>& marked = result.cell_fields.at("island");
   EXPECT_EQ(std::count(marked.begin(), marked.end(), 1.0), 1);
+
+  // With weight: supports and springs carry it together.
+  scene.gravity = {0, 0, -9810};
+  SolveReport heavy;
+  solve_equilibrium(block_with_a_speck(), scene, 0, heavy);
+  EXPECT_GT(heavy.held_force_n[2], 0);
+  Vec3 balance = heavy.held_force_n;
+  for (const ForceReport& f : heavy.forces) balance += f.total_n;
+  for (const ConditionReport& c : heavy.conditions) balance += c.reaction_n;
+  EXPECT_LT(balance.norm(), 1e-9);  // the springs bear 1e-5 N
 }
 
 TEST(Islands, ThatHangOnByAnEdgeAreLeftOut) {

@@ -67,9 +67,10 @@ struct SolveReport {
   std::vector<Effect> effects;
   Elasticity elasticity = Elasticity::corotational;  ///< the scene's, or the one found
   std::vector<std::string> warnings;
-  bool accuracy_missed = false;   ///< converged, but the estimated error is above the accuracy asked
-  std::size_t dropped_cells = 0;  ///< islands that are left out
-  std::size_t held_cells = 0;     ///< islands held by springs
+  bool accuracy_missed = false;      ///< converged, but the estimated error is above the accuracy asked
+  std::size_t dropped_cells = 0;     ///< islands that are left out
+  std::size_t held_cells = 0;        ///< islands held by springs
+  Vec3 held_force_n = Vec3::Zero();  ///< of these springs on the body [N]
   double setup_seconds = 0, solve_seconds = 0;
   /// Memory of the mechanical level by what it is for, and of the lattice.
   std::vector<std::pair<std::string, std::size_t>> bytes;

@@ -26,6 +26,8 @@ public:
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   std::int32_t shared_hessian(std::size_t cell) const override;
 
+  Vec3 force(const NodeVector& u) const;  ///< on the body [N]
+
 private:
   double of_cell(std::size_t cell) const;  ///< 0 for a cell without springs
 
