@@ -318,12 +318,7 @@ std::vector<Vec3> Constraints::multipliers(const NodeVector& residual) const {
 }
 
 Vec3 Constraints::displacement(const ConstraintPoint& point, const NodeVector& u) const {
-  Vec3 moved = Vec3::Zero();
-  for (int a = 0; a < 8; ++a)
-    moved +=
-        point.weights[a] *
-        u.segment<3>(3 * Index{mesh_.cell_nodes()[static_cast<std::size_t>(point.cell)][static_cast<std::size_t>(a)]});
-  return moved;
+  return mesh_.interpolate(point.cell, point.weights, u);
 }
 
 std::size_t Constraints::num_kept() const {

@@ -9,11 +9,6 @@
 namespace hexsolver {
 namespace {
 
-Vec3 interpolate(const Mesh& mesh, std::int32_t cell, const NodeWeights& weights, const NodeVector& u) {
-  const CellVector v = mesh.gather(static_cast<std::size_t>(cell), u);
-  return Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * weights;
-}
-
 CellVector spread(const NodeWeights& weights, const Vec3& force) {
   CellVector v;
   for (int a = 0; a < 8; ++a) v.segment<3>(3 * a) = weights[a] * force;
@@ -35,7 +30,7 @@ PenaltyContact::PenaltyContact(const Contact& contact, const Mesh& mesh, const s
 }
 
 PenaltyContact::Gap PenaltyContact::gap(const Point& p, const NodeVector& u, double fraction) const {
-  const Vec3 x = p.rest + interpolate(mesh_, p.cell, p.weights, u) - fraction * contact_.by;
+  const Vec3 x = p.rest + mesh_.interpolate(p.cell, p.weights, u) - fraction * contact_.by;
   if (const auto* plane = std::get_if<HalfSpace>(&contact_.obstacle))
     return {(x - plane->point).dot(plane->normal), plane->normal, 0};
   const Ball& ball = std::get<Ball>(contact_.obstacle);
@@ -80,7 +75,7 @@ void PenaltyContact::linearize(const NodeVector& u, double clamping) {
 void PenaltyContact::add_product(const NodeVector& x, NodeVector& y) const {
   for (const Active& a : active_)
     mesh_.scatter_add(static_cast<std::size_t>(a.cell),
-                      spread(a.weights, a.hessian * interpolate(mesh_, a.cell, a.weights, x)), y);
+                      spread(a.weights, a.hessian * mesh_.interpolate(a.cell, a.weights, x)), y);
 }
 
 std::pair<std::size_t, std::size_t> PenaltyContact::active_in(std::size_t cell) const {

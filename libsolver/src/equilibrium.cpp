@@ -434,9 +434,11 @@ void add_measures(CellMeasures measures, Result& result, SolveReport& report) {
 }
 
 /// Where the law or the state have no meaning.
-void warn_of_large_changes(const Result& result, const std::string& limit, SolveReport& report) {
+void warn_of_large_changes(const ElasticCells& elastic, const NodeVector& u, const Result& result,
+                           SolveReport& report) {
   constexpr double allowed_part = 0.05;
-  if (report.converged && !limit.empty()) report.warnings.push_back(limit);
+  if (report.converged)
+    if (const std::string limit = elastic.limit_reached(u, false); !limit.empty()) report.warnings.push_back(limit);
   if (report.inverted_cells > 0)
     report.warnings.push_back(
         fmt::format("{} cells are inverted, least Jacobian {:.2g}: there the solution has no meaning",
@@ -541,7 +543,7 @@ Result solve_equilibrium(const Lattice& whole, const Scene& scene, int level, So
   for (const Potential::Cost& cost : problem.potential().costs()) report.bytes.emplace_back(cost.name, cost.bytes);
   Result result = make_result(lattice, problem, solved.u);
   add_measures(measure_cells(problem.elastic(), solved.u), result, report);
-  warn_of_large_changes(result, problem.elastic().limit_reached(solved.u, false), report);
+  warn_of_large_changes(problem.elastic(), solved.u, result, report);
   return result;
 }
 

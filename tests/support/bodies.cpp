@@ -3,7 +3,6 @@
 
 #include <Eigen/Geometry>
 
-#include "hexmesh/lattice/element_tree.h"
 
 namespace testing_support {
 

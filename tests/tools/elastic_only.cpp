@@ -114,9 +114,8 @@ int main(int argc, char** argv) {
   for (std::size_t c = 0; c < scene.conditions.size(); ++c)
     result.conditions.push_back({"condition " + std::to_string(c), {}, {}});
   for (const ConstraintPoint& p : coarser->constraints->points()) {
-    const CellVector corners = mesh.gather(static_cast<std::size_t>(p.cell), rest);
     auto& condition = result.conditions[static_cast<std::size_t>(p.condition)];
-    condition.points.emplace_back(Eigen::Map<const Eigen::Matrix<double, 3, 8>>(corners.data()) * p.weights);
+    condition.points.push_back(mesh.interpolate(p.cell, p.weights, rest));
     condition.displacement.push_back(coarser->constraints->displacement(p, u));
   }
   hexmesh::write_result(result, argv[2]);

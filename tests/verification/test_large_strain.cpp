@@ -5,7 +5,6 @@
 
 #include <numbers>
 
-#include "hexmesh/lattice/locator.h"
 #include "support/bodies.h"
 #include "support/experiments.h"
 #include "support/files.h"

@@ -71,6 +71,12 @@ public:
     return v;
   }
 
+  /// The value of a field at a point of a cell: sum_a w_a u_a.
+  Vec3 interpolate(std::int32_t cell, const NodeWeights& weights, const NodeVector& u) const {
+    const CellVector v = gather(static_cast<std::size_t>(cell), u);
+    return Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * weights;
+  }
+
   template <class Scalar>
   void scatter_add(std::size_t cell, const std::type_identity_t<Eigen::Matrix<Scalar, 24, 1>>& v,
                    Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& y) const {
