@@ -19,6 +19,11 @@ inline CellVector rotate(const Mat3& r, const CellVector& x) {
   return y;
 }
 
+/// blocks += the 3x3 blocks of the diagonal of R K R^T.
+inline void add_diagonal(const Mat3& r, const CellMatrix& k, std::array<Mat3, 8>& blocks) {
+  for (int a = 0; a < 8; ++a) blocks[static_cast<std::size_t>(a)] += r * k.block<3, 3>(3 * a, 3 * a) * r.transpose();
+}
+
 /// R K R^T, for a symmetric K whose lower triangle of 3x3 blocks is read.
 inline CellMatrix rotate(const Mat3& r, const CellMatrix& k) {
   CellMatrix out;

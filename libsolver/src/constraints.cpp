@@ -54,26 +54,29 @@ struct Constraints::Cluster {
   /// kept ones, v = H^T p of length 1 and orthogonal to these; empty if there is none.
   VectorXd pressure_direction, pressure_forces;
 
+  /// The values of an axis at the nodes.
   template <class Vector>
-  VectorXd gather(const Vector& v, int axis) const {
-    VectorXd out(static_cast<Index>(nodes.size()));
+  void gather(const Vector& v, int axis, Eigen::Ref<VectorXd> out) const {
     for (std::size_t n = 0; n < nodes.size(); ++n)
       out[static_cast<Index>(n)] = static_cast<double>(v[3 * Index{nodes[n]} + axis]);
-    return out;
   }
 
-  /// The part of v in the span of the directions held.
-  VectorXd into_span(const VectorXd& v) const {
-    VectorXd part = kept.vectors * (kept.vectors.transpose() * v);
-    if (pressure_direction.size() > 0) part += pressure_direction.dot(v) * pressure_direction;
-    return part;
+  /// v <- the part of v in the span of the directions held.
+  void into_span(Eigen::Ref<VectorXd> v, Eigen::Ref<VectorXd> coefficients) const {
+    coefficients.noalias() = kept.vectors.transpose() * v;
+    const double pressure = pressure_direction.size() > 0 ? pressure_direction.dot(v) : 0;
+    v.noalias() = kept.vectors * coefficients;
+    if (pressure != 0) v += pressure * pressure_direction;
   }
 
-  /// The smallest d that changes H u by `misfit` in the directions held.
-  VectorXd displacement_for(const VectorXd& misfit) const {
-    VectorXd d = solve_normal(h.transpose() * misfit);
+  /// d = the smallest that changes H u by `misfit` in the directions held.
+  void displacement_for(const Eigen::Ref<const VectorXd>& misfit, Eigen::Ref<VectorXd> coefficients,
+                        Eigen::Ref<VectorXd> d) const {
+    d.noalias() = h.transpose() * misfit;
+    coefficients.noalias() = kept.vectors.transpose() * d;
+    coefficients = coefficients.cwiseQuotient(kept.sigma2);
+    d.noalias() = kept.vectors * coefficients;
     if (pressure_direction.size() > 0) d += pressure_forces.dot(misfit) * pressure_direction;
-    return d;
   }
 
   /// Forces f on the points with H^T f = r, for r in the span.
@@ -117,91 +120,146 @@ std::vector<std::size_t> points_with_axis(const std::vector<ConstraintPoint>& po
   return used;
 }
 
-/// The affine function a + b . x nearest to the prescribed values of some points along one axis; along directions in
-/// which the points do not differ it is constant. Translations and rotations are affine.
+/// The affine functions a + b . x nearest to values given at some points; along directions in which the points do not
+/// differ they are constant. Translations and rotations are affine.
 class AffineFit {
 public:
-  AffineFit(const Mesh& mesh, const std::vector<ConstraintPoint>& points, const std::vector<std::size_t>& members,
-            std::size_t axis) {
-    for (const std::size_t m : members) center_ += position(mesh, points[m]) / static_cast<double>(members.size());
+  AffineFit(const Mesh& mesh, const std::vector<ConstraintPoint>& points, const std::vector<std::size_t>& members) {
+    for (const std::size_t m : members)
+      center_ += mesh.rest_position(points[m].cell, points[m].weights) / static_cast<double>(members.size());
     MatrixXd rows(static_cast<Index>(members.size()), 4);
-    VectorXd values(rows.rows());
-    for (std::size_t n = 0; n < members.size(); ++n) {
-      const auto row = static_cast<Index>(n);
-      rows.row(row) << 1, (position(mesh, points[members[n]]) - center_).transpose();
-      values[row] = points[members[n]].value[static_cast<Index>(axis)];
-    }
-    Eigen::CompleteOrthogonalDecomposition<MatrixXd> fit;
-    fit.setThreshold(1e-9);
-    coefficients_ = fit.compute(rows).solve(values);
+    for (std::size_t n = 0; n < members.size(); ++n)
+      rows.row(static_cast<Index>(n)) << 1,
+          (mesh.rest_position(points[members[n]].cell, points[members[n]].weights) - center_).transpose();
+    fit_.setThreshold(1e-9);
+    fit_.compute(rows);
   }
-  double at(const Vec3& x) const { return coefficients_[0] + coefficients_.tail<3>().dot(x - center_); }
 
-  static Vec3 position(const Mesh& mesh, const ConstraintPoint& point) {
-    Vec3 x = Vec3::Zero();
-    for_each_weight(mesh, point, [&](std::int32_t node, double weight) {
-      x += weight * mesh.position(static_cast<std::size_t>(node));
-    });
-    return x;
-  }
+  using Coefficients = Eigen::Vector4d;
+  Coefficients of(const VectorXd& values) const { return fit_.solve(values); }
+  double at(const Vec3& x, const Coefficients& c) const { return c[0] + c.tail<3>().dot(x - center_); }
 
 private:
   Vec3 center_ = Vec3::Zero();
-  Eigen::Vector4d coefficients_;
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> fit_;
+};
+
+VectorXd prescribed(const std::vector<ConstraintPoint>& points, const std::vector<std::size_t>& members,
+                    std::size_t axis) {
+  VectorXd values(static_cast<Index>(members.size()));
+  for (std::size_t n = 0; n < members.size(); ++n)
+    values[static_cast<Index>(n)] = points[members[n]].value[static_cast<Index>(axis)];
+  return values;
+}
+
+}  // namespace
+
+/// The nodes that are held in place of the points of a cluster with too many nodes, along one axis: each where the
+/// affine fit of the points, and the mean misfit of its own, puts it.
+class Constraints::HeldNodes {
+public:
+  HeldNodes(const Mesh& mesh, const std::vector<ConstraintPoint>& points, std::vector<std::size_t> members,
+            std::size_t axis)
+      : mesh_(&mesh), members_(std::move(members)), axis_(axis), fit_(mesh, points, members_) {
+    std::map<std::int32_t, Node> nodes;
+    for (std::size_t n = 0; n < members_.size(); ++n) {
+      const ConstraintPoint& p = points[members_[n]];
+      for_each_weight(mesh, p, [&](std::int32_t node, double weight) {
+        Node& of = nodes[node];
+        of.points.emplace_back(n, weight);
+        of.weight += weight;
+        of.of_condition[p.condition] += weight;
+        of.cell = p.cell;
+      });
+    }
+    double heaviest = 0;
+    for (const auto& [node, of] : nodes) heaviest = std::max(heaviest, of.weight);
+    for (auto& [node, of] : nodes)
+      if (of.weight >= cutoff * heaviest) nodes_.emplace_back(node, std::move(of));
+  }
+
+  /// Add the nodes to those that are held, or the axis to those that are.
+  void hold(std::map<std::int32_t, ConstraintPoint>& held) const {
+    for (const auto& [node, of] : nodes_) {
+      ConstraintPoint& point = held.try_emplace(node, ConstraintPoint{0, of.cell, {}, Vec3::Zero(), {}}).first->second;
+      const CellNodes& corners = mesh_->cell_nodes()[static_cast<std::size_t>(point.cell)];
+      point.weights = NodeWeights::Unit(std::find(corners.begin(), corners.end(), node) - corners.begin());
+      point.condition = std::max_element(of.of_condition.begin(), of.of_condition.end(), [](auto& a, auto& b) {
+                          return a.second < b.second;
+                        })->first;
+      point.axes[axis_] = true;
+    }
+  }
+
+  /// @param number  of each node among `held`
+  void find(const std::map<std::int32_t, std::size_t>& number) {
+    for (auto& [node, of] : nodes_) of.held = number.at(node);
+  }
+
+  void prescribe(const std::vector<ConstraintPoint>& points, std::vector<ConstraintPoint>& held) const {
+    const VectorXd values = prescribed(points, members_, axis_);
+    const AffineFit::Coefficients affine = fit_.of(values);
+    VectorXd misfit = values;
+    for (std::size_t n = 0; n < members_.size(); ++n)
+      misfit[static_cast<Index>(n)] -=
+          fit_.at(mesh_->rest_position(points[members_[n]].cell, points[members_[n]].weights), affine);
+    for (const auto& [node, of] : nodes_) {
+      double mean = 0;
+      for (const auto& [n, weight] : of.points) mean += weight / of.weight * misfit[static_cast<Index>(n)];
+      held[of.held].value[static_cast<Index>(axis_)] =
+          fit_.at(mesh_->position(static_cast<std::size_t>(node)), affine) + mean;
+    }
+  }
+
+private:
+  struct Node {
+    std::vector<std::pair<std::size_t, double>> points;  ///< numbers in members_, weights
+    double weight = 0;                                   ///< their sum
+    std::map<std::int32_t, double> of_condition;
+    std::int32_t cell = -1;
+    std::size_t held = 0;  ///< number in held()
+  };
+  const Mesh* mesh_;
+  std::vector<std::size_t> members_;
+  std::size_t axis_;
+  AffineFit fit_;
+  std::vector<std::pair<std::int32_t, Node>> nodes_;
 };
 
 /// Replace the points of clusters with too many nodes by the nodes themselves.
-std::vector<ConstraintPoint> hold_large_clusters_by_nodes(const Mesh& mesh,
-                                                          const std::vector<ConstraintPoint>& points) {
-  struct NodeShare {
-    double weight = 0, misfit = 0;
-    std::map<std::int32_t, double> of_condition;
-    std::int32_t cell = -1;
-  };
-  std::vector<ConstraintPoint> held = points;
-  for (ConstraintPoint& p : held) p.axes = {false, false, false};
+void Constraints::hold_large_clusters_by_nodes() {
+  std::vector<std::array<bool, 3>> axes(points_.size(), {false, false, false});
   std::map<std::int32_t, ConstraintPoint> by_node;
   for (std::size_t axis = 0; axis < 3; ++axis)
-    for (const auto& cluster : split_into_clusters(mesh, points, points_with_axis(points, axis))) {
+    for (auto& cluster : split_into_clusters(mesh_, points_, points_with_axis(points_, axis))) {
       std::set<std::int32_t> nodes_of_cluster;
       for (const std::size_t p : cluster)
-        for_each_weight(mesh, points[p], [&](std::int32_t node, double) { nodes_of_cluster.insert(node); });
-      if (nodes_of_cluster.size() <= Constraints::dense_limit) {
-        for (const std::size_t p : cluster) held[p].axes[axis] = true;
+        for_each_weight(mesh_, points_[p], [&](std::int32_t node, double) { nodes_of_cluster.insert(node); });
+      if (nodes_of_cluster.size() <= dense_limit) {
+        for (const std::size_t p : cluster) axes[p][axis] = true;
         continue;
       }
-      const AffineFit fit(mesh, points, cluster, axis);
-      std::map<std::int32_t, NodeShare> shares;
-      for (const std::size_t p : cluster) {
-        const double misfit = points[p].value[static_cast<Index>(axis)] - fit.at(AffineFit::position(mesh, points[p]));
-        for_each_weight(mesh, points[p], [&](std::int32_t node, double weight) {
-          NodeShare& s = shares[node];
-          s.weight += weight;
-          s.misfit += weight * misfit;
-          s.of_condition[points[p].condition] += weight;
-          s.cell = points[p].cell;
-        });
-      }
-      double heaviest = 0;
-      for (const auto& [node, s] : shares) heaviest = std::max(heaviest, s.weight);
-      for (const auto& [node, s] : shares) {
-        if (s.weight < Constraints::cutoff * heaviest) continue;
-        ConstraintPoint& point =
-            by_node.try_emplace(node, ConstraintPoint{0, s.cell, {}, Vec3::Zero(), {}}).first->second;
-        const CellNodes& nodes = mesh.cell_nodes()[static_cast<std::size_t>(point.cell)];
-        point.weights = NodeWeights::Unit(std::find(nodes.begin(), nodes.end(), node) - nodes.begin());
-        point.condition = std::max_element(s.of_condition.begin(), s.of_condition.end(), [](auto& a, auto& b) {
-                            return a.second < b.second;
-                          })->first;
-        point.axes[axis] = true;
-        point.value[static_cast<Index>(axis)] =
-            fit.at(mesh.position(static_cast<std::size_t>(node))) + s.misfit / s.weight;
-      }
+      held_nodes_.emplace_back(mesh_, points_, std::move(cluster), axis);
+      held_nodes_.back().hold(by_node);
     }
-  std::erase_if(held, [](const ConstraintPoint& p) { return !(p.axes[0] || p.axes[1] || p.axes[2]); });
-  for (const auto& [node, point] : by_node) held.push_back(point);
-  return held;
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    if (!(axes[p][0] || axes[p][1] || axes[p][2])) continue;
+    own_point_.push_back(p);
+    held_.push_back(points_[p]);
+    held_.back().axes = axes[p];
+  }
+  std::map<std::int32_t, std::size_t> number;
+  for (const auto& [node, point] : by_node) {
+    number[node] = held_.size();
+    held_.push_back(point);
+  }
+  for (HeldNodes& nodes : held_nodes_) {
+    nodes.find(number);
+    nodes.prescribe(points_, held_);
+  }
 }
+
+namespace {
 
 /// Where the points hold only some axes, as sliding plates and planes of symmetry do, a homogeneous stress may be the
 /// solution: a uniform pressure on them has to find a support that balances it wholly. Patches held along all axes have
@@ -212,10 +270,12 @@ bool needs_uniform_pressure(const Mesh& mesh, const std::vector<ConstraintPoint>
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto holds = [&](std::size_t p) { return points[p].axes[axis]; };
     if (!std::all_of(members.begin(), members.end(), holds)) continue;
-    const AffineFit fit(mesh, points, members, axis);
+    const AffineFit fit(mesh, points, members);
+    const AffineFit::Coefficients affine = fit.of(prescribed(points, members, axis));
     for (const std::size_t p : members) {
       const double value = points[p].value[static_cast<Index>(axis)];
-      if (std::abs(value - fit.at(AffineFit::position(mesh, points[p]))) > same_value * std::max(1.0, std::abs(value)))
+      if (std::abs(value - fit.at(mesh.rest_position(points[p].cell, points[p].weights), affine)) >
+          same_value * std::max(1.0, std::abs(value)))
         return false;
     }
   }
@@ -261,8 +321,13 @@ std::shared_ptr<const Constraints::Cluster> make_cluster(const Mesh& mesh, const
 
 }  // namespace
 
+struct Constraints::Work {
+  VectorXd nodal, coefficients, misfit;
+};
+
 Constraints::Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points)
-    : mesh_(mesh), points_(std::move(points)), held_(hold_large_clusters_by_nodes(mesh, points_)) {
+    : mesh_(mesh), points_(std::move(points)), work_(std::make_unique<Work>()) {
+  hold_large_clusters_by_nodes();
   // Axes with the same points share their clusters.
   std::map<std::vector<std::size_t>, std::size_t> done;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -275,6 +340,15 @@ Constraints::Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points)
       clusters_[axis].push_back(make_cluster(mesh, held_, std::move(members)));
     done[std::move(used)] = axis;
   }
+  Index most_nodes = 0, most_points = 0;
+  for (const auto& axis : clusters_)
+    for (const auto& cluster : axis) {
+      most_nodes = std::max(most_nodes, cluster->h.cols());
+      most_points = std::max(most_points, cluster->h.rows());
+    }
+  work_->nodal.resize(most_nodes);
+  work_->coefficients.resize(most_nodes);
+  work_->misfit.resize(most_points);
 }
 
 Constraints::~Constraints() = default;
@@ -286,31 +360,48 @@ template <class Vector>
 void Constraints::project_out(Vector& v) const {
   for (int axis = 0; axis < 3; ++axis)
     for (const auto& cluster : clusters_[static_cast<std::size_t>(axis)]) {
-      const VectorXd held = cluster->into_span(cluster->gather(v, axis));
+      auto held = work_->nodal.head(cluster->h.cols());
+      cluster->gather(v, axis, held);
+      cluster->into_span(held, work_->coefficients.head(cluster->kept.vectors.cols()));
       for (std::size_t n = 0; n < cluster->nodes.size(); ++n)
         v[3 * Index{cluster->nodes[n]} + axis] -= static_cast<typename Vector::Scalar>(held[static_cast<Index>(n)]);
     }
 }
 
-NodeVector Constraints::lift(const NodeVector& u, double fraction) const {
-  NodeVector d = NodeVector::Zero(u.size());
+void Constraints::prescribe(const std::vector<Vec3>& values) {
+  bool same = true;
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    same = same && points_[p].value == values[p];
+    points_[p].value = values[p];
+  }
+  if (same) return;
+  for (std::size_t n = 0; n < own_point_.size(); ++n) held_[n].value = values[own_point_[n]];
+  for (const HeldNodes& nodes : held_nodes_) nodes.prescribe(points_, held_);
+}
+
+void Constraints::lift(const NodeVector& u, NodeVector& d) const {
+  d.setZero(u.size());
   for (int axis = 0; axis < 3; ++axis)
     for (const auto& cluster : clusters_[static_cast<std::size_t>(axis)]) {
-      VectorXd misfit = -(cluster->h * cluster->gather(u, axis));
+      auto nodal = work_->nodal.head(cluster->h.cols());
+      auto misfit = work_->misfit.head(cluster->h.rows());
+      cluster->gather(u, axis, nodal);
+      misfit.noalias() = cluster->h * nodal;
       for (std::size_t p = 0; p < cluster->points.size(); ++p)
-        misfit[static_cast<Index>(p)] += fraction * held_[cluster->points[p]].value[axis];
-      const VectorXd correction = cluster->displacement_for(misfit);
+        misfit[static_cast<Index>(p)] = held_[cluster->points[p]].value[axis] - misfit[static_cast<Index>(p)];
+      cluster->displacement_for(misfit, work_->coefficients.head(cluster->kept.vectors.cols()), nodal);
       for (std::size_t n = 0; n < cluster->nodes.size(); ++n)
-        d[3 * Index{cluster->nodes[n]} + axis] += correction[static_cast<Index>(n)];
+        d[3 * Index{cluster->nodes[n]} + axis] += nodal[static_cast<Index>(n)];
     }
-  return d;
 }
 
 std::vector<Vec3> Constraints::multipliers(const NodeVector& residual) const {
   std::vector<Vec3> forces(held_.size(), Vec3::Zero());
   for (int axis = 0; axis < 3; ++axis)
     for (const auto& cluster : clusters_[static_cast<std::size_t>(axis)]) {
-      const VectorXd lambda = cluster->forces_for(cluster->gather(residual, axis));
+      VectorXd nodal(cluster->h.cols());
+      cluster->gather(residual, axis, nodal);
+      const VectorXd lambda = cluster->forces_for(nodal);
       for (std::size_t p = 0; p < cluster->points.size(); ++p)
         forces[cluster->points[p]][axis] = lambda[static_cast<Index>(p)];
     }
@@ -361,8 +452,6 @@ std::vector<double> Constraints::contradiction() const {
   return distance;
 }
 
-double Constraints::violation(const NodeVector& u, double fraction) const {
-  return lift(u, fraction).lpNorm<Eigen::Infinity>();
-}
+double Constraints::violation(const NodeVector& u) const { return lift(u).lpNorm<Eigen::Infinity>(); }
 
 }  // namespace hexsolver

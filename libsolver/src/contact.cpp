@@ -18,19 +18,20 @@ CellVector spread(const NodeWeights& weights, const Vec3& force) {
 }  // namespace
 
 PenaltyContact::PenaltyContact(const Contact& contact, const Mesh& mesh, const std::vector<SurfacePoint>& points)
-    : contact_(contact), mesh_(mesh) {
+    : contact_(contact), mesh_(mesh), moved_(contact.by) {
   for (const SurfacePoint& p : points) {
-    Vec3 rest = Vec3::Zero();
-    for (int a = 0; a < 8; ++a)
-      rest += p.weights[a] * mesh.position(static_cast<std::size_t>(
-                                 mesh.cell_nodes()[static_cast<std::size_t>(p.cell)][static_cast<std::size_t>(a)]));
-    points_.push_back({p.cell, p.weights, rest, p.area});
+    points_.push_back({p.cell, p.weights, mesh.rest_position(p.cell, p.weights), p.area});
   }
+  active_.reserve(points_.size());
   std::stable_sort(points_.begin(), points_.end(), [](const Point& a, const Point& b) { return a.cell < b.cell; });
 }
 
-PenaltyContact::Gap PenaltyContact::gap(const Point& p, const NodeVector& u, double fraction) const {
-  const Vec3 x = p.rest + mesh_.interpolate(p.cell, p.weights, u) - fraction * contact_.by;
+void PenaltyContact::set_progress(const Progress& progress) {
+  moved_ = contact_.history ? contact_.history->at(progress.time) : Vec3(progress.fraction * contact_.by);
+}
+
+PenaltyContact::Gap PenaltyContact::gap(const Point& p, const NodeVector& u, const Vec3& moved) const {
+  const Vec3 x = p.rest + mesh_.interpolate(p.cell, p.weights, u) - moved;
   if (const auto* plane = std::get_if<HalfSpace>(&contact_.obstacle))
     return {(x - plane->point).dot(plane->normal), plane->normal, 0};
   const Ball& ball = std::get<Ball>(contact_.obstacle);
@@ -65,7 +66,7 @@ void PenaltyContact::linearize(const NodeVector& u, double clamping) {
     const Gap g = gap(p, u);
     if (g.depth >= 0) continue;
     // Across the normal of a ball the curvature is negative: a point deep inside slips off to any side.
-    const double across = (1 - clamping) * g.depth * g.bending;
+    const double across = (1 - std::min(clamping, Hessian::clamped)) * g.depth * g.bending;
     active_.push_back(
         {p.cell, p.weights,
          contact_.stiffness * (across * Mat3::Identity() + (1 - across) * g.normal * g.normal.transpose())});
@@ -113,18 +114,19 @@ double PenaltyContact::largest_load_step() const {
   return ball && contact_.by.norm() > 0 ? std::min(1.0, part_of_radius * ball->radius / contact_.by.norm()) : 1;
 }
 
-PenaltyContact::State PenaltyContact::state(const NodeVector& u) const { return state(u, fraction_); }
+PenaltyContact::State PenaltyContact::state(const NodeVector& u) const { return state(u, moved_); }
 
 PenaltyContact::State PenaltyContact::state_at_rest() const {
-  return state(NodeVector::Zero(static_cast<Eigen::Index>(mesh_.num_dofs())), 0);
+  return state(NodeVector::Zero(static_cast<Eigen::Index>(mesh_.num_dofs())),
+               contact_.history ? contact_.history->at(0) : Vec3::Zero());
 }
 
-PenaltyContact::State PenaltyContact::state(const NodeVector& u, double fraction) const {
+PenaltyContact::State PenaltyContact::state(const NodeVector& u, const Vec3& moved) const {
   State s;
   const Point* deepest = nullptr;
   double least_depth = 0;
   for (const Point& p : points_) {
-    const Gap g = gap(p, u, fraction);
+    const Gap g = gap(p, u, moved);
     if (!deepest || g.depth < least_depth) {
       deepest = &p;
       least_depth = g.depth;
@@ -137,7 +139,7 @@ PenaltyContact::State PenaltyContact::state(const NodeVector& u, double fraction
   s.nearest = least_depth;
   // The surface point nearest to the centre of a ball faces it, unless the centre is behind the surface.
   if (deepest && std::holds_alternative<Ball>(contact_.obstacle))
-    s.is_inside = gap(*deepest, u, fraction).normal.dot(outward(*deepest, u)) > 0;
+    s.is_inside = gap(*deepest, u, moved).normal.dot(outward(*deepest, u)) > 0;
   return s;
 }
 

@@ -36,18 +36,24 @@ CorotationalCells::Frame CorotationalCells::frame(std::size_t cell, const NodeVe
   return frame;
 }
 
-std::vector<double> CorotationalCells::cell_energies(const NodeVector& u) const {
-  std::vector<double> energies(mesh_.num_cells());
-  mesh_.for_each_cell([&](std::size_t c) {
-    if (!turns(c)) {
-      const CellVector v = mesh_.gather(c, u);
-      energies[c] = 0.5 * v.dot(times(model(c).stiffness, v));
-      return;
-    }
-    const Frame f = frame(c, u);
-    energies[c] = 0.5 * (f.y - rest_).dot(f.f);
-  });
-  return energies;
+double CorotationalCells::cell_energy(std::size_t cell, const NodeVector& u) const {
+  if (!turns(cell)) {
+    const CellVector v = mesh_.gather(cell, u);
+    return 0.5 * v.dot(times(model(cell).stiffness, v));
+  }
+  const Frame f = frame(cell, u);
+  return 0.5 * (f.y - rest_).dot(f.f);
+}
+
+std::size_t CorotationalCells::choose_turning(const NodeVector& u, double on, double off) {
+  turning_.resize(mesh_.num_cells());
+  std::size_t count = 0;
+  for (std::size_t c = 0; c < turning_.size(); ++c) {
+    const double angle = rotation_angle(polar_decomposition(mean_gradient(c, u)).rotation);
+    turning_[c] = angle > (turning_[c] ? off : on);
+    count += turning_[c];
+  }
+  return count;
 }
 
 Mat3 CorotationalCells::stress(std::size_t cell, const NodeVector& u) const {
@@ -109,11 +115,13 @@ CorotationalCells::Columns CorotationalCells::positive_part(const StressTerm& e)
 
 void CorotationalCells::linearize(const NodeVector& u, double clamping) {
   frames_.resize(mesh_.num_cells());
-  positive_.resize(clamping > 0 ? mesh_.num_cells() : 0);
+  clamping_ = clamping;
+  const bool clamps = clamping > Hessian::exact && clamping <= Hessian::clamped;
+  positive_.resize(clamps ? mesh_.num_cells() : 0);
   mesh_.for_each_cell([&](std::size_t c) {
     if (!turns(c)) return;
     frames_[c] = frame(c, u);
-    if (clamping > 0) positive_[c] = positive_part(stress_term(frames_[c], model(c).mean_gradient));
+    if (clamps) positive_[c] = positive_part(stress_term(frames_[c], model(c).mean_gradient));
   });
 }
 
@@ -136,7 +144,7 @@ void CorotationalCells::add_product(const NodeVector& x, NodeVector& y) const {
     // Q^T K Q v = K dy - T^T sum y_a x (K dy)_a, and the stress term T^T (A w + L v) + L^T w.
     Vec3 torque = Vec3::Zero();
     for (int a = 0; a < 8; ++a) torque -= Vec3(f.y.segment<3>(3 * a)).cross(Vec3(out.segment<3>(3 * a)));
-    if (positive_.empty()) {
+    if (clamping_ == Hessian::exact) {
       Vec3 l = Vec3::Zero(), yfw = Vec3::Zero(), fyw = Vec3::Zero();
       double yf = 0;
       for (int a = 0; a < 8; ++a) {
@@ -150,7 +158,7 @@ void CorotationalCells::add_product(const NodeVector& x, NodeVector& y) const {
       }
       const Vec3 sw = f.s * w;
       torque += l + 0.5 * (yfw + fyw) - yf * w - 0.5 * (f.h.cross(sw) - f.s * f.h.cross(w));
-    } else {
+    } else if (!positive_.empty()) {
       out += positive_[c] * (positive_[c].transpose() * v);
     }
     const Vec3 dh = f.inverse_m * torque;
@@ -161,6 +169,10 @@ void CorotationalCells::add_product(const NodeVector& x, NodeVector& y) const {
 
 std::size_t CorotationalCells::bytes() const {
   return ElasticCells::bytes() + hexmesh::bytes_of(frames_) + hexmesh::bytes_of(positive_);
+}
+
+void CorotationalCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
+  hexsolver::add_diagonal(turns(cell) ? frames_[cell].r : Mat3::Identity(), model(cell).stiffness, blocks);
 }
 
 void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) const {
@@ -176,7 +188,7 @@ void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) 
   // (1 - Y T)^T K (1 - Y T) = K - B^T - B with B = T^T (Y^T K - Y^T K Y T / 2)
   const Columns ky = k * y;
   Eigen::Matrix<double, 3, 24> inner = 0.5 * (y.transpose() * ky) * e.t - ky.transpose();
-  if (positive_.empty()) inner += e.l + 0.5 * e.a * e.t;
+  if (clamping_ == Hessian::exact) inner += e.l + 0.5 * e.a * e.t;
   CellMatrix h = k;
   const CellMatrix half = e.t.transpose() * inner;
   h += half + half.transpose();

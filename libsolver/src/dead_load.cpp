@@ -7,21 +7,22 @@ using Eigen::Index;
 
 double DeadLoad::energy(const NodeVector& u) const {
   double work = 0;
-  for (const NodeForce& f : forces_) work += f.force.dot(u.segment<3>(3 * Index{f.node}));
-  return -fraction_ * work;
+  for (const NodeForce& f : forces_) work += factor_.cwiseProduct(f.force).dot(u.segment<3>(3 * Index{f.node}));
+  return -work;
 }
 
 void DeadLoad::add_gradient(const NodeVector& /*u*/, NodeVector& gradient, NodeVector& magnitude) const {
   for (const NodeForce& f : forces_) {
-    gradient.segment<3>(3 * Index{f.node}) -= fraction_ * f.force;
-    magnitude.segment<3>(3 * Index{f.node}) += fraction_ * f.force.cwiseAbs();
+    const Vec3 force = factor_.cwiseProduct(f.force);
+    gradient.segment<3>(3 * Index{f.node}) -= force;
+    magnitude.segment<3>(3 * Index{f.node}) += force.cwiseAbs();
   }
 }
 
 Vec3 DeadLoad::total() const {
   Vec3 sum = Vec3::Zero();
   for (const NodeForce& f : forces_) sum += f.force;
-  return sum;
+  return factor_.cwiseProduct(sum);
 }
 
 }  // namespace hexsolver

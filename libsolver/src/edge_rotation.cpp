@@ -14,14 +14,10 @@ Mat3 EdgeRotatedCells::rotation(const CellVector& moved) const {
   return orthonormalized(now) * orthonormalized(mesh_.edges()).transpose();
 }
 
-std::vector<double> EdgeRotatedCells::cell_energies(const NodeVector& u) const {
-  std::vector<double> energies(mesh_.num_cells());
-  mesh_.for_each_cell([&](std::size_t c) {
-    const CellVector moved = mesh_.gather(c, u);
-    const CellVector e = rotate(rotation(moved).transpose(), CellVector(moved + rest_)) - rest_;
-    energies[c] = 0.5 * e.dot(times(model(c).stiffness, e));
-  });
-  return energies;
+double EdgeRotatedCells::cell_energy(std::size_t cell, const NodeVector& u) const {
+  const CellVector moved = mesh_.gather(cell, u);
+  const CellVector e = rotate(rotation(moved).transpose(), CellVector(moved + rest_)) - rest_;
+  return 0.5 * e.dot(times(model(cell).stiffness, e));
 }
 
 Mat3 EdgeRotatedCells::stress(std::size_t cell, const NodeVector& u) const {
@@ -54,6 +50,10 @@ void EdgeRotatedCells::add_product(const NodeVector& x, NodeVector& y) const {
 }
 
 std::size_t EdgeRotatedCells::bytes() const { return ElasticCells::bytes() + hexmesh::bytes_of(rotations_); }
+
+void EdgeRotatedCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
+  hexsolver::add_diagonal(rotations_[cell], model(cell).stiffness, blocks);
+}
 
 void EdgeRotatedCells::add_cell_hessian(std::size_t cell, CellMatrix& h) const {
   h += rotate(rotations_[cell], model(cell).stiffness);

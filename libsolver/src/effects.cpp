@@ -52,6 +52,14 @@ std::vector<Effect> list_effects(const Scene& scene) {
   if (scene.contacts.empty()) effects.push_back({"contact", false, "the scene has no [[contact]]: no distances"});
   const bool weighs = scene.gravity != Vec3::Zero();
   effects.push_back({"gravity", weighs, weighs ? "the scene has [gravity]" : "the scene has no [gravity]: no masses"});
+  const std::string still = scene.dynamics ? "" : "solve.kind = \"equilibrium\": nothing moves";
+  effects.push_back({"inertia", scene.dynamics.has_value(), scene.dynamics ? "solve.kind = \"dynamics\"" : still});
+  const bool damps = scene.damping.mass_per_s > 0 || scene.damping.stiffness_s > 0;
+  effects.push_back({"damping", damps && scene.dynamics,
+                     !scene.dynamics ? still
+                     : damps         ? "the scene has [damping]"
+                                     : "the scene has no [damping]: only the steps damp"});
+  if (scene.dynamics) return effects;
   effects.push_back(
       {error_estimate_name, false, "differences between the levels that a solution passes, if there are two"});
   return effects;

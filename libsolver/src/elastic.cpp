@@ -31,7 +31,9 @@ Mat3 hooke_stress(const ElementModel& model, const Mat3& strain) {
 }
 
 ElasticCells::ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models)
-    : mesh_(mesh), elements_(std::move(elements)), models_(std::move(models)) {
+    : mesh_(mesh),
+      elements_(std::move(elements)),
+      models_(std::make_shared<const std::vector<ElementModel>>(std::move(models))) {
   for (int a = 0; a < 8; ++a) {
     Vec3 corner;
     for (int d = 0; d < 3; ++d) corner[d] = hexmesh::corner_bit(a, d) - 0.5;
@@ -39,26 +41,24 @@ ElasticCells::ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements,
   }
   NodeVector sum = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
   std::vector<CellVector> of_model;
-  for (const ElementModel& m : models_) of_model.push_back(m.stiffness.cwiseAbs() * rest_.cwiseAbs());
+  for (const ElementModel& m : *models_) of_model.push_back(m.stiffness.cwiseAbs() * rest_.cwiseAbs());
   for (std::size_t c = 0; c < mesh.num_cells(); ++c)
     mesh.scatter_add(c, of_model[static_cast<std::size_t>(elements_[c])], sum);
   rounding_ = 50 * std::numeric_limits<double>::epsilon() * sum.norm();
 }
 
-std::size_t ElasticCells::bytes() const { return hexmesh::bytes_of(elements_) + hexmesh::bytes_of(models_); }
+std::size_t ElasticCells::model_bytes() const { return hexmesh::bytes_of(*models_); }
+std::size_t ElasticCells::bytes() const { return hexmesh::bytes_of(elements_) + model_bytes(); }
 
 double ElasticCells::energy(const NodeVector& u) const {
-  const std::vector<double> energies = cell_energies(u);
-  return Eigen::Map<const Eigen::VectorXd>(energies.data(), static_cast<Eigen::Index>(energies.size())).sum();
+  energies_.resize(mesh_.num_cells());
+  mesh_.for_each_cell([&](std::size_t c) { energies_[c] = cell_energy(c, u); });
+  return Eigen::Map<const Eigen::VectorXd>(energies_.data(), static_cast<Eigen::Index>(energies_.size())).sum();
 }
 
-std::vector<double> CauchyCells::cell_energies(const NodeVector& u) const {
-  std::vector<double> energies(mesh_.num_cells());
-  mesh_.for_each_cell([&](std::size_t c) {
-    const CellVector v = mesh_.gather(c, u);
-    energies[c] = 0.5 * v.dot(times(model(c).stiffness, v));
-  });
-  return energies;
+double CauchyCells::cell_energy(std::size_t cell, const NodeVector& u) const {
+  const CellVector v = mesh_.gather(cell, u);
+  return 0.5 * v.dot(times(model(cell).stiffness, v));
 }
 
 Mat3 CauchyCells::stress(std::size_t cell, const NodeVector& u) const {
@@ -76,6 +76,10 @@ void CauchyCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVe
 
 void CauchyCells::add_product(const NodeVector& x, NodeVector& y) const {
   mesh_.for_each_cell([&](std::size_t c) { mesh_.scatter_add(c, times(model(c).stiffness, mesh_.gather(c, x)), y); });
+}
+
+void CauchyCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
+  hexsolver::add_diagonal(Mat3::Identity(), model(cell).stiffness, blocks);
 }
 
 ElasticCells::Size ElasticCells::size_in_material(const NodeVector& field, const std::vector<bool>& left_out) const {

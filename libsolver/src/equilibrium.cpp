@@ -7,9 +7,8 @@
 #include <cmath>
 #include <memory>
 
+#include "conclude.h"
 #include "hexmesh/core/error.h"
-#include "hexmesh/lattice/locator.h"
-#include "hexsolver/cell_measures.h"
 #include "hexsolver/rotation.h"
 #include "level_problem.h"
 #include "stopwatch.h"
@@ -49,8 +48,9 @@ void solve_with_cutback(Solved& state, NewtonOptions options, bool has_start, co
     options.estimate_remaining = target == 1;
     NodeVector trial = has_start ? std::move(state.u) : good;
     if (trial.size() == 0) trial = NodeVector::Zero(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
-    NewtonReport report = minimize(problem.hierarchy(), state.problem->potential(), problem.constraints(), target,
-                                   options, trial, [&](int iteration, double residual, int linear) {
+    state.problem->set_progress({target});
+    NewtonReport report = minimize(problem.hierarchy(), state.problem->potential(), problem.constraints(), options,
+                                   trial, [&](int iteration, double residual, int linear) {
                                      if (progress) progress(problem.level(), target, iteration, residual, linear);
                                    });
     total.iterations += report.iterations;
@@ -331,12 +331,7 @@ private:
     estimator_.add(difference, report_.levels);
     for (Effect& e : report_.effects)
       if (e.name == error_estimate_name && difference) e.active = true;
-    const char* linearized = is_hyperelastic(report_.elasticity) ? "large strain" : "rotation";
-    for (const Potential::Cost& cost : problem.potential().costs())
-      for (Effect& e : report_.effects) {
-        if (e.name == cost.name) e.seconds += cost.seconds - cost.linearize_seconds;
-        if (e.name == linearized && cost.name == problem.elastic().name()) e.seconds += cost.linearize_seconds;
-      }
+    add_effect_seconds(problem, report_);
   }
 
   bool is_accurate() const {
@@ -377,129 +372,6 @@ private:
   NodeVector start_;                 ///< the coarser solution on the level being solved
 };
 
-std::vector<Vec3> to_points(const NodeVector& u) {
-  std::vector<Vec3> out(static_cast<std::size_t>(u.size() / 3));
-  for (std::size_t n = 0; n < out.size(); ++n) out[n] = u.segment<3>(3 * static_cast<Eigen::Index>(n));
-  return out;
-}
-
-Result make_result(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u) {
-  const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(problem.level())];
-  const Mesh& mesh = problem.mesh();
-  Result r = hexmesh::rest_state(lattice, problem.level());
-  r.displacement = to_points(u);
-
-  const double cell_volume = lattice.cell_size(problem.level()).prod();
-  std::vector<double>& density = r.cell_fields["strain_energy_density"];
-  density = problem.elastic().cell_energies(u);
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c) density[c] /= level.fill(c) * cell_volume;
-  if (!problem.islands().empty()) r.cell_fields["island"] = {problem.islands().begin(), problem.islands().end()};
-
-  const hexmesh::CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells);
-  for (const Vec3& p : lattice.surface.points) {
-    const hexmesh::Embedding e = locator.locate_position(p);
-    const NodeWeights weights = hexmesh::shape_functions(e.local);
-    Vec3 moved = Vec3::Zero();
-    for (int a = 0; a < 8 && e.cell >= 0; ++a)
-      moved += weights[a] * r.displacement[static_cast<std::size_t>(
-                                mesh.cell_nodes()[static_cast<std::size_t>(e.cell)][static_cast<std::size_t>(a)])];
-    r.surface_displacement.push_back(moved);
-  }
-
-  for (const Condition& c : problem.scene().conditions) r.conditions.push_back({c.name, {}, {}, c.axes});
-  for (const ConstraintPoint& p : problem.constraints().points()) {
-    const CellNodes& nodes = mesh.cell_nodes()[static_cast<std::size_t>(p.cell)];
-    Vec3 position = Vec3::Zero();
-    for (int a = 0; a < 8; ++a)
-      position += p.weights[a] * r.nodes[static_cast<std::size_t>(nodes[static_cast<std::size_t>(a)])];
-    auto& condition = r.conditions[static_cast<std::size_t>(p.condition)];
-    condition.points.push_back(position);
-    condition.displacement.push_back(problem.constraints().displacement(p, u));
-  }
-  return r;
-}
-
-void add_measures(CellMeasures measures, Result& result, SolveReport& report) {
-  report.min_jacobian = measures.min_jacobian;
-  report.inverted_cells = measures.inverted_cells;
-  for (std::size_t d = 0; d < 3; ++d)
-    result.cell_fields[fmt::format("principal_stretch_{}", d + 1)] = std::move(measures.principal_stretch[d]);
-  result.cell_fields["rotation_degrees"] = std::move(measures.rotation_degrees);
-  result.cell_fields["young_modulus"] = std::move(measures.young_modulus);
-  result.cell_fields["poisson_ratio"] = std::move(measures.poisson_ratio);
-  result.cell_fields["von_mises_stress"] = std::move(measures.von_mises_stress);
-  result.cell_fields["pressure"] = std::move(measures.pressure);
-  result.cell_fields["smoothed_pressure"] = std::move(measures.smoothed_pressure);
-  report.pressure_checkerboard = measures.pressure_checkerboard;
-}
-
-/// Where the law or the state have no meaning.
-void warn_of_large_changes(const ElasticCells& elastic, const NodeVector& u, const Result& result,
-                           SolveReport& report) {
-  constexpr double allowed_part = 0.05;
-  if (report.converged)
-    if (const std::string limit = elastic.limit_reached(u, false); !limit.empty()) report.warnings.push_back(limit);
-  if (report.inverted_cells > 0)
-    report.warnings.push_back(
-        fmt::format("{} cells are inverted, least Jacobian {:.2g}: there the solution has no meaning",
-                    report.inverted_cells, report.min_jacobian));
-  else if (report.min_jacobian < 0.1)
-    report.warnings.push_back(
-        fmt::format("the least Jacobian is {:.2g}: cells are nearly flat there, trust little", report.min_jacobian));
-  constexpr double least_stretch = 0.7, most_stretch = 1.4;
-  const std::vector<double>&longest = result.cell_fields.at("principal_stretch_1"),
-        &shortest = result.cell_fields.at("principal_stretch_3");
-  std::size_t strained = 0;
-  for (std::size_t c = 0; c < longest.size(); ++c) strained += longest[c] > most_stretch || shortest[c] < least_stretch;
-  if (!is_hyperelastic(report.elasticity) && strained > allowed_part * static_cast<double>(longest.size()))
-    report.warnings.push_back(fmt::format(
-        "{:.0f} % of the cells are stretched beyond {:g} to {:g}: Hooke's law is for small strain, "
-        "law = \"neo-hookean\" for large",
-        100.0 * static_cast<double>(strained) / static_cast<double>(longest.size()), least_stretch, most_stretch));
-  if (report.elasticity != Elasticity::cauchy) return;
-  constexpr double small_degrees = 10;
-  const std::vector<double>& rotation = result.cell_fields.at("rotation_degrees");
-  const auto turned = std::count_if(rotation.begin(), rotation.end(), [](double r) { return r > small_degrees; });
-  const double part = static_cast<double>(turned) / static_cast<double>(rotation.size());
-  if (part > allowed_part)
-    report.warnings.push_back(fmt::format(
-        "{:.0f} % of the cells turn by more than {:g} degrees, which strain = \"cauchy\" takes for strain; the "
-        "error estimate does not know",
-        100 * part, small_degrees));
-}
-
-void report_conditions(const LevelProblem& problem, const NodeVector& u, SolveReport& report) {
-  const Constraints& constraints = problem.constraints();
-  NodeVector gradient, magnitude;
-  problem.potential().gradient(u, gradient, magnitude);
-  for (const LevelProblem::Load& load : problem.loads())
-    report.forces.push_back({load.name, report.load_fraction * load.total});
-  for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
-    const PenaltyContact::State state = problem.contacts()[c]->state(u);
-    report.contacts.push_back(
-        {problem.scene().contacts[c].name, state.points, state.deepest, state.nearest, state.force});
-    if (state.points == 0)
-      report.warnings.push_back(fmt::format("{} touches nothing: the nearest surface point is {:.3g} mm away",
-                                            problem.contacts()[c]->name(), state.nearest));
-  }
-  report.conditions = report_points(problem);
-  for (const ConstraintPoint& p : constraints.points()) {
-    ConditionReport& r = report.conditions[static_cast<std::size_t>(p.condition)];
-    Vec3 miss = report.load_fraction * p.value - constraints.displacement(p, u);
-    for (int d = 0; d < 3; ++d)
-      if (!p.axes[static_cast<std::size_t>(d)]) miss[d] = 0;
-    r.misfit_mm = std::max(r.misfit_mm, miss.norm());
-  }
-  const std::vector<Vec3> forces = constraints.multipliers(gradient);
-  for (std::size_t p = 0; p < forces.size(); ++p)
-    report.conditions[static_cast<std::size_t>(constraints.held()[p].condition)].reaction_n += forces[p];
-  report.kept_directions = constraints.num_kept();
-  report.constraint_violation_mm = constraints.violation(u, report.load_fraction);
-  // What is known to be off at the conditions is part of the error.
-  if (std::optional<double>& largest = report.levels.back().error.max_mm)
-    for (const ConditionReport& c : report.conditions) largest = std::max(*largest, c.misfit_mm);
-}
-
 }  // namespace
 
 int finest_level(const Scene& scene, const Lattice& lattice) {
@@ -530,21 +402,11 @@ Result solve_equilibrium(const Lattice& whole, const Scene& scene, int level, So
   const LevelProblem& problem = *solved.problem;
   report.load_fraction = solved.load_fraction;
   report.relative_residual = solved.newton.relative_residual;
-  report.strain_energy_n_mm = problem.elastic().energy(solved.u);
-  report.held_cells = problem.num_island_cells();
-  report.held_force_n = problem.spring_force(solved.u);
-  if (report.held_cells > 0)
-    report.warnings.push_back(fmt::format("{} cells are held by springs: nothing else holds them", report.held_cells));
-  solved.problem->potential().set_load_fraction(solved.load_fraction);
-  report_conditions(problem, solved.u, report);
+  solved.problem->set_progress({solved.load_fraction});
   report.bytes = {{"lattice", hexmesh::bytes_of(lattice)},
                   {"meshes", problem.hierarchy().bytes()},
                   {"multigrid", solved.newton.preconditioner_bytes}};
-  for (const Potential::Cost& cost : problem.potential().costs()) report.bytes.emplace_back(cost.name, cost.bytes);
-  Result result = make_result(lattice, problem, solved.u);
-  add_measures(measure_cells(problem.elastic(), solved.u), result, report);
-  warn_of_large_changes(problem.elastic(), solved.u, result, report);
-  return result;
+  return conclude(lattice, problem, solved.u, report);
 }
 
 }  // namespace hexsolver

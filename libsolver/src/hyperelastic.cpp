@@ -158,20 +158,15 @@ EnergyDensity HyperelasticCells::density(const Point& p, const Invariants& at, d
   return w;
 }
 
-std::vector<double> HyperelasticCells::cell_energies(const NodeVector& u) const {
-  std::vector<double> energies(mesh_.num_cells());
-  mesh_.for_each_cell([&](std::size_t c) {
-    const State s = state(c, u);
-    double sum = s.volume * s.pressure * s.mean_dilation / 2;
-    for (std::size_t p = 0; p < s.points->size(); ++p) {
-      if (law_ != Elasticity::stable_neo_hookean && s.at[p].dilation <= -1)
-        sum = std::numeric_limits<double>::infinity();
-      else
-        sum += density((*s.points)[p], s.at[p], s.pressure).value;
-    }
-    energies[c] = sum;
-  });
-  return energies;
+double HyperelasticCells::cell_energy(std::size_t cell, const NodeVector& u) const {
+  const State s = state(cell, u);
+  double sum = s.volume * s.pressure * s.mean_dilation / 2;
+  for (std::size_t p = 0; p < s.points->size(); ++p) {
+    if (law_ != Elasticity::stable_neo_hookean && s.at[p].dilation <= -1)
+      return std::numeric_limits<double>::infinity();
+    sum += density((*s.points)[p], s.at[p], s.pressure).value;
+  }
+  return sum;
 }
 
 Mat3 HyperelasticCells::stress(std::size_t cell, const NodeVector& u) const {
@@ -210,7 +205,7 @@ void HyperelasticCells::linearize(const NodeVector& u, double clamping) {
       const Point& point = (*s.points)[p];
       const Mat3 f = Mat3::Identity() + s.h[p];
       Tangent t = tangent(density(point, s.at[p], s.pressure), f);
-      if (clamping > 0) t = clamped(t, clamping);
+      if (clamping > 0) t = clamped(t, std::min(clamping, Hessian::clamped));
       // dF' of each dof, and dP' of that; entries (i, j) at i + 3 j
       Eigen::Matrix<double, 9, 24, Eigen::RowMajor> df, dp;
       const NodeGradients turned = point.gradient * t.v;

@@ -48,11 +48,13 @@ bool only_islands_among(const std::vector<FreePart>& free, const Mesh& mesh) {
   return cells < mesh.num_cells();
 }
 
-double largest_prescribed(const Scene& scene) {
+double largest_prescribed(const Constraints& constraints) {
   double largest = 0;
-  for (const Condition& c : scene.conditions) largest = std::max(largest, c.by.norm());
+  for (const ConstraintPoint& p : constraints.points()) largest = std::max(largest, p.value.norm());
   return largest;
 }
+
+Progress at_the_end(const Scene& scene) { return {1, scene.dynamics ? scene.dynamics->duration : 0}; }
 
 }  // namespace
 
@@ -66,8 +68,15 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
   Selector selector(lattice, level, mesh());
   std::vector<ConstraintPoint> points = select_points(scene, selector);
   find_islands(points);
-  constraints_ = std::make_unique<const Constraints>(mesh(), std::move(points));
-  loads_ = make_loads(scene, lattice, level, mesh(), selector);
+  for (ConstraintPoint& p : points) {
+    const Condition& condition = scene.conditions[static_cast<std::size_t>(p.condition)];
+    rest_points_.push_back(mesh().rest_position(p.cell, p.weights));
+    p.value = prescribed_displacement(condition, rest_points_.back(), at_the_end(scene));
+  }
+  prescribed_.resize(points.size());
+  constraints_ = std::make_unique<Constraints>(mesh(), std::move(points));
+  new_loads_ = make_loads(scene, lattice, level, mesh(), selector);
+  for (const auto& load : new_loads_) loads_.push_back(load.get());
   if (!scene.contacts.empty()) {
     const std::vector<SurfacePoint> surface = selector.whole_surface();
     for (const Contact& c : scene.contacts) {
@@ -75,14 +84,36 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
       contacts_.push_back(new_contacts_.back().get());
     }
   }
+  set_progress(at_the_end(scene));
+}
+
+void LevelProblem::set_progress(const Progress& progress) {
+  for (std::size_t p = 0; p < prescribed_.size(); ++p) {
+    const auto condition = static_cast<std::size_t>(constraints_->points()[p].condition);
+    prescribed_[p] = prescribed_displacement(scene_.conditions[condition], rest_points_[p], progress);
+  }
+  constraints_->prescribe(prescribed_);
+  const Vec3 whole = Vec3::Constant(scene_.dynamics ? 1 : progress.fraction);
+  for (std::size_t n = 0; n < loads_.size(); ++n) {
+    const bool changes = n < scene_.forces.size() && scene_.forces[n].history;
+    loads_[n]->set_factor(changes ? scene_.forces[n].history->at(progress.time) : whole);
+  }
+  for (PenaltyContact* c : contacts_) c->set_progress(progress);
+}
+
+std::vector<LevelProblem::Load> LevelProblem::loads() const {
+  std::vector<Load> out;
   for (std::size_t n = 0; n < loads_.size(); ++n)
-    load_totals_.push_back({n < scene.forces.size() ? scene.forces[n].name : loads_[n]->name(), loads_[n]->total()});
+    out.push_back({n < scene_.forces.size() ? scene_.forces[n].name : loads_[n]->name(), loads_[n]->total()});
+  return out;
 }
 
 void LevelProblem::find_islands(const std::vector<ConstraintPoint>& points) {
+  if (scene_.dynamics && scene_.islands != Islands::hold) return;  // what nothing holds moves
   const std::vector<FreePart> free = free_parts(mesh(), points);
   if (free.empty()) return;
   const bool may_be_held = only_islands_among(free, mesh());
+  if (scene_.dynamics && !may_be_held) return;
   if (scene_.islands != Islands::hold || !may_be_held) fail_unsupported(free, scene_, level_, may_be_held);
   islands_.resize(mesh().num_cells());
   for (const FreePart& part : free)
@@ -119,6 +150,13 @@ std::size_t LevelProblem::num_island_cells() const {
 
 Vec3 LevelProblem::spring_force(const NodeVector& u) const { return springs_ ? springs_->force(u) : Vec3::Zero(); }
 
+LevelProblem::Stored LevelProblem::stored_energy(const NodeVector& u) const {
+  Stored stored{elastic_->energy(u), springs_ ? springs_->energy(u) : 0, 0};
+  for (const PenaltyContact* c : contacts_) stored.contact += c->energy(u);
+  for (const DeadLoad* l : loads_) stored.loads += l->energy(u);
+  return stored;
+}
+
 double LevelProblem::largest_load_step() const {
   double step = 1;
   for (const PenaltyContact* c : contacts_) step = std::min(step, c->largest_load_step());
@@ -133,7 +171,7 @@ std::vector<std::string> LevelProblem::conflicts() const {
     worst = std::max(worst, of_point[p]);
   }
   std::vector<std::string> words;
-  const double allowed = conflict_fraction * largest_prescribed(scene_);
+  const double allowed = conflict_fraction * largest_prescribed(*constraints_);
   for (std::size_t c = 0; c < miss.size(); ++c)
     if (miss[c] > allowed)
       words.push_back(fmt::format("'{}' ({}, misses by {:.3g} mm)", scene_.conditions[c].name,
@@ -157,8 +195,8 @@ void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> turn
     springs_ = term.get();
     potential_->add(std::move(term));
   }
-  for (auto& load : loads_) potential_->add(std::move(load));
-  loads_.clear();
+  for (auto& load : new_loads_) potential_->add(std::move(load));
+  new_loads_.clear();
   for (auto& contact : new_contacts_) potential_->add(std::move(contact));
   new_contacts_.clear();
 }

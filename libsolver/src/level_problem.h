@@ -33,6 +33,14 @@ public:
   /// @param turning  which cells turn; empty = all
   void build_potential(Elasticity elasticity, std::vector<bool> turning = {});
 
+  /// Add a term to the potential, which is built.
+  template <class T>
+  T& add_term(std::unique_ptr<T> term) {
+    T& added = *term;
+    potential_->add(std::move(term));
+    return added;
+  }
+
   int level() const noexcept { return level_; }
   const Scene& scene() const noexcept { return scene_; }
   const Mesh& mesh() const { return hierarchy_.meshes.front(); }
@@ -41,18 +49,27 @@ public:
   Potential& potential() { return *potential_; }
   const Potential& potential() const { return *potential_; }
   const ElasticCells& elastic() const { return *elastic_; }
+  ElasticCells& elastic() { return *elastic_; }
 
   const std::vector<bool>& islands() const noexcept { return islands_; }  ///< held by springs, per cell; empty = none
   std::size_t num_island_cells() const;
   Vec3 spring_force(const NodeVector& u) const;  ///< of what holds the islands [N]
-  double largest_load_step() const;              ///< from rest, as its contacts allow
+  /// What the terms store, apart: of elastic cells, of obstacles and springs, of forces and gravity [N mm].
+  struct Stored {
+    double strain = 0, contact = 0, loads = 0;
+  };
+  Stored stored_energy(const NodeVector& u) const;
+  double largest_load_step() const;  ///< from rest, as its contacts allow
+
+  /// Prescribe displacements, forces and places of obstacles as they are then; before that they are all there in full.
+  void set_progress(const Progress& progress);
 
   struct Load {
     std::string name;
     Vec3 total;  ///< [N]
   };
-  const std::vector<Load>& loads() const noexcept { return load_totals_; }
-  const std::vector<const PenaltyContact*>& contacts() const noexcept { return contacts_; }
+  std::vector<Load> loads() const;  ///< each [[force]] of the scene, then gravity if there is any; as they act now
+  const std::vector<PenaltyContact*>& contacts() const noexcept { return contacts_; }
 
 private:
   void find_islands(const std::vector<ConstraintPoint>& points);
@@ -62,13 +79,14 @@ private:
   int level_;
   Hierarchy hierarchy_;
   std::vector<bool> islands_;
-  std::unique_ptr<const Constraints> constraints_;
-  std::vector<std::unique_ptr<DeadLoad>> loads_;               ///< until the potential takes them
+  std::unique_ptr<Constraints> constraints_;
+  std::vector<Vec3> rest_points_, prescribed_;                 ///< of the points of the constraints [mm]
+  std::vector<std::unique_ptr<DeadLoad>> new_loads_;           ///< until the potential takes them
   std::vector<std::unique_ptr<PenaltyContact>> new_contacts_;  ///< likewise
-  std::vector<const PenaltyContact*> contacts_;
-  std::vector<Load> load_totals_;
+  std::vector<DeadLoad*> loads_;
+  std::vector<PenaltyContact*> contacts_;
   std::unique_ptr<Potential> potential_;
-  const ElasticCells* elastic_ = nullptr;   ///< in the potential
+  ElasticCells* elastic_ = nullptr;         ///< in the potential
   const GroundSprings* springs_ = nullptr;  ///< likewise, if it has any
 };
 

@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "hexmesh/lattice/element_tree.h"
+#include "hexsolver/inertia.h"
 
 namespace hexsolver {
 namespace {
@@ -38,17 +38,17 @@ std::unique_ptr<DeadLoad> surface_force(const Force& force, const Mesh& mesh, Se
   const bool by_area = force.selection.on == SurfacePoints::faces;
   double whole = 0;
   for (const SurfacePoint& p : points) whole += by_area ? p.area.norm() : 1;
+  // A force that changes with time is the factor of a unit force along each axis.
+  const Vec3 total = force.history && force.pressure == 0 ? Vec3::Ones() : force.total;
   NodeForces forces(mesh);
   for (const SurfacePoint& p : points)
     forces.add(static_cast<std::size_t>(p.cell), p.weights,
-               (by_area ? p.area.norm() : 1) / whole * force.total - force.pressure * p.area);
+               (by_area ? p.area.norm() : 1) / whole * total - force.pressure * p.area);
   return std::make_unique<DeadLoad>(load_name(force), forces.nonzero());
 }
 
 std::unique_ptr<DeadLoad> weight(const Vec3& gravity, const hexmesh::Lattice& lattice, int level, const Mesh& mesh) {
-  const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
-  std::vector<NodeWeights> masses;
-  for (const hexmesh::Element& e : hexmesh::form_elements(lattice, level)) masses.push_back(matrices.lumped_mass(e));
+  const std::vector<NodeWeights> masses = lumped_masses(lattice, level);
   const std::vector<std::int32_t>& element = lattice.levels[static_cast<std::size_t>(level)].element;
   NodeForces forces(mesh);
   for (std::size_t c = 0; c < mesh.num_cells(); ++c)

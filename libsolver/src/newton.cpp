@@ -10,12 +10,8 @@
 namespace hexsolver {
 namespace {
 
-enum class Linear { solved, negative_curvature, interrupted };
-
-struct LinearOutcome {
-  int iterations = 0;
-  Linear end = Linear::solved;
-};
+using Linear = ConjugateGradients::End;
+using LinearOutcome = ConjugateGradients::Outcome;
 
 struct Residual {
   NodeVector gradient;  ///< projected
@@ -52,12 +48,11 @@ private:
 /// One call of minimize().
 class Minimizer {
 public:
-  Minimizer(const Hierarchy& hierarchy, Potential& potential, const Constraints& constraints, double fraction,
+  Minimizer(const Hierarchy& hierarchy, Potential& potential, const Constraints& constraints,
             const NewtonOptions& options)
       : hierarchy_(hierarchy),
         potential_(potential),
         constraints_(constraints),
-        fraction_(fraction),
         options_(options),
         rounding_(potential.rounding()) {}
 
@@ -67,23 +62,19 @@ private:
   Residual residual(const NodeVector& u) const;
   double energy_rounding(double energy, const NodeVector& step) const;
   void prepare(const NodeVector& u, double clamping);
-  /// Asked once |r| <= the relative tolerance times |b|: by what factor |r| is still too large, 1 or less to end.
-  using Excess = std::function<double(const NodeVector& d)>;
-  LinearOutcome solve_linear(const NodeVector& b, double relative_tolerance, const Excess& excess, NodeVector& d) const;
   LinearOutcome find_step(const NodeVector& u, const NodeVector& gradient, const NodeVector& support_step,
                           double forcing, Clamping& clamping, NodeVector& step);
   double forcing(const Residual& now, bool supports_hold) const;
   std::optional<NodeVector> move_supports(const NodeVector& u, const NodeVector& step) const;
   std::optional<double> search_line(NodeVector& u, Residual& now, const NodeVector& step) const;
-  bool is_interrupted() const { return options_.interrupt && options_.interrupt(); }
 
   const Hierarchy& hierarchy_;
   Potential& potential_;
   const Constraints& constraints_;
-  double fraction_;
   const NewtonOptions& options_;
   double rounding_;
   std::unique_ptr<const Multigrid> preconditioner_;  ///< of the last prepare()
+  ConjugateGradients conjugate_gradients_;
 };
 
 /// |P g| over the sum of absolute cell forces and loads; forces of the size of rounding errors count as balanced.
@@ -107,53 +98,6 @@ void Minimizer::prepare(const NodeVector& u, double clamping) {
   preconditioner_ = std::make_unique<const Multigrid>(hierarchy_, potential_, constraints_);
 }
 
-/// Preconditioned conjugate gradients for P A P d = P b in the range of P, from d = 0.
-/// Ends early on a direction of negative curvature; d is then the best so far.
-LinearOutcome Minimizer::solve_linear(const NodeVector& b, double relative_tolerance, const Excess& excess,
-                                      NodeVector& d) const {
-  d.setZero(b.size());
-  NodeVector r = b, z, p, q;
-  constraints_.project(r);
-  double target = relative_tolerance * r.norm();
-  double rz = 0;
-  LinearOutcome outcome;
-  while (outcome.iterations < options_.max_linear_iterations) {
-    const double left = r.norm();
-    if (left <= target) {
-      const double factor = excess ? excess(d) : 1;
-      if (!(factor > 1)) return outcome;
-      target = 0.9 * left / factor;
-    }
-    if (is_interrupted()) {
-      outcome.end = Linear::interrupted;
-      return outcome;
-    }
-    preconditioner_->apply(r, z);
-    const double rz_next = r.dot(z);
-    if (!(rz_next > 0)) {
-      outcome.end = Linear::negative_curvature;
-      return outcome;
-    }
-    if (outcome.iterations == 0)
-      p = z;
-    else
-      p = z + rz_next / rz * p;
-    rz = rz_next;
-    potential_.apply(p, q);
-    constraints_.project(q);
-    const double curvature = p.dot(q);
-    ++outcome.iterations;
-    if (!(curvature > 0)) {
-      outcome.end = Linear::negative_curvature;
-      return outcome;
-    }
-    const double alpha = rz / curvature;
-    d += alpha * p;
-    r -= alpha * q;
-  }
-  return outcome;
-}
-
 /// The Newton step beyond the one that brings the supports to their places; where the exact Hessian is not positive,
 /// that of the clamped one. An empty step: the clamped one is not positive either.
 LinearOutcome Minimizer::find_step(const NodeVector& u, const NodeVector& gradient, const NodeVector& support_step,
@@ -169,12 +113,14 @@ LinearOutcome Minimizer::find_step(const NodeVector& u, const NodeVector& gradie
         potential_.apply(support_step, b);
         b = -gradient - b;
       }
-      const Excess of_linear = [&](const NodeVector& d) {
-        NodeVector end = u + d;
-        if (support_step.size() > 0) end += support_step;
-        return residual(end).relative / options_.tolerance;
-      };
-      outcome = solve_linear(b, forcing, potential_.is_linear() ? of_linear : Excess(), step);
+      ConjugateGradients::Options linear{options_.max_linear_iterations, forcing, {}, options_.interrupt};
+      if (potential_.is_linear())
+        linear.excess = [&](const NodeVector& d) {
+          NodeVector end = u + d;
+          if (support_step.size() > 0) end += support_step;
+          return residual(end).relative / options_.tolerance;
+        };
+      outcome = conjugate_gradients_.solve(potential_, constraints_, preconditioner_.get(), b, linear, step);
     }
     iterations += outcome.iterations;
     if (outcome.end != Linear::negative_curvature || clamping.now() == Hessian::clamped)
@@ -231,7 +177,7 @@ NewtonReport Minimizer::run(NodeVector& u, const NewtonProgress& progress) {
   Residual now = residual(u);
   while (true) {
     report.relative_residual = now.relative;
-    NodeVector support_step = constraints_.lift(u, fraction_);
+    NodeVector support_step = constraints_.lift(u);
     const bool supports_hold =
         support_step.lpNorm<Eigen::Infinity>() < 1e-9 * std::max(1.0, u.lpNorm<Eigen::Infinity>());
     if (supports_hold && now.relative <= options_.tolerance) break;
@@ -290,10 +236,9 @@ NewtonReport Minimizer::run(NodeVector& u, const NewtonProgress& progress) {
 
 }  // namespace
 
-NewtonReport minimize(const Hierarchy& hierarchy, Potential& potential, const Constraints& constraints, double fraction,
+NewtonReport minimize(const Hierarchy& hierarchy, Potential& potential, const Constraints& constraints,
                       const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress) {
-  potential.set_load_fraction(fraction);
-  return Minimizer(hierarchy, potential, constraints, fraction, options).run(u, progress);
+  return Minimizer(hierarchy, potential, constraints, options).run(u, progress);
 }
 
 }  // namespace hexsolver

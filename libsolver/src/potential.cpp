@@ -17,10 +17,6 @@ void Potential::for_each_term(F&& f) const {
   }
 }
 
-void Potential::set_load_fraction(double fraction) {
-  for (Timed& t : terms_) t.term->set_load_fraction(fraction);
-}
-
 bool Potential::is_linear() const {
   return std::all_of(terms_.begin(), terms_.end(), [](const Timed& t) { return t.term->is_linear(); });
 }
@@ -67,12 +63,16 @@ CellMatrix Potential::cell_hessian(std::size_t cell) const {
   return h;
 }
 
+void Potential::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
+  for (const Timed& t : terms_) t.term->add_diagonal(cell, blocks);
+}
+
 std::int32_t Potential::shared_hessian(std::size_t cell) const {
   std::int32_t number = Term::no_hessian;
   for (const Timed& t : terms_) {
     const std::int32_t n = t.term->shared_hessian(cell);
     if (n == Term::no_hessian) continue;
-    number = number == Term::no_hessian ? n : Term::own_hessian;
+    number = number == Term::no_hessian || number == n ? n : Term::own_hessian;
   }
   return number;
 }

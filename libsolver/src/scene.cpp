@@ -2,6 +2,7 @@
 #include "hexsolver/scene.h"
 
 #include <limits>
+#include <numbers>
 
 #include "hexmesh/file/toml_reader.h"
 
@@ -54,8 +55,9 @@ void apply_setting(toml::table& root, const std::string& setting) {
   table->insert_or_assign(rest, *parsed.get("value"));
 }
 
-void read_solve(TomlReader table, Scene& scene) {
-  table.choice<int>("kind", {{"equilibrium", 0}});
+/// @returns whether the scene is a motion
+bool read_solve(TomlReader table, Scene& scene) {
+  const bool moves = table.choice<bool>("kind", {{"equilibrium", false}, {"dynamics", true}}).value_or(false);
   const auto strain = table.choice<std::optional<Elasticity>>("strain", {{"cauchy", Elasticity::cauchy},
                                                                          {"corotational", Elasticity::corotational},
                                                                          {"green-lagrange", Elasticity::green_lagrange},
@@ -89,6 +91,9 @@ void read_solve(TomlReader table, Scene& scene) {
   scene.level = table.integer("level", 0, 30, "a level of the lattice, 0 or more");
   scene.accuracy = table.number("accuracy_mm", 1e-9, infinity, "an accuracy > 0 mm");
   scene.budget = table.number("budget_s", 1e-3, infinity, "a time of 0.001 s or more");
+  if (moves && (scene.accuracy || scene.budget))
+    table.fail_at(scene.accuracy ? "accuracy_mm" : "budget_s",
+                  "accuracy_mm and budget_s go with kind = \"equilibrium\", expected level");
   if (scene.level.has_value() + scene.accuracy.has_value() + scene.budget.has_value() > 1)
     table.fail_here("[solve] has more than one of level, accuracy_mm, budget_s, expected one");
   if (auto v = table.number("tolerance", 1e-13, 0.1, "1e-13 to 0.1")) scene.tolerance = *v;
@@ -97,6 +102,82 @@ void read_solve(TomlReader table, Scene& scene) {
     scene.islands = *v;
   if (auto v = table.choice<bool>("conflicts", {{"error", false}, {"compromise", true}})) scene.compromise = *v;
   table.finish();
+  return moves;
+}
+
+Dynamics read_dynamics(TomlReader table, const std::filesystem::path& folder) {
+  Dynamics d;
+  const auto step = table.number("step_s", 1e-9, 1e6, "a time > 0 s");
+  const auto duration = table.number("duration_s", 1e-9, 1e9, "a time > 0 s");
+  if (!step || !duration)
+    table.fail_here(
+        fmt::format("[dynamics] has no {}, expected step_s and duration_s", step ? "duration_s" : "step_s"));
+  d.step = *step;
+  d.duration = *duration;
+  if (d.duration / d.step > 1e8) table.fail_at("step_s", "duration_s / step_s is more than 1e8 steps, expected fewer");
+  if (auto v = table.integer("output_every", 1, 1 << 30, "a number of steps, 1 or more")) d.output_every = *v;
+  if (auto v = table.choice<StepSolver>(
+          "solver", {{"cg", StepSolver::cg}, {"jacobi", StepSolver::jacobi}, {"multigrid", StepSolver::multigrid}}))
+    d.solver = *v;
+  if (auto v = table.integer("solver_iterations", 0, 100000, "0 (as many as the tolerance takes) or more"))
+    d.solver_iterations = *v;
+  const auto newton = table.integer("newton_iterations", 0, 25, "0 (as many as the tolerance takes) to 25");
+  d.newton_iterations = newton.value_or(d.solver_iterations > 0 ? 1 : 0);
+  if (d.solver_iterations > 0 && d.newton_iterations == 0)
+    table.fail_at("newton_iterations",
+                  "newton_iterations = 0 solves to the tolerance, expected solver_iterations = 0 with it");
+  if (auto v = table.vector("velocity_mm_s", "three numbers [x, y, z], LPS, mm/s")) d.velocity = *v;
+  if (auto v = table.text("start", "the path of a .hexresult")) d.start = folder / *v;
+  table.finish();
+  return d;
+}
+
+Damping read_damping(TomlReader table) {
+  Damping d;
+  d.mass_per_s = table.number("mass_per_s", 0, 1e12, "a rate in 1/s, 0 or more").value_or(0);
+  d.stiffness_s = table.number("stiffness_s", 0, 1e6, "a time in s, 0 or more").value_or(0);
+  table.finish();
+  return d;
+}
+
+/// Rows [t, a, ...] of a key `table`, of `count` values each, as vectors; nothing if there is none.
+std::optional<History> read_history(TomlReader& table, std::size_t count, const char* values,
+                                    const std::optional<Dynamics>& dynamics) {
+  const std::string expected = fmt::format("rows [[t, {}], ...] with ascending times in s", values);
+  const std::vector<std::vector<double>> rows = table.rows("table", count + 1, expected);
+  if (rows.empty()) return {};
+  if (!dynamics) table.fail_at("table", "table goes with solve.kind = \"dynamics\", expected that or none");
+  History history;
+  for (const std::vector<double>& row : rows) {
+    if (!history.rows.empty() && !(row[0] > history.rows.back().time))
+      table.fail_at("table", fmt::format("table has {:g} s after {:g} s, expected {}", row[0], history.rows.back().time,
+                                         expected));
+    Vec3 value = Vec3::Zero();
+    for (std::size_t n = 0; n < count; ++n) value[static_cast<Eigen::Index>(n)] = row[n + 1];
+    history.rows.push_back({row[0], value});
+  }
+  return history;
+}
+
+std::optional<History> read_velocity(TomlReader& table, const std::optional<Dynamics>& dynamics) {
+  const auto velocity = table.vector("velocity_mm_s", "three numbers [x, y, z], LPS, mm/s");
+  if (!velocity) return {};
+  if (!dynamics)
+    table.fail_at("velocity_mm_s", "velocity_mm_s goes with solve.kind = \"dynamics\", expected that or none");
+  const double end = dynamics->step * dynamics->num_steps();
+  return History{{{0, Vec3::Zero()}, {end, end * *velocity}}};
+}
+
+Turn read_turn(TomlReader table, bool has_history) {
+  constexpr const char* expected = "{ axis = [x, y, z], degrees = a, about_mm = [x, y, z] }";
+  const auto axis = table.vector("axis", "three numbers [x, y, z]");
+  const auto about = table.vector("about_mm", "three numbers [x, y, z], LPS, mm");
+  const auto degrees = table.number("degrees", -infinity, infinity, "an angle in degrees");
+  table.finish();
+  if (!axis || axis->norm() == 0 || !about || degrees.has_value() == has_history)
+    table.fail_here(fmt::format("rotate, expected {} with an axis that is not 0{}", expected,
+                                has_history ? ", without degrees beside a table" : ""));
+  return {axis->normalized(), degrees.value_or(0) * std::numbers::pi / 180, *about};
 }
 
 HalfSpace read_halfspace(TomlReader& table, const char* key) {
@@ -155,7 +236,7 @@ Selection read_selection(TomlReader& table, const std::filesystem::path& folder,
 }
 
 Condition read_condition(TomlReader table, const std::string& kind, const std::filesystem::path& folder,
-                         std::size_t number) {
+                         const std::optional<Dynamics>& dynamics, std::size_t number) {
   Condition c;
   c.where = table.where();
   c.name = table.text("name", "a name").value_or(fmt::format("{} {}", kind, number));
@@ -169,15 +250,29 @@ Condition read_condition(TomlReader table, const std::string& kind, const std::f
   }
   if (kind == "displace") {
     const auto by = table.vector("by_mm", "three numbers [x, y, z], LPS, mm");
-    if (by.has_value() == (line != nullptr))
-      table.fail_here("[[displace]] expects either by_mm = [x, y, z] or a markup that is a line");
-    c.by = by ? *by : line->points[1] - line->points[0];
+    auto turn = table.table("rotate", "{ axis = [x, y, z], degrees = a, about_mm = [x, y, z] }");
+    c.history = turn ? read_history(table, 1, "degrees", dynamics) : read_history(table, 3, "x, y, z", dynamics);
+    const bool has_table = c.history.has_value();
+    if (const auto velocity = read_velocity(table, dynamics)) {
+      if (has_table || turn)
+        table.fail_at("velocity_mm_s", "velocity_mm_s goes alone, expected no table and no rotate");
+      c.history = velocity;
+    }
+    if (by.has_value() + (line != nullptr) + turn.has_value() + (c.history.has_value() && !turn) != 1)
+      table.fail_here(
+          "[[displace]] expects one of by_mm = [x, y, z], a markup that is a line, rotate, and in a motion "
+          "velocity_mm_s or table");
+    if (turn) c.turn = read_turn(*turn, has_table);
+    if (turn && has_table)
+      for (History::Row& row : c.history->rows) row.value *= std::numbers::pi / 180;
+    if (by || line) c.by = by ? *by : line->points[1] - line->points[0];
   }
   table.finish();
   return c;
 }
 
-Force read_force(TomlReader table, const std::filesystem::path& folder, std::size_t number) {
+Force read_force(TomlReader table, const std::filesystem::path& folder, const std::optional<Dynamics>& dynamics,
+                 std::size_t number) {
   Force f;
   f.where = table.where();
   f.name = table.text("name", "a name").value_or(fmt::format("force {}", number));
@@ -186,9 +281,14 @@ Force read_force(TomlReader table, const std::filesystem::path& folder, std::siz
   f.selection = read_selection(table, folder, line, markups, "force");
   const auto newton = table.vector("newton", "three numbers [x, y, z], LPS, N");
   const auto pressure = table.number("pressure_kpa", -infinity, infinity, "a pressure in kPa");
+  f.history = read_history(table, pressure ? 1 : 3, pressure ? "factor of pressure_kpa" : "x, y, z in N", dynamics);
+  if (pressure && f.history) {
+    if (*pressure == 0) table.fail_at("pressure_kpa", "pressure_kpa is 0, expected the pressure that table multiplies");
+    for (History::Row& row : f.history->rows) row.value = Vec3::Constant(row.value[0]);
+  }
   table.finish();
-  if (newton.has_value() == pressure.has_value())
-    table.fail_here("[[force]] expects either newton = [x, y, z] in total or pressure_kpa");
+  if (newton.has_value() + pressure.has_value() + (f.history && !pressure) != 1)
+    table.fail_here("[[force]] expects one of newton = [x, y, z] in total, pressure_kpa, and in a motion table");
   if (pressure && f.selection.on != SurfacePoints::faces)
     table.fail_here("pressure_kpa goes with on = \"faces\", expected that");
   if (newton) f.total = *newton;
@@ -196,7 +296,7 @@ Force read_force(TomlReader table, const std::filesystem::path& folder, std::siz
   return f;
 }
 
-Contact read_contact(TomlReader table, std::size_t number) {
+Contact read_contact(TomlReader table, const std::optional<Dynamics>& dynamics, std::size_t number) {
   Contact c;
   c.where = table.where();
   c.name = table.text("name", "a name").value_or(fmt::format("contact {}", number));
@@ -210,7 +310,13 @@ Contact read_contact(TomlReader table, std::size_t number) {
     if (!center || !radius) sphere->fail_here("sphere, expected { center_mm = [x, y, z], radius_mm = r }");
     c.obstacle = Ball{*center, *radius};
   }
-  if (const auto by = table.vector("by_mm", "three numbers [x, y, z], LPS, mm")) c.by = *by;
+  const auto by = table.vector("by_mm", "three numbers [x, y, z], LPS, mm");
+  if (by) c.by = *by;
+  c.history = read_history(table, 3, "x, y, z", dynamics);
+  const auto velocity = read_velocity(table, dynamics);
+  if (by.has_value() + c.history.has_value() + velocity.has_value() > 1)
+    table.fail_here("[[contact]] has more than one of by_mm, velocity_mm_s and table, expected one");
+  if (velocity) c.history = velocity;
   const auto stiffness = table.number("stiffness_n_mm", 1e-12, infinity, "a stiffness > 0 N/mm of each surface point");
   table.finish();
   if (plane.has_value() == sphere.has_value())
@@ -245,7 +351,15 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
   const std::filesystem::path folder = path.parent_path();
   TomlReader reader(root, display_name, "");
   Scene scene;
-  if (auto solve = reader.table("solve", "a table written [solve]")) read_solve(*solve, scene);
+  auto solve = reader.table("solve", "a table written [solve]");
+  const bool moves = solve && read_solve(*solve, scene);
+  if (auto table = reader.table("dynamics", "a table written [dynamics]")) {
+    const Dynamics dynamics = read_dynamics(*table, folder);
+    if (moves) scene.dynamics = dynamics;
+  }
+  if (moves && !scene.dynamics)
+    solve->fail_at("kind", "kind is \"dynamics\", expected a table [dynamics] with step_s and duration_s");
+  if (auto table = reader.table("damping", "a table written [damping]")) scene.damping = read_damping(*table);
   if (auto materials = reader.table("material", "tables written [material.SEGMENT]"))
     for (auto& [name, table] : materials->named_tables()) {
       MaterialOverride m;
@@ -259,12 +373,14 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
   for (const std::string kind : {"fix", "displace"}) {
     std::size_t number = 0;
     for (const TomlReader& table : reader.tables(kind))
-      scene.conditions.push_back(read_condition(table, kind, folder, ++number));
+      scene.conditions.push_back(read_condition(table, kind, folder, scene.dynamics, ++number));
   }
   std::size_t number = 0;
-  for (const TomlReader& table : reader.tables("force")) scene.forces.push_back(read_force(table, folder, ++number));
+  for (const TomlReader& table : reader.tables("force"))
+    scene.forces.push_back(read_force(table, folder, scene.dynamics, ++number));
   number = 0;
-  for (const TomlReader& table : reader.tables("contact")) scene.contacts.push_back(read_contact(table, ++number));
+  for (const TomlReader& table : reader.tables("contact"))
+    scene.contacts.push_back(read_contact(table, scene.dynamics, ++number));
   check_names(scene);
   if (auto gravity = reader.table("gravity", "a table written [gravity]")) {
     const auto g = gravity->vector("m_s2", "three numbers [x, y, z], LPS, m/s^2");

@@ -33,7 +33,7 @@ protected:
   const Lattice lattice = bitten_ball({1, 1, 2.5}, {0, 1, 0});
   Mesh mesh{lattice.levels[1].cells, lattice.cell_edges(1), lattice.corner()};
   Potential potential{mesh};
-  const PenaltyContact* contact = nullptr;
+  PenaltyContact* contact = nullptr;
   const NodeVector u = noise(mesh.num_dofs(), 0.3, 4), direction = noise(mesh.num_dofs(), 1, 5);
 
   Obstacles() {
@@ -41,7 +41,7 @@ protected:
     auto term = std::make_unique<PenaltyContact>(obstacles(mesh)[GetParam()], mesh, selector.whole_surface());
     contact = term.get();
     potential.add(std::move(term));
-    potential.set_load_fraction(0.5);
+    contact->set_progress({0.5});
   }
   NodeVector gradient(const NodeVector& at) const {
     NodeVector g, magnitude;

@@ -235,9 +235,10 @@ TEST(Potential, IsTheSumOfItsTermsAndOfTheFractionOfTheLoads) {
   const Lattice lattice = bitten_ball({1, 1, 1});
   Body body(lattice, 1, Elasticity::corotational), alone(lattice, 1, Elasticity::corotational);
   const NodeVector u = large_deformation(body.mesh, 0.05), direction = noise(body.mesh.num_dofs(), 1, 33);
-  body.potential.add(
-      std::make_unique<DeadLoad>("load", std::vector<DeadLoad::NodeForce>{{3, {0.1, -0.2, 0.3}}, {7, {1, 2, -3}}}));
-  body.potential.set_load_fraction(0.25);
+  auto load =
+      std::make_unique<DeadLoad>("load", std::vector<DeadLoad::NodeForce>{{3, {0.1, -0.2, 0.3}}, {7, {1, 2, -3}}});
+  load->set_factor({0.25, 0.25, 0.25});
+  body.potential.add(std::move(load));
   NodeVector g, without, magnitude;
   body.potential.gradient(u, g, magnitude);
   alone.potential.gradient(u, without, magnitude);

@@ -25,7 +25,7 @@ Solved solve(const Lattice& lattice, int level, Elasticity elasticity, const std
   Solved out{{}, NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()))};
   NewtonOptions options;
   options.tolerance = tolerance;
-  out.report = minimize(hierarchy, body.potential, constraints, 1, options, out.u);
+  out.report = minimize(hierarchy, body.potential, constraints, options, out.u);
   return out;
 }
 
@@ -85,7 +85,7 @@ TEST(Newton, AStretchedBarHasTheForceAndTheNarrowingOfHookesLaw) {
   NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()));
   NewtonOptions options;
   options.tolerance = 1e-11;
-  const NewtonReport report = minimize(hierarchy, body.potential, constraints, 1, options, u);
+  const NewtonReport report = minimize(hierarchy, body.potential, constraints, options, u);
   ASSERT_TRUE(report.converged) << report.reason;
   EXPECT_EQ(report.iterations, 1);  // a linear problem is solved at once, and not more sharply than asked
   EXPECT_GT(report.relative_residual, 1e-3 * options.tolerance);
@@ -127,7 +127,7 @@ TEST(Newton, MissingSupportsAreNoSuccess) {
   const Hierarchy hierarchy(body.mesh, lattice.corner(), 50);
   const Constraints constraints(body.mesh, {});
   NodeVector u = noise(body.mesh.num_dofs(), 0.1, 3);
-  const NewtonReport report = minimize(hierarchy, body.potential, constraints, 1, {}, u);
+  const NewtonReport report = minimize(hierarchy, body.potential, constraints, {}, u);
   if (report.converged) {
     NodeVector g, magnitude;
     body.potential.gradient(u, g, magnitude);

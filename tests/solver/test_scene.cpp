@@ -123,7 +123,7 @@ TEST(Scene, ForcesAndGravityAreReadInTheirUnits) {
   EXPECT_EQ(scene.forces[0].total, Vec3(1, 2, 3));
   EXPECT_DOUBLE_EQ(scene.forces[1].pressure, 4e-3);
   EXPECT_DOUBLE_EQ(scene.gravity[1], 9810);
-  EXPECT_NE(error_of("[[force]]\npoint_mm = [0, 0, 0]\n").find("s.toml:1:1: [[force]] expects either newton"),
+  EXPECT_NE(error_of("[[force]]\npoint_mm = [0, 0, 0]\n").find("s.toml:1:1: [[force]] expects one of newton"),
             std::string::npos);
   EXPECT_NE(error_of("[[force]]\npoint_mm = [0, 0, 0]\non = 'nodes'\npressure_kpa = 1\n").find("on = \"faces\""),
             std::string::npos);

@@ -78,7 +78,7 @@ int main(int argc, char** argv) {
     u = start;
     NewtonOptions options;
     options.tolerance = level == 0 ? 1e-8 : 1e-4;
-    const NewtonReport newton = minimize(problem->hierarchy, *problem->potential, *problem->constraints, 1, options, u);
+    const NewtonReport newton = minimize(problem->hierarchy, *problem->potential, *problem->constraints, options, u);
     if (!newton.converged) return 5;
     problem->elastic->size_in_material(newton.remaining);
     problem->elastic->size_in_material(u - start);
@@ -91,7 +91,8 @@ int main(int argc, char** argv) {
   const NodeVector rest = Eigen::Map<const NodeVector>(result.nodes[0].data(), u.size());
   result.displacement = to_points(u);
   const CellMeasures measures = measure_cells(*coarser->elastic, u);
-  result.cell_fields["strain_energy_density"] = coarser->elastic->cell_energies(u);
+  for (std::size_t c = 0; c < coarser->elastic->mesh().num_cells(); ++c)
+    result.cell_fields["strain_energy_density"].push_back(coarser->elastic->cell_energy(c, u));
   result.cell_fields["von_mises_stress"] = measures.von_mises_stress;
   result.cell_fields["pressure"] = measures.pressure;
   result.cell_fields["smoothed_pressure"] = measures.smoothed_pressure;

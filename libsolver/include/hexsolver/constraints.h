@@ -46,8 +46,16 @@ public:
   void project(NodeVector& v) const;
   void project(FloatNodeVector& v) const;
 
-  /// The smallest d such that u + d satisfies H (u + d) = fraction * c in the kept directions.
-  NodeVector lift(const NodeVector& u, double fraction) const;
+  /// Prescribe other displacements of points(), shape (num_points) [mm].
+  void prescribe(const std::vector<Vec3>& values);
+
+  /// d = the smallest such that u + d satisfies H (u + d) = c in the kept directions.
+  void lift(const NodeVector& u, NodeVector& d) const;
+  NodeVector lift(const NodeVector& u) const {
+    NodeVector d;
+    lift(u, d);
+    return d;
+  }
 
   /// The forces on held() that balance the residual r = H^T lambda; shape (num_held) [N].
   std::vector<Vec3> multipliers(const NodeVector& residual) const;
@@ -65,16 +73,23 @@ public:
   std::vector<double> contradiction() const;
 
   /// The largest nodal displacement that the kept directions still lack [mm].
-  double violation(const NodeVector& u, double fraction) const;
+  double violation(const NodeVector& u) const;
 
   struct Cluster;
+  class HeldNodes;
 
 private:
   template <class Vector>
   void project_out(Vector& v) const;
 
+  void hold_large_clusters_by_nodes();
+
   const Mesh& mesh_;
   std::vector<ConstraintPoint> points_, held_;
+  std::vector<std::size_t> own_point_;  ///< which of points() the first of held() are
+  std::vector<HeldNodes> held_nodes_;   ///< of large clusters, the others of held()
+  struct Work;
+  std::unique_ptr<Work> work_;                                           ///< space for the vectors of a cluster
   std::array<std::vector<std::shared_ptr<const Cluster>>, 3> clusters_;  ///< per axis
 };
 

@@ -12,7 +12,7 @@
 namespace hexsolver {
 
 /// An obstacle without friction that surface points enter against springs: W = sum_p k/2 min(gap_p, 0)^2, the gap that
-/// of the moved point, spread to the nodes by H^T. The obstacle moves by fraction * by.
+/// of the moved point, spread to the nodes by H^T.
 class PenaltyContact final : public Term {
 public:
   /// @param mesh    must outlive this
@@ -20,7 +20,7 @@ public:
   PenaltyContact(const Contact& contact, const Mesh& mesh, const std::vector<SurfacePoint>& points);
 
   std::string name() const override { return contact_name(contact_); }
-  void set_load_fraction(double fraction) override { fraction_ = fraction; }
+  void set_progress(const Progress& progress);  ///< where the obstacle is
   double energy(const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   bool is_linear() const override { return false; }
@@ -37,7 +37,7 @@ public:
     Vec3 force = Vec3::Zero();  ///< on the body [N]
     bool is_inside = false;     ///< the centre of a ball lies in the body: it went through the surface
   };
-  State state(const NodeVector& u) const;  ///< as the last set_load_fraction() says
+  State state(const NodeVector& u) const;  ///< as the last set_progress() says
   State state_at_rest() const;             ///< before the obstacle has moved
 
   /// The largest part of the load in one step that does not carry a ball through the surface.
@@ -60,16 +60,16 @@ private:
     NodeWeights weights;
     Mat3 hessian;
   };
-  Gap gap(const Point& p, const NodeVector& u, double fraction) const;
-  Gap gap(const Point& p, const NodeVector& u) const { return gap(p, u, fraction_); }
-  State state(const NodeVector& u, double fraction) const;
+  Gap gap(const Point& p, const NodeVector& u, const Vec3& moved) const;
+  Gap gap(const Point& p, const NodeVector& u) const { return gap(p, u, moved_); }
+  State state(const NodeVector& u, const Vec3& moved) const;
   Vec3 outward(const Point& p, const NodeVector& u) const;                ///< of the deformed surface, any length
   std::pair<std::size_t, std::size_t> active_in(std::size_t cell) const;  ///< range of active_
 
   Contact contact_;
   const Mesh& mesh_;
-  std::vector<Point> points_;  ///< ascending cells
-  double fraction_ = 1;
+  std::vector<Point> points_;   ///< ascending cells
+  Vec3 moved_;                  ///< the obstacle, from where the scene puts it [mm]
   std::vector<Active> active_;  ///< of the last linearize(), ascending cells
 };
 

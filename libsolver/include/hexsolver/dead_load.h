@@ -8,8 +8,8 @@
 
 namespace hexsolver {
 
-/// Forces that keep their size and direction while the body moves, W = -fraction f.u: forces and pressures on the
-/// embedded surface, f(q) = H^T f(p), and gravity.
+/// Forces that keep their size and direction while the body moves, W = -sum_d factor_d f_d . u_d: forces and pressures
+/// on the embedded surface, f(q) = H^T f(p), and gravity.
 class DeadLoad final : public Term {
 public:
   struct NodeForce {
@@ -20,18 +20,18 @@ public:
   DeadLoad(std::string name, std::vector<NodeForce> forces) : name_(std::move(name)), forces_(std::move(forces)) {}
 
   std::string name() const override { return name_; }
-  void set_load_fraction(double fraction) override { fraction_ = fraction; }
+  void set_factor(const Vec3& factor) { factor_ = factor; }
   double energy(const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
 
   std::size_t bytes() const override { return hexmesh::bytes_of(forces_); }
 
-  Vec3 total() const;  ///< [N], of the whole load
+  Vec3 total() const;  ///< [N], as it acts now
 
 private:
   std::string name_;
   std::vector<NodeForce> forces_;
-  double fraction_ = 1;
+  Vec3 factor_ = Vec3::Ones();
 };
 
 }  // namespace hexsolver

@@ -67,7 +67,8 @@ public:
   double energy(const NodeVector& u) const override;
   double rounding() const override { return rounding_; }  ///< 50 eps |sum over cells of |K| |X||
   std::size_t bytes() const override;
-  virtual std::vector<double> cell_energies(const NodeVector& u) const = 0;  ///< shape (num_cells) [N mm]
+  std::size_t model_bytes() const;  ///< of these shared with those made of these cells
+  virtual double cell_energy(std::size_t cell, const NodeVector& u) const = 0;  ///< [N mm]
 
   struct Size {
     double mean = 0, largest = 0;
@@ -88,27 +89,30 @@ public:
   Mat3 mean_gradient(std::size_t cell, const NodeVector& u) const;       ///< F over the filled part
 
   const Mesh& mesh() const noexcept { return mesh_; }
-  const ElementModel& model(std::size_t cell) const { return models_[static_cast<std::size_t>(elements_[cell])]; }
+  const ElementModel& model(std::size_t cell) const { return (*models_)[static_cast<std::size_t>(elements_[cell])]; }
 
 protected:
   const Mesh& mesh_;
   std::vector<std::int32_t> elements_;
-  std::vector<ElementModel> models_;
+  std::shared_ptr<const std::vector<ElementModel>> models_;
   CellVector rest_;  ///< X, corners relative to the cell's centre
 
 private:
   double rounding_ = 0;
+  mutable std::vector<double> energies_;  ///< per cell, space for energy()
 };
 
 /// Small strain: W(u) = 1/2 u^T K u.
 class CauchyCells final : public ElasticCells {
 public:
   using ElasticCells::ElasticCells;
-  std::vector<double> cell_energies(const NodeVector& u) const override;
+  explicit CauchyCells(const ElasticCells& same) : ElasticCells(same) {}
+  double cell_energy(std::size_t cell, const NodeVector& u) const override;
   Mat3 stress(std::size_t cell, const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override { h += model(cell).stiffness; }
+  void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;
   std::int32_t shared_hessian(std::size_t cell) const override { return elements_[cell]; }
 };
 
@@ -126,13 +130,20 @@ public:
   CorotationalCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models,
                     std::vector<bool> turning = {})
       : ElasticCells(mesh, std::move(elements), std::move(models)), turning_(std::move(turning)) {}
-  std::vector<double> cell_energies(const NodeVector& u) const override;
+  explicit CorotationalCells(const ElasticCells& same) : ElasticCells(same) {}
+
+  /// Let cells turn that are turned by more than `on` [rad], and no longer those turned by less than `off`.
+  /// @returns how many turn
+  std::size_t choose_turning(const NodeVector& u, double on, double off);
+
+  double cell_energy(std::size_t cell, const NodeVector& u) const override;
   Mat3 stress(std::size_t cell, const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   bool is_linear() const override { return false; }
   void linearize(const NodeVector& u, double clamping) override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
+  void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;  ///< that of R K R^T
   std::int32_t shared_hessian(std::size_t cell) const override { return turns(cell) ? own_hessian : elements_[cell]; }
   std::size_t bytes() const override;
 
@@ -157,7 +168,8 @@ private:
 
   std::vector<bool> turning_;
   std::vector<Frame> frames_;      ///< of the last linearize()
-  std::vector<Columns> positive_;  ///< likewise, empty where it is exact
+  std::vector<Columns> positive_;  ///< likewise, of a clamped Hessian
+  double clamping_ = 0;            ///< likewise
 };
 
 /// The paper's co-rotational cell: force R K (R^T x - X) with R from the averaged edges, and R K R^T for its
@@ -166,7 +178,7 @@ private:
 class EdgeRotatedCells final : public ElasticCells {
 public:
   using ElasticCells::ElasticCells;
-  std::vector<double> cell_energies(const NodeVector& u) const override;
+  double cell_energy(std::size_t cell, const NodeVector& u) const override;
   Mat3 stress(std::size_t cell, const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   bool is_conservative() const override { return false; }
@@ -174,6 +186,7 @@ public:
   void linearize(const NodeVector& u, double clamping) override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
+  void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;
   std::int32_t shared_hessian(std::size_t /*cell*/) const override { return own_hessian; }
   std::size_t bytes() const override;
 

@@ -49,6 +49,29 @@ struct LevelReport {
   ErrorEstimate error;
 };
 
+/// What a body in motion holds [N mm].
+struct Energies {
+  double kinetic = 0;
+  double strain = 0;
+  double contact = 0;  ///< in the springs of obstacles and islands
+  double loads = 0;    ///< of forces and gravity, zero at rest
+  double total() const { return kinetic + strain + contact + loads; }
+};
+
+/// Of a motion.
+struct MotionReport {
+  struct Row {
+    double time = 0;  ///< [s]
+    Energies energies;
+    double work = 0;               ///< given by supports, moving obstacles and changing forces since the start [N mm]
+    Vec3 momentum = Vec3::Zero();  ///< [N s]
+  };
+  std::vector<Row> rows;  ///< one per output
+  int steps = 0;          ///< of the size asked
+  int parts = 0;          ///< solved, at least one per step
+  int failed_parts = 0;   ///< not accepted, and halved
+};
+
 struct SolveReport {
   bool converged = false;
   std::string reason;
@@ -74,6 +97,7 @@ struct SolveReport {
   double setup_seconds = 0, solve_seconds = 0;
   /// Memory of the mechanical level by what it is for, and of the lattice.
   std::vector<std::pair<std::string, std::size_t>> bytes;
+  std::optional<MotionReport> motion;
 };
 
 /// Told after every Newton step: level, load fraction, iteration, relative residual, linear iterations of the step.

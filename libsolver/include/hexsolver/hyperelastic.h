@@ -53,7 +53,7 @@ public:
                     const std::vector<std::vector<hexmesh::MaterialPoint>>& points, Elasticity law,
                     Volumetric volumetric);
 
-  std::vector<double> cell_energies(const NodeVector& u) const override;
+  double cell_energy(std::size_t cell, const NodeVector& u) const override;
   Mat3 stress(std::size_t cell, const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   bool is_linear() const override { return false; }

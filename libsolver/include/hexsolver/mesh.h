@@ -48,6 +48,15 @@ public:
     return corner_ + edges_ * Vec3(nodes()[node][0], nodes()[node][1], nodes()[node][2]);
   }
 
+  Vec3 rest_position(std::int32_t cell, const NodeWeights& weights) const {
+    Vec3 x = Vec3::Zero();
+    for (int a = 0; a < 8; ++a)
+      x +=
+          weights[a] *
+          position(static_cast<std::size_t>(cell_nodes()[static_cast<std::size_t>(cell)][static_cast<std::size_t>(a)]));
+    return x;
+  }
+
   /// f(cell) for every cell, in parallel: no two cells at once share a node, and the order in which the cells of a
   /// node come is the same for any number of threads.
   template <class F>

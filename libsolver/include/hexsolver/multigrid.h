@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "hexsolver/conjugate_gradients.h"
 #include "hexsolver/constraints.h"
 #include "hexsolver/potential.h"
 
@@ -29,7 +30,7 @@ struct Hierarchy {
 /// so no global matrix exists but the coarsest. The finest level works in the range of P, where the supports hold
 /// exactly; coarser ones see them as w H^T H, cell-local and exact there (H_coarse = H P). Smoother: Chebyshev
 /// polynomial of degree 6 on 3x3 block Jacobi.
-class Multigrid {
+class Multigrid final : public Preconditioner {
 public:
   /// All three must outlive this.
   /// @param potential  linearized
@@ -39,7 +40,7 @@ public:
   bool is_positive() const noexcept { return positive_; }
 
   /// z = M^-1 r in the range of P, for r in it
-  void apply(const NodeVector& r, NodeVector& z) const;
+  void apply(const NodeVector& r, NodeVector& z) const override;
 
   std::size_t bytes() const;  ///< of memory, without the factors of the coarsest level
 

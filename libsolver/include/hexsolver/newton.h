@@ -33,13 +33,13 @@ struct NewtonReport {
 /// What is called after every Newton step: iteration, relative residual, linear iterations of the step.
 using NewtonProgress = std::function<void(int, double, int)>;
 
-/// Minimise the potential energy with `fraction` of its loads, under H u = fraction * c, by Newton's method from u.
+/// Minimise the potential energy under H u = c by Newton's method from u.
 ///
 /// Each step solves the linearised problem by conjugate gradients in the subspace that leaves the supports alone,
 /// preconditioned by one V-cycle; a step along which the Hessian is not positive falls back to the clamped one;
 /// a backtracking line search keeps the energy falling once the supports hold (of forces that are no gradient: the
 /// residual).
-NewtonReport minimize(const Hierarchy& hierarchy, Potential& potential, const Constraints& constraints, double fraction,
+NewtonReport minimize(const Hierarchy& hierarchy, Potential& potential, const Constraints& constraints,
                       const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress = {});
 
 }  // namespace hexsolver

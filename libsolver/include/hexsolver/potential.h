@@ -15,7 +15,6 @@ public:
 
   void add(std::unique_ptr<Term> term) { terms_.push_back({std::move(term)}); }
 
-  void set_load_fraction(double fraction);
   bool is_linear() const;
   bool is_conservative() const;
 
@@ -29,8 +28,9 @@ public:
   /// Prepare apply() and cell_hessian() at u.
   void linearize(const NodeVector& u, double clamping);
 
-  void apply(const NodeVector& x, NodeVector& y) const;  ///< y = H x
-  CellMatrix cell_hessian(std::size_t cell) const;       ///< shape (24, 24), symmetric
+  void apply(const NodeVector& x, NodeVector& y) const;           ///< y = H x
+  CellMatrix cell_hessian(std::size_t cell) const;                ///< shape (24, 24), symmetric
+  void add_diagonal(std::size_t cell, NodeBlocks& blocks) const;  ///< as Term::add_diagonal
 
   /// Cells of one number share their Hessian; Term::own_hessian where a cell has its own.
   std::int32_t shared_hessian(std::size_t cell) const;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "hexmesh/file/markup.h"
 #include "hexmesh/lattice/lattice.h"
 #include "hexsolver/elastic.h"
+#include "hexsolver/history.h"
 
 namespace hexsolver {
 
@@ -41,22 +43,35 @@ struct Selection {
   double max_distance = 5;  ///< of a ball's centre from the surface [mm]
 };
 
-/// A [[fix]] or [[displace]] of the scene.
+/// A rotation about an axis in space.
+struct Turn {
+  Vec3 axis = Vec3::UnitZ();  ///< of length 1
+  double radians = 0;
+  Vec3 about = Vec3::Zero();  ///< a point of the axis [mm]
+};
+
+/// A [[fix]] or [[displace]] of the scene. In a motion `by` and `turn` are reached evenly at its end.
 struct Condition {
   std::string name;
   std::string where;  ///< file:line of its table, for messages
   Selection selection;
   Vec3 by = Vec3::Zero();  ///< [mm]; zero for a fix
   std::array<bool, 3> axes = {true, true, true};
+  std::optional<Turn> turn = {};        ///< in place of `by`
+  std::optional<History> history = {};  ///< in place of `by` [mm], or of the angle of `turn` (first component, [rad])
 };
+
+/// Where a condition moves a point of the body, from its rest position [mm].
+Vec3 prescribed_displacement(const Condition& condition, const Vec3& rest, const Progress& progress);
 
 /// A [[force]] of the scene: dead loads, which keep their direction while the body moves.
 struct Force {
   std::string name;
   std::string where;  ///< file:line of its table, for messages
   Selection selection;
-  Vec3 total = Vec3::Zero();  ///< [N], spread over the selected faces by area, over voxels or nodes evenly
-  double pressure = 0;        ///< [MPa] onto the selected faces
+  Vec3 total = Vec3::Zero();            ///< [N], spread over the selected faces by area, over voxels or nodes evenly
+  double pressure = 0;                  ///< [MPa] onto the selected faces
+  std::optional<History> history = {};  ///< in place of `total` [N], or a factor of `pressure` (all components alike)
 };
 
 /// Names the force in reports, apart from other effects.
@@ -69,6 +84,7 @@ struct Contact {
   std::variant<HalfSpace, Ball> obstacle;  ///< the body stays in the half-space, or out of the ball
   Vec3 by = Vec3::Zero();                  ///< how far the obstacle moves [mm]
   double stiffness = 0;                    ///< of each surface point inside it [N/mm]
+  std::optional<History> history = {};     ///< in place of `by` [mm]
 };
 
 inline std::string contact_name(const Contact& contact) { return "contact '" + contact.name + "'"; }
@@ -84,6 +100,33 @@ enum class Islands {
   error,
   drop,  ///< their voxels are left out
   hold   ///< springs hold them where they are; those that hang on other parts by an edge or a corner are left out
+};
+
+/// How the linear equations of a step of motion are solved.
+enum class StepSolver {
+  cg,        ///< conjugate gradients that leave the supports alone, as in the paper
+  jacobi,    ///< preconditioned by the 3x3 blocks of the diagonal
+  multigrid  ///< preconditioned by one V-cycle
+};
+
+/// The [dynamics] of a scene.
+struct Dynamics {
+  double step = 0;      ///< [s]
+  double duration = 0;  ///< [s]
+  int output_every = 1;
+  StepSolver solver = StepSolver::multigrid;
+  int solver_iterations = 0;     ///< of each Newton step; 0 = as many as solve.tolerance takes
+  int newton_iterations = 0;     ///< of each step; 0 = as many as solve.tolerance takes
+  Vec3 velocity = Vec3::Zero();  ///< of all points at the start [mm/s]
+  std::filesystem::path start;   ///< a result whose last state is the first; empty = at rest
+
+  /// The last ends at `duration` or less than a step later.
+  int num_steps() const { return static_cast<int>(std::ceil(duration / step * (1 - 1e-12))); }
+};
+
+/// Rayleigh damping, mass_per_s M + stiffness_s K.
+struct Damping {
+  double mass_per_s = 0, stiffness_s = 0;
 };
 
 /// A scene file. Units inside: mm, N, MPa, s.
@@ -103,7 +146,9 @@ struct Scene {
   std::vector<Condition> conditions;
   std::vector<Force> forces;
   std::vector<Contact> contacts;
-  Vec3 gravity = Vec3::Zero();  ///< [mm/s^2]
+  Vec3 gravity = Vec3::Zero();       ///< [mm/s^2]
+  std::optional<Dynamics> dynamics;  ///< nothing for an equilibrium
+  Damping damping;                   ///< of a motion
 };
 
 /// Read a scene (TOML). Relative paths of markups are relative to the scene file.

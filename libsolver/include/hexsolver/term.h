@@ -7,10 +7,15 @@
 
 namespace hexsolver {
 
+using NodeBlocks = std::array<Mat3, 8>;  ///< of the nodes of a cell
+
 /// How much of the negative curvature is left out, cell by cell, of the second derivative of an energy that is not
 /// convex: from none to all of it.
 struct Hessian {
   static constexpr double exact = 0, clamped = 1;  ///< clamped: positive semi-definite
+  /// Of elastic cells: nor the change of a stressed cell's frame, so that rigid motions meet no resistance; else
+  /// clamped.
+  static constexpr double without_stress = 2;
 };
 
 /// One part of the potential energy of a level, W(u), u the displacement of the nodes. A scene builds only those terms
@@ -20,9 +25,6 @@ public:
   virtual ~Term() = default;
 
   virtual std::string name() const = 0;
-
-  /// The part of the prescribed loads that acts, 0 to 1.
-  virtual void set_load_fraction(double /*fraction*/) {}
 
   virtual double energy(const NodeVector& u) const = 0;  ///< [N mm]
 
@@ -47,10 +49,20 @@ public:
   /// h += H of one cell; shape (24, 24), symmetric.
   virtual void add_cell_hessian(std::size_t /*cell*/, CellMatrix& /*h*/) const {}
 
+  /// blocks += the 3x3 blocks of the diagonal of the Hessian of one cell, or what is near to them.
+  virtual void add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
+    CellMatrix h = CellMatrix::Zero();
+    add_cell_hessian(cell, h);
+    for (std::size_t a = 0; a < 8; ++a) {
+      const auto n = static_cast<Eigen::Index>(3 * a);
+      blocks[a] += h.block<3, 3>(n, n);
+    }
+  }
+
   virtual std::size_t bytes() const { return 0; }  ///< of memory
 
   static constexpr std::int32_t no_hessian = -1, own_hessian = -2;
-  /// Cells of one number share their Hessian.
+  /// Cells of one number, that of the element they are made of, share their Hessian.
   virtual std::int32_t shared_hessian(std::size_t /*cell*/) const { return no_hessian; }
 };
 

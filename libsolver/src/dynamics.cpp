@@ -1,0 +1,445 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/dynamics.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "conclude.h"
+#include "hexmesh/core/error.h"
+#include "hexsolver/conjugate_gradients.h"
+#include "hexsolver/inertia.h"
+#include "hexsolver/viscosity.h"
+#include "level_problem.h"
+#include "stopwatch.h"
+
+namespace hexsolver {
+namespace {
+
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+using hexmesh::Lattice;
+using hexmesh::Result;
+
+/// Parts of a step that may be solved apart, a power of 2.
+constexpr int most_parts = 64;
+/// By how much more than it had and was given the body may hold after a step, over the energies that change.
+constexpr double allowed_gain = 1e-9;
+/// With a fixed number of Newton iterations so many more may follow where energy was gained: obstacles met in a step
+/// are not known at its beginning.
+constexpr int more_newton_iterations = 8;
+constexpr int most_newton_iterations = 25;
+/// With solve.strain = "auto" cells turn from the angle that leaves 1e-3 of strain, and no longer below half of it.
+constexpr double turning_angle = 0.045;
+
+Energies energies_of(const LevelProblem& problem, const Inertia& inertia, const NodeVector& u, const NodeVector& v) {
+  const LevelProblem::Stored stored = problem.stored_energy(u);
+  return {inertia.kinetic_energy(v), stored.strain, stored.contact, stored.loads};
+}
+
+double sum_of_sizes(const Energies& e) { return e.kinetic + e.strain + e.contact + std::abs(e.loads); }
+
+NodeVector to_nodes(const std::vector<Vec3>& points) {
+  NodeVector out(3 * static_cast<Eigen::Index>(points.size()));
+  for (std::size_t n = 0; n < points.size(); ++n) out.segment<3>(3 * static_cast<Eigen::Index>(n)) = points[n];
+  return out;
+}
+
+/// Keeps a preconditioner as long as it works nearly as well as when it was made.
+class LaggingMultigrid {
+public:
+  LaggingMultigrid(const LevelProblem& problem) : problem_(problem) {}
+
+  /// @param h  of the step; another one makes another matrix
+  const Multigrid* get(double h) {
+    if (!multigrid_ || h != made_for_) make(h);
+    return multigrid_->is_positive() ? multigrid_.get() : nullptr;
+  }
+
+  void forget() { multigrid_.reset(); }
+
+  std::size_t bytes() const { return multigrid_ ? multigrid_->bytes() : 0; }
+
+  /// What the last solution with it was like.
+  void judge(const ConjugateGradients::Outcome& outcome) {
+    const double digits = -std::log10(std::max(outcome.reduction, 1e-300)) / std::max(outcome.iterations, 1);
+    if (digits_at_first_ == 0)
+      digits_at_first_ = digits;
+    else if (digits < keeps_ * digits_at_first_)
+      forget();
+  }
+
+private:
+  static constexpr double keeps_ = 0.5;  ///< of the digits per iteration
+
+  void make(double h) {
+    multigrid_.reset();
+    multigrid_ = std::make_unique<const Multigrid>(problem_.hierarchy(), problem_.potential(), problem_.constraints());
+    made_for_ = h;
+    digits_at_first_ = 0;
+  }
+
+  const LevelProblem& problem_;
+  std::unique_ptr<const Multigrid> multigrid_;
+  double made_for_ = 0, digits_at_first_ = 0;
+};
+
+}  // namespace
+
+class Motion::Integrator {
+public:
+  Integrator(const Lattice& lattice, const Scene& scene, int level)
+      : lattice_(lattice),
+        scene_(scene),
+        settings_(*scene.dynamics),
+        problem_(lattice, scene, level),
+        multigrid_(problem_),
+        jacobi_(problem_.constraints()) {
+    const std::size_t cells = problem_.mesh().num_cells();
+    problem_.build_potential(scene.elasticity, std::vector<bool>(scene.finds_strain ? cells : 0));
+    inertia_ = &problem_.add_term(std::make_unique<Inertia>(problem_.mesh(),
+                                                            lattice.levels[static_cast<std::size_t>(level)].element,
+                                                            lumped_masses(lattice, level), scene.damping.mass_per_s));
+    if (scene.damping.stiffness_s > 0)
+      viscosity_ = &problem_.add_term(std::make_unique<Viscosity>(problem_.elastic(), scene.damping.stiffness_s));
+    if (scene.finds_strain) turning_ = dynamic_cast<CorotationalCells*>(&problem_.elastic());
+    start();
+  }
+
+  void start() {
+    const auto dofs = static_cast<Eigen::Index>(problem_.mesh().num_dofs());
+    u_.setZero(dofs);
+    v_.resize(dofs);
+    for (Eigen::Index n = 0; n < dofs; n += 3) v_.segment<3>(n) = settings_.velocity;
+    if (!settings_.start.empty()) {
+      const Result before = hexmesh::read_result(settings_.start);
+      if (before.cells != problem_.mesh().cells() || before.level != problem_.level())
+        throw Error(ErrorKind::input, fmt::format("dynamics.start is '{}', level {} of {} cells, expected a result of "
+                                                  "this lattice at level {} of {} cells",
+                                                  settings_.start.string(), before.level, before.cells.size(),
+                                                  problem_.level(), problem_.mesh().num_cells()));
+      u_ = to_nodes(before.displacement);
+      if (!before.velocity.empty()) v_ += to_nodes(before.velocity);
+    }
+    set_state(u_, v_);
+  }
+
+  void set_state(const NodeVector& u, const NodeVector& v) {
+    u_ = u;
+    v_ = v;
+    problem_.set_progress(progress());
+    choose_turning();
+    energies_ = energies_of(problem_, *inertia_, u_, v_);
+  }
+
+  bool step() {
+    ++counts.steps;
+    int done = 0, part = most_parts;
+    while (done < most_parts) {
+      if (!try_part(settings_.step * part / most_parts)) {
+        ++counts.failed;
+        if (part == 1) return false;
+        part /= 2;
+        continue;
+      }
+      done += part;
+      ticks_ += part;
+      while (part < most_parts && done % (2 * part) == 0 && done + 2 * part <= most_parts) part *= 2;
+    }
+    return true;
+  }
+
+  /// After a part that failed the terms are in the midst of it: reactions are then those without acceleration.
+  void be_at_rest_if_failed() {
+    if (reason.empty()) return;
+    problem_.set_progress(progress());
+    inertia_->set_step(u_ - settings_.step * v_, v_, settings_.step);
+  }
+
+  /// Conditions may contradict each other at any time: at the corners of their tables and at the end.
+  void check(std::vector<std::string>& warnings) {
+    constexpr std::size_t most_times = 20;
+    std::set<double> times = {settings_.duration};
+    for (const Condition& c : scene_.conditions)
+      if (c.history)
+        for (const History::Row& row : c.history->rows)
+          if (row.time < settings_.duration && times.size() < most_times) times.insert(row.time);
+    for (const double t : times) {
+      problem_.set_progress({std::min(1.0, t / settings_.duration), t});
+      for (const std::string& w : check_level(problem_, scene_))
+        if (std::find(warnings.begin(), warnings.end(), w) == warnings.end()) warnings.push_back(w);
+    }
+    problem_.set_progress(progress());
+  }
+
+  std::size_t preconditioner_bytes() const { return multigrid_.bytes(); }
+
+  double time() const { return settings_.step * static_cast<double>(ticks_) / most_parts; }
+
+  const Lattice& lattice_;
+  const Scene scene_;
+  const Dynamics settings_;
+  LevelProblem problem_;
+  Inertia* inertia_ = nullptr;      ///< in the potential
+  Viscosity* viscosity_ = nullptr;  ///< likewise
+  CorotationalCells* turning_ = nullptr;
+  NodeVector u_, v_;
+  Energies energies_;
+  double work_ = 0;
+  Counts counts;
+  std::string reason;
+
+private:
+  Progress progress(double ahead = 0) const {
+    const double at = time() + ahead;
+    return {std::min(1.0, at / settings_.duration), at};
+  }
+
+  void choose_turning() {
+    if (turning_) turning_->choose_turning(u_, turning_angle, turning_angle / 2);
+  }
+
+  bool fail(const char* why) {
+    reason = why;
+    return false;
+  }
+
+  /// A step of h seconds; on success the state is that at its end.
+  bool try_part(double h);
+  bool is_to_tolerance() const { return settings_.newton_iterations == 0; }
+  bool solve(double h);
+  bool newton_step(double h, bool is_first, double relative);
+  bool search_line();
+  double relative_residual();
+  double work_of_supports();
+
+  LaggingMultigrid multigrid_;
+  BlockJacobi jacobi_;
+  ConjugateGradients conjugate_gradients_;
+  std::int64_t ticks_ = 0;  ///< parts of steps done
+  NodeVector end_, trial_, gradient_, projected_, magnitude_, support_step_, right_side_, first_, newton_step_,
+      velocity_;
+  bool supports_hold_ = false;
+};
+
+double Motion::Integrator::relative_residual() {
+  Potential& potential = problem_.potential();
+  potential.gradient(end_, gradient_, magnitude_);
+  projected_ = gradient_;
+  problem_.constraints().project(projected_);
+  return projected_.norm() / (magnitude_.norm() + potential.rounding() / scene_.tolerance);
+}
+
+/// Of the forces in the directions held, on the way from u_ to end_; gradient_ and projected_ are those at the end.
+double Motion::Integrator::work_of_supports() { return (gradient_ - projected_).dot(end_ - u_); }
+
+bool Motion::Integrator::try_part(double h) {
+  problem_.set_progress(progress(h));
+  inertia_->set_step(u_, v_, h);
+  if (viscosity_) viscosity_->set_step(u_, h);
+  const LevelProblem::Stored before = problem_.stored_energy(u_);
+  Energies start = energies_;
+  start.contact = before.contact;
+  start.loads = before.loads;
+  const double work_of_loads = start.total() - energies_.total();
+
+  end_ = u_;
+  const int least = is_to_tolerance() ? 0 : settings_.newton_iterations;
+  const int most = is_to_tolerance() ? most_newton_iterations : least + more_newton_iterations;
+  for (int iteration = 0; iteration <= most; ++iteration) {
+    const double relative = relative_residual();
+    problem_.constraints().lift(end_, support_step_);
+    supports_hold_ = support_step_.lpNorm<Eigen::Infinity>() < 1e-9 * std::max(1.0, end_.lpNorm<Eigen::Infinity>());
+    const bool may_end = is_to_tolerance() ? supports_hold_ && relative <= scene_.tolerance : iteration >= least;
+    if (may_end) {
+      velocity_ = (end_ - u_) / h;
+      const Energies now = energies_of(problem_, *inertia_, end_, velocity_);
+      if (!std::isfinite(now.total())) return fail("points of the body would turn inside out");
+      const double work = work_of_supports();
+      const double gain = now.total() - start.total() - work;
+      const double scale = sum_of_sizes(start) + sum_of_sizes(now) + std::abs(work);
+      if (gain <= allowed_gain * scale) {
+        counts.relative_residual = relative;
+        counts.largest_gain = std::max(counts.largest_gain, scale > 0 ? gain / scale : 0);
+        ++counts.parts;
+        work_ += work + work_of_loads;
+        u_.swap(end_);
+        v_.swap(velocity_);
+        energies_ = now;
+        if (turning_) {
+          choose_turning();
+          energies_.strain = problem_.elastic().energy(u_);
+        }
+        reason.clear();
+        return true;
+      }
+      if (is_to_tolerance()) return fail("the body would gain energy");
+    }
+    if (iteration == most) break;
+    if (!newton_step(h, iteration == 0, relative)) return false;
+  }
+  return fail(is_to_tolerance() ? "too many Newton iterations" : "the body would gain energy");
+}
+
+bool Motion::Integrator::newton_step(double h, bool is_first, double relative) {
+  Potential& potential = problem_.potential();
+  ++counts.newton;
+  ConjugateGradients::Options options;
+  if (settings_.solver_iterations > 0) {
+    options.most_iterations = settings_.solver_iterations;
+    options.relative_tolerance = 1e-14;
+  } else {
+    options.most_iterations = settings_.solver == StepSolver::multigrid ? 200 : 5000;
+    const double needed = 0.1 * scene_.tolerance / relative;
+    options.relative_tolerance =
+        supports_hold_ ? std::max(std::min(10 * relative, 0.05), needed) : std::max(1e-3, 0.1 * scene_.tolerance);
+    if (!is_to_tolerance()) options.relative_tolerance = 0.1 * scene_.tolerance;
+  }
+  if (is_first) {
+    inertia_->free_flight(scene_.gravity, first_);
+    if (!supports_hold_) first_ -= support_step_;
+    options.first_direction = &first_;
+  }
+
+  ConjugateGradients::Outcome outcome;
+  for (const double clamping : {Hessian::exact, Hessian::clamped}) {
+    potential.linearize(end_, clamping);
+    const Preconditioner* preconditioner = nullptr;
+    if (settings_.solver == StepSolver::jacobi) {
+      jacobi_.update(potential);
+      preconditioner = &jacobi_;
+    }
+    const bool lags = settings_.solver == StepSolver::multigrid;
+    if (lags) {
+      preconditioner = multigrid_.get(h);
+      if (!preconditioner) {
+        multigrid_.forget();
+        continue;
+      }
+    }
+    right_side_ = -gradient_;
+    if (!supports_hold_) {
+      potential.apply(support_step_, newton_step_);
+      right_side_ -= newton_step_;
+    }
+    outcome = conjugate_gradients_.solve(potential, problem_.constraints(), preconditioner, right_side_, options,
+                                         newton_step_);
+    counts.linear += outcome.iterations;
+    if (lags) multigrid_.judge(outcome);
+    if (outcome.end == ConjugateGradients::End::solved) break;
+    if (lags) multigrid_.forget();
+    // The best so far leads down; to a tolerance it is not enough.
+    if (!is_to_tolerance() && !newton_step_.isZero(0)) break;
+  }
+  if (newton_step_.size() == 0 || !newton_step_.allFinite()) return fail("the linear equations have no solution");
+  if (supports_hold_ && is_to_tolerance()) return search_line();
+  end_ += newton_step_;
+  if (!supports_hold_) end_ += support_step_;
+  return true;
+}
+
+/// Backtrack from end_ + newton_step_ until the energy of the step falls enough (Armijo).
+bool Motion::Integrator::search_line() {
+  const Potential& potential = problem_.potential();
+  const double energy = potential.energy(end_), slope = projected_.dot(newton_step_);
+  const double rounding = 1e-13 * std::abs(energy) + potential.rounding() * newton_step_.lpNorm<Eigen::Infinity>();
+  for (double length = 1; length >= 1.0 / 16; length /= 2) {
+    trial_ = end_ + length * newton_step_;
+    if (!(potential.energy(trial_) <= energy + 1e-4 * length * slope + rounding) && potential.is_conservative())
+      continue;
+    end_.swap(trial_);
+    return true;
+  }
+  return fail("no step lowers the energy");
+}
+
+Motion::Motion(const Lattice& lattice, const Scene& scene, int level)
+    : integrator_(std::make_unique<Integrator>(lattice, scene, level)) {}
+Motion::~Motion() = default;
+
+bool Motion::step() { return integrator_->step(); }
+const std::string& Motion::reason() const { return integrator_->reason; }
+double Motion::time() const { return integrator_->time(); }
+const NodeVector& Motion::displacement() const { return integrator_->u_; }
+const NodeVector& Motion::velocity() const { return integrator_->v_; }
+const Energies& Motion::energies() const { return integrator_->energies_; }
+double Motion::work() const { return integrator_->work_; }
+Vec3 Motion::momentum() const { return integrator_->inertia_->momentum(integrator_->v_); }
+const Mesh& Motion::mesh() const { return integrator_->problem_.mesh(); }
+void Motion::set_state(const NodeVector& u, const NodeVector& v) { integrator_->set_state(u, v); }
+const Motion::Counts& Motion::counts() const { return integrator_->counts; }
+
+void Motion::check(SolveReport& report) const { integrator_->check(report.warnings); }
+
+Result Motion::conclude(SolveReport& report) const {
+  integrator_->be_at_rest_if_failed();
+  report.bytes = {{"lattice", hexmesh::bytes_of(integrator_->lattice_)},
+                  {"meshes", integrator_->problem_.hierarchy().bytes()},
+                  {"multigrid", integrator_->preconditioner_bytes()}};
+  add_effect_seconds(integrator_->problem_, report);
+  Result result = hexsolver::conclude(integrator_->lattice_, integrator_->problem_, integrator_->u_, report);
+  const NodeVector& v = integrator_->v_;
+  for (Eigen::Index n = 0; n < v.size(); n += 3) result.velocity.push_back(v.segment<3>(n));
+  return result;
+}
+
+namespace {
+
+MotionReport::Row row_of(const Motion& motion) {
+  return {motion.time(), motion.energies(), motion.work(), motion.momentum()};
+}
+
+}  // namespace
+
+Result solve_dynamics(const Lattice& whole, const Scene& scene, int level, SolveReport& report,
+                      const std::function<void(const Motion&)>& on_output,
+                      const std::function<void(const Motion&)>& on_step) {
+  report.warnings = check_single_points(scene);
+  report.effects = list_effects(scene);
+  report.elasticity = scene.elasticity;
+  const Stopwatch setup;
+  const std::optional<Lattice> rest = without_islands(whole, scene, level, report.dropped_cells);
+  const Lattice& lattice = rest ? *rest : whole;
+  Motion motion(lattice, scene, level);
+  motion.check(report);
+  report.setup_seconds = setup.seconds();
+
+  MotionReport& of_motion = report.motion.emplace();
+  const auto output = [&] {
+    of_motion.rows.push_back(row_of(motion));
+    if (on_output) on_output(motion);
+  };
+  const Dynamics& settings = *scene.dynamics;
+  const int steps = settings.num_steps();
+  const Stopwatch solve;
+  output();
+  report.converged = true;
+  for (int n = 1; n <= steps && report.converged; ++n) {
+    report.converged = motion.step();
+    if (report.converged && on_step) on_step(motion);
+    if (n % settings.output_every == 0 || n == steps || !report.converged) output();
+  }
+  report.solve_seconds = solve.seconds();
+
+  const Motion::Counts& counts = motion.counts();
+  of_motion.steps = counts.steps - !report.converged;
+  of_motion.parts = counts.parts;
+  of_motion.failed_parts = counts.failed;
+  report.reason = report.converged ? "all steps were solved"
+                                   : fmt::format("stopped at {:.6g} s: {}", motion.time(), motion.reason());
+  report.load_fraction = std::min(1.0, motion.time() / settings.duration);
+  report.relative_residual = counts.relative_residual;
+  NewtonReport newton;
+  newton.converged = report.converged;
+  newton.reason = report.reason;
+  newton.iterations = counts.newton;
+  newton.linear_iterations = counts.linear;
+  newton.relative_residual = counts.relative_residual;
+  report.levels.push_back(
+      {level, motion.mesh().num_cells(), motion.mesh().num_nodes(), report.solve_seconds, newton, {}});
+  return motion.conclude(report);
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/viscosity.h"
+
+#include "parallel.h"
+
+namespace hexsolver {
+
+Viscosity::Viscosity(const ElasticCells& cells, double seconds) : seconds_(seconds) {
+  if (cells.is_linear())
+    cells_ = std::make_unique<CauchyCells>(cells);
+  else
+    cells_ = std::make_unique<CorotationalCells>(cells);
+}
+
+void Viscosity::set_step(const NodeVector& u, double h) {
+  start_ = u;
+  stiffness_ = seconds_ / h;
+  cells_->linearize(u, Hessian::without_stress);
+}
+
+void Viscosity::product(const NodeVector& x) const {
+  set_zero(product_, x.size());
+  cells_->add_product(x, product_);
+}
+
+double Viscosity::energy(const NodeVector& u) const {
+  moved_ = u - start_;
+  product(moved_);
+  return stiffness_ / 2 * moved_.dot(product_);
+}
+
+void Viscosity::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
+  moved_ = u - start_;
+  product(moved_);
+  gradient += stiffness_ * product_;
+  magnitude += stiffness_ * product_.cwiseAbs();
+}
+
+void Viscosity::add_product(const NodeVector& x, NodeVector& y) const {
+  product(x);
+  y += stiffness_ * product_;
+}
+
+void Viscosity::add_cell_hessian(std::size_t cell, CellMatrix& h) const {
+  CellMatrix own = CellMatrix::Zero();
+  cells_->add_cell_hessian(cell, own);
+  h += stiffness_ * own;
+}
+
+void Viscosity::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
+  NodeBlocks own;
+  own.fill(Mat3::Zero());
+  cells_->add_diagonal(cell, own);
+  for (std::size_t a = 0; a < 8; ++a) blocks[a] += stiffness_ * own[a];
+}
+
+std::size_t Viscosity::bytes() const {
+  return cells_->bytes() - cells_->model_bytes() +
+         sizeof(double) * static_cast<std::size_t>(start_.size() + moved_.size() + product_.size());
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+#include "hexmesh/core/error.h"
+#include "hexsolver/dynamics.h"
+#include "hexsolver/inertia.h"
+#include "support/bodies.h"
+
+using namespace hexsolver;
+using namespace testing_support;
+
+namespace {
+
+const Vec3 earth(0, 0, -9810);  // mm/s^2
+
+Scene moving(double step, double duration, StepSolver solver = StepSolver::multigrid, int iterations = 0) {
+  Scene scene;
+  Dynamics d;
+  d.step = step;
+  d.duration = duration;
+  d.solver = solver;
+  d.solver_iterations = iterations;
+  d.newton_iterations = iterations > 0 ? 1 : 0;
+  scene.dynamics = d;
+  return scene;
+}
+
+Condition held_end(const Vec3& point, const Vec3& normal) {
+  Condition c;
+  c.name = "end";
+  c.where = "test";
+  c.selection.halfspace = HalfSpace{point, normal};
+  return c;
+}
+
+/// A soft bar along x from 0 to 24 mm, 6 mm thick, cells of 2 mm at level 1, held at x = 0.
+Lattice bar(double young_kpa = 100, double poisson = 0.3) { return box({24, 6, 6}, {1, 1, 1}, young_kpa, poisson); }
+
+Scene held_bar(Scene scene) {
+  scene.conditions = {held_end({-0.5, 0, 0}, {-1, 0, 0})};
+  return scene;
+}
+
+/// All the ways to solve a step.
+struct Way {
+  const char* name;
+  StepSolver solver;
+  int iterations;
+};
+void PrintTo(const Way& way, std::ostream* out) { *out << way.name; }
+const Way ways[] = {{"cg_10", StepSolver::cg, 10},
+                    {"jacobi_10", StepSolver::jacobi, 10},
+                    {"multigrid_2", StepSolver::multigrid, 2},
+                    {"jacobi_converged", StepSolver::jacobi, 0},
+                    {"multigrid_converged", StepSolver::multigrid, 0}};
+
+class EveryWay : public testing::TestWithParam<Way> {
+protected:
+  Scene scene(double step, double duration) const {
+    return moving(step, duration, GetParam().solver, GetParam().iterations);
+  }
+};
+
+/// The energy never grows but by what is given to the body.
+void expect_energy_never_grows(Motion& motion, int steps) {
+  const double first = motion.energies().total();
+  double before = first, work_before = 0, largest = std::abs(first);
+  for (int n = 0; n < steps; ++n) {
+    ASSERT_TRUE(motion.step()) << motion.reason() << " after " << n << " steps";
+    const double now = motion.energies().total(), given = motion.work() - work_before;
+    largest = std::max({largest, std::abs(now), motion.energies().kinetic});
+    ASSERT_LE(now, before + given + 1e-8 * largest) << "step " << n;
+    before = now;
+    work_before = motion.work();
+  }
+}
+
+}  // namespace
+
+TEST_P(EveryWay, FreeFallIsThatOfTheFormulaAtEveryLevel) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  for (int level = 0; level < 4; ++level) {
+    constexpr double h = 0.01;
+    constexpr int steps = 50;
+    Scene s = scene(h, 1);
+    s.gravity = earth;
+    Motion motion(lattice, s, level);
+    for (int n = 0; n < steps; ++n) ASSERT_TRUE(motion.step()) << motion.reason();
+    const Vec3 velocity = steps * h * earth, position = h * h * steps * (steps + 1) / 2 * earth;
+    double worst = 0, worst_velocity = 0;
+    for (Eigen::Index n = 0; n < motion.velocity().size(); n += 3) {
+      worst_velocity = std::max(worst_velocity, (motion.velocity().segment<3>(n) - velocity).norm());
+      worst = std::max(worst, (motion.displacement().segment<3>(n) - position).norm());
+    }
+    EXPECT_LT(worst_velocity, 1e-9 * velocity.norm()) << "level " << level;
+    EXPECT_LT(worst, 1e-9 * position.norm()) << "level " << level;
+  }
+}
+
+TEST_P(EveryWay, TheEnergyNeverGrowsWithoutWork) {
+  struct Case {
+    const char* name;
+    double young_kpa, step;
+    bool contact;
+  };
+  for (const Case& c :
+       {Case{"stiff", 1e6, 0.005, false}, Case{"soft", 5, 0.005, false}, Case{"contact", 30, 0.002, true}}) {
+    SCOPED_TRACE(c.name);
+    const Lattice lattice = bar(c.young_kpa);
+    Scene s = scene(c.step, 1000 * c.step);
+    s.gravity = earth;
+    if (c.contact) {
+      Contact floor;
+      floor.name = "floor";
+      floor.obstacle = HalfSpace{{0, 0, -3}, {0, 0, 1}};
+      floor.stiffness = 0.2;
+      s.contacts = {floor};
+    } else {
+      s = held_bar(s);
+    }
+    Motion motion(lattice, s, 1);
+    expect_energy_never_grows(motion, 1000);
+    if (c.contact) {
+      EXPECT_GT(motion.energies().contact, 0);  // lies on the floor
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Solvers, EveryWay, testing::ValuesIn(ways), [](const auto& p) { return p.param.name; });
+
+TEST(Motion, ConservesLinearMomentumWithoutForces) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  Scene s = moving(0.01, 1);
+  s.tolerance = 1e-12;
+  s.damping.stiffness_s = 0.003;
+  Motion motion(lattice, s, 1);
+  // Strained, turning and flying at once.
+  const NodeVector u =
+      sample(motion.mesh(), [](const Vec3& p) { return Vec3(0.002 * p[1] * p[1], 0.1 * p[2], 0.05 * p[0]); });
+  const NodeVector v =
+      sample(motion.mesh(), [](const Vec3& p) { return Vec3(Vec3(3, 5, -4).cross(p) + Vec3(100, 200, -50)); });
+  motion.set_state(u, v);
+  const Vec3 before = motion.momentum();
+  for (int n = 0; n < 100; ++n) {
+    ASSERT_TRUE(motion.step()) << motion.reason();
+    ASSERT_LT((motion.momentum() - before).norm(), 1e-10 * before.norm()) << "step " << n;
+  }
+}
+
+TEST(Motion, DampingOfTheStepsFallsWithTheirSizeToFirstOrder) {
+  const Lattice lattice = bar(300);
+  const auto loss = [&](double h) {
+    Motion motion(lattice, held_bar(moving(h, 0.1)), 1);
+    motion.set_state(NodeVector::Zero(motion.velocity().size()),
+                     sample(motion.mesh(), [](const Vec3& p) { return Vec3(0, 0, 0.25 * p[0] * p[0]); }));
+    const double before = motion.energies().total();
+    while (motion.time() < 0.1 - 1e-9) EXPECT_TRUE(motion.step());
+    return 1 - motion.energies().total() / before;
+  };
+  // Energy of one mode falls as exp(-omega^2 h t): halving h twice halves the logarithm twice.
+  const double coarse = -std::log1p(-loss(4e-4)), middle = -std::log1p(-loss(2e-4)), fine = -std::log1p(-loss(1e-4));
+  EXPECT_NEAR(coarse / middle, 2, 0.2);
+  EXPECT_NEAR(middle / fine, 2, 0.1);
+}
+
+TEST(Motion, DampedComesToRestWhereTheEquilibriumIs) {
+  const Lattice lattice = bar(30);
+  for (const Elasticity elasticity : {Elasticity::cauchy, Elasticity::corotational, Elasticity::neo_hookean}) {
+    Scene still;
+    still.elasticity = elasticity;
+    still.gravity = earth;
+    still.conditions = {held_end({-0.5, 0, 0}, {-1, 0, 0})};
+    SolveReport static_report;
+    const hexmesh::Result at_rest = solve_equilibrium(lattice, still, 1, static_report);
+    Scene s = still;
+    s.dynamics = moving(0.02, 3).dynamics;
+    s.damping = {5, 0.005};
+    SolveReport report;
+    const hexmesh::Result moved = solve_dynamics(lattice, s, 1, report);
+    EXPECT_TRUE(report.converged) << report.reason;
+    double worst = 0;
+    for (std::size_t n = 0; n < moved.displacement.size(); ++n)
+      worst = std::max(worst, (moved.displacement[n] - at_rest.displacement[n]).norm());
+    EXPECT_LT(worst, 1e-3);
+    EXPECT_LT((report.conditions[0].reaction_n - static_report.conditions[0].reaction_n).norm(),
+              1e-3 * static_report.conditions[0].reaction_n.norm());
+  }
+}
