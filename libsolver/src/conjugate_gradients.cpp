@@ -3,6 +3,8 @@
 
 #include <Eigen/LU>
 
+#include "parallel.h"
+
 namespace hexsolver {
 
 using Eigen::Index;
@@ -17,19 +19,18 @@ void BlockJacobi::update(const Potential& potential) {
     for (std::size_t a = 0; a < 8; ++a) inverse_[static_cast<std::size_t>(mesh.cell_nodes()[c][a])] += blocks[a];
   });
   const auto count = static_cast<std::ptrdiff_t>(inverse_.size());
-#pragma omp parallel for schedule(static)
-  for (std::ptrdiff_t n = 0; n < count; ++n) {
+  for_each_node(count, [&](std::ptrdiff_t n) {
     Mat3& block = inverse_[static_cast<std::size_t>(n)];
     block = Mat3(block.inverse());
-  }
+  });
 }
 
 void BlockJacobi::apply(const NodeVector& r, NodeVector& z) const {
   z.resize(r.size());
   const auto count = static_cast<std::ptrdiff_t>(inverse_.size());
-#pragma omp parallel for schedule(static)
-  for (std::ptrdiff_t n = 0; n < count; ++n)
+  for_each_node(count, [&](std::ptrdiff_t n) {
     z.segment<3>(3 * n) = inverse_[static_cast<std::size_t>(n)] * r.segment<3>(3 * n);
+  });
   constraints_.project(z);
 }
 

@@ -47,7 +47,7 @@ NodeVector to_nodes(const std::vector<Vec3>& points) {
   return out;
 }
 
-/// Keeps a preconditioner as long as it works nearly as well as when it was made.
+/// Keeps a preconditioner until the iterations lost to its age are worth making a new one.
 class LaggingMultigrid {
 public:
   LaggingMultigrid(const LevelProblem& problem) : problem_(problem) {}
@@ -60,30 +60,34 @@ public:
 
   void forget() { multigrid_.reset(); }
 
+  int times_made() const { return made_; }
   std::size_t bytes() const { return multigrid_ ? multigrid_->bytes() : 0; }
 
   /// What the last solution with it was like.
   void judge(const ConjugateGradients::Outcome& outcome) {
     const double digits = -std::log10(std::max(outcome.reduction, 1e-300)) / std::max(outcome.iterations, 1);
-    if (digits_at_first_ == 0)
-      digits_at_first_ = digits;
-    else if (digits < keeps_ * digits_at_first_)
-      forget();
+    if (digits_at_first_ == 0) digits_at_first_ = digits;
+    lost_ += outcome.iterations * (1 - digits / digits_at_first_);
+    if (lost_ > cost_) forget();
   }
 
 private:
-  static constexpr double keeps_ = 0.5;  ///< of the digits per iteration
+  static constexpr double cost_ = 8;  ///< of making one, in iterations
 
   void make(double h) {
+    ++made_;
     multigrid_.reset();
     multigrid_ = std::make_unique<const Multigrid>(problem_.hierarchy(), problem_.potential(), problem_.constraints());
     made_for_ = h;
-    digits_at_first_ = 0;
+    digits_at_first_ = lost_ = 0;
   }
 
   const LevelProblem& problem_;
   std::unique_ptr<const Multigrid> multigrid_;
-  double made_for_ = 0, digits_at_first_ = 0;
+  double made_for_ = 0;
+  double digits_at_first_ = 0;  ///< per iteration
+  double lost_ = 0;             ///< iterations
+  int made_ = 0;
 };
 
 }  // namespace
@@ -211,7 +215,7 @@ private:
   bool is_to_tolerance() const { return settings_.newton_iterations == 0; }
   bool solve(double h);
   bool newton_step(double h, bool is_first, double relative);
-  bool search_line();
+  bool search_line(double relative);
   double relative_residual();
   double work_of_supports();
 
@@ -328,29 +332,32 @@ bool Motion::Integrator::newton_step(double h, bool is_first, double relative) {
                                          newton_step_);
     counts.linear += outcome.iterations;
     if (lags) multigrid_.judge(outcome);
+    counts.preconditioners = multigrid_.times_made();
     if (outcome.end == ConjugateGradients::End::solved) break;
     if (lags) multigrid_.forget();
     // The best so far leads down; to a tolerance it is not enough.
     if (!is_to_tolerance() && !newton_step_.isZero(0)) break;
   }
   if (newton_step_.size() == 0 || !newton_step_.allFinite()) return fail("the linear equations have no solution");
-  if (supports_hold_ && is_to_tolerance()) return search_line();
+  if (supports_hold_ && is_to_tolerance()) return search_line(relative);
   end_ += newton_step_;
   if (!supports_hold_) end_ += support_step_;
   return true;
 }
 
-/// Backtrack from end_ + newton_step_ until the energy of the step falls enough (Armijo).
-bool Motion::Integrator::search_line() {
+/// Backtrack from end_ + newton_step_ until the energy of the step falls enough (Armijo); near the solution, where
+/// energies differ by rounding only, until the residual does.
+bool Motion::Integrator::search_line(double relative) {
   const Potential& potential = problem_.potential();
   const double energy = potential.energy(end_), slope = projected_.dot(newton_step_);
   const double rounding = 1e-13 * std::abs(energy) + potential.rounding() * newton_step_.lpNorm<Eigen::Infinity>();
   for (double length = 1; length >= 1.0 / 16; length /= 2) {
     trial_ = end_ + length * newton_step_;
-    if (!(potential.energy(trial_) <= energy + 1e-4 * length * slope + rounding) && potential.is_conservative())
-      continue;
+    const bool falls =
+        !potential.is_conservative() || potential.energy(trial_) <= energy + 1e-4 * length * slope + rounding;
     end_.swap(trial_);
-    return true;
+    if (falls || (length == 1 && relative_residual() < 0.5 * relative)) return true;
+    end_.swap(trial_);
   }
   return fail("no step lowers the energy");
 }

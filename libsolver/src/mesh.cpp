@@ -5,6 +5,7 @@
 #include <cassert>
 
 #include "hexmesh/core/bytes.h"
+#include "parallel.h"
 
 namespace hexsolver {
 
@@ -70,14 +71,13 @@ void Prolongation::Rows::multiply(const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>
                                   Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& y) const {
   const auto num_rows = static_cast<std::ptrdiff_t>(begin.size()) - 1;
   y.resize(3 * num_rows);
-#pragma omp parallel for schedule(static)
-  for (std::ptrdiff_t row = 0; row < num_rows; ++row) {
+  for_each_node(num_rows, [&](std::ptrdiff_t row) {
     Eigen::Matrix<Scalar, 3, 1> sum = Eigen::Matrix<Scalar, 3, 1>::Zero();
     for (std::int32_t e = begin[static_cast<std::size_t>(row)]; e < begin[static_cast<std::size_t>(row) + 1]; ++e)
       sum += static_cast<Scalar>(weights[static_cast<std::size_t>(e)]) *
              x.template segment<3>(3 * static_cast<Eigen::Index>(columns[static_cast<std::size_t>(e)]));
     y.template segment<3>(3 * row) = sum;
-  }
+  });
 }
 
 std::size_t Prolongation::Rows::bytes() const { return bytes_of(begin) + bytes_of(columns) + bytes_of(weights); }

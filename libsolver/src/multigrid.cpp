@@ -258,9 +258,9 @@ void Multigrid::scale_by_diagonal(std::size_t level, const FloatNodeVector& r, F
   d.resize(r.size());
   const auto& inverse = levels_[level].inverse_diagonal;
   const auto count = static_cast<std::ptrdiff_t>(inverse.size());
-#pragma omp parallel for schedule(static)
-  for (std::ptrdiff_t n = 0; n < count; ++n)
+  for_each_node(count, [&](std::ptrdiff_t n) {
     d.segment<3>(3 * n) = inverse[static_cast<std::size_t>(n)] * r.segment<3>(3 * n);
+  });
   if (level == 0) constraints_.project(d);
 }
 
@@ -319,26 +319,24 @@ void Multigrid::smooth(std::size_t level, const FloatNodeVector& b, FloatNodeVec
     set_zero(x, b.size());
   else
     multiply(level, x, l.t);
-#pragma omp parallel for schedule(static)
-  for (Index n = 0; n < count; ++n) {
+  for_each_node(count, [&](std::ptrdiff_t n) {
     Eigen::Vector3f r = b.segment<3>(3 * n);
     if (!from_zero) r -= l.t.segment<3>(3 * n);
     l.r.segment<3>(3 * n) = r;
     l.d.segment<3>(3 * n) = inverse(n) * r * static_cast<float>(1 / theta);
-  }
+  });
   double rho = 1 / sigma;
   for (int k = 1; k < chebyshev_degree; ++k) {
     if (level == 0) constraints_.project(l.d);
     multiply(level, l.d, l.t);
     const double next = 1 / (2 * sigma - rho);
     const auto keep = static_cast<float>(next * rho), add = static_cast<float>(2 * next / delta);
-#pragma omp parallel for schedule(static)
-    for (Index n = 0; n < count; ++n) {
+    for_each_node(count, [&](std::ptrdiff_t n) {
       const Eigen::Vector3f d = l.d.segment<3>(3 * n), r = l.r.segment<3>(3 * n) - l.t.segment<3>(3 * n);
       x.segment<3>(3 * n) += d;
       l.r.segment<3>(3 * n) = r;
       l.d.segment<3>(3 * n) = keep * d + add * (inverse(n) * r);
-    }
+    });
     rho = next;
   }
   if (level == 0) constraints_.project(l.d);

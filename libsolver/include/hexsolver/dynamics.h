@@ -46,6 +46,7 @@ public:
     int parts = 0;   ///< solved, at least one per step
     int failed = 0;  ///< not accepted
     int newton = 0, linear = 0;
+    int preconditioners = 0;       ///< made
     double relative_residual = 0;  ///< of the last part
     double largest_gain = 0;       ///< of energy without work in a part, over the energies that change [1]
   };

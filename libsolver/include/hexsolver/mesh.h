@@ -59,11 +59,12 @@ public:
 
   /// f(cell) for every cell, in parallel: no two cells at once share a node, and the order in which the cells of a
   /// node come is the same for any number of threads.
+  static constexpr std::size_t worth_threads = 500;  ///< fewer cells take less time than the threads to wake up
   template <class F>
   void for_each_cell(F&& f) const {
     for (std::size_t color = 0; color < 2; ++color) {
       const auto count = static_cast<std::ptrdiff_t>(slabs_.size());
-#pragma omp parallel for schedule(dynamic)
+#pragma omp parallel for schedule(dynamic) if (num_cells() >= worth_threads)
       for (std::ptrdiff_t s = static_cast<std::ptrdiff_t>(color); s < count; s += 2)
         for (std::size_t c = slabs_[static_cast<std::size_t>(s)].first; c < slabs_[static_cast<std::size_t>(s)].second;
              ++c)
