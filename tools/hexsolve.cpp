@@ -2,12 +2,15 @@
 #include <fmt/format.h>
 #include <omp.h>
 
+#include <bit>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "cli/tool.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/lattice_file.h"
+#include "hexmesh/lattice/embedded_points.h"
+#include "hexsolver/dynamics.h"
 #include "hexsolver/plan.h"
 
 namespace {
@@ -23,7 +26,7 @@ struct Options {
   std::vector<std::string> settings;
   std::optional<int> level;
   std::optional<double> accuracy, budget;
-  bool example = false, check = false, plan = false;
+  bool example = false, check = false, plan = false, stream = false;
 };
 
 double megabytes(std::size_t bytes) { return static_cast<double>(bytes) / (1 << 20); }
@@ -49,6 +52,19 @@ json to_json(const std::vector<hexsolver::ContactReport>& contacts) {
                    {"nearest_mm", c.nearest_mm},
                    {"force_n", to_json(c.force_n)}});
   return out;
+}
+
+json to_json(const hexsolver::MotionReport& motion) {
+  json rows = json::array();
+  for (const hexsolver::MotionReport::Row& r : motion.rows)
+    rows.push_back({{"time_s", r.time},
+                    {"kinetic_n_mm", r.energies.kinetic},
+                    {"strain_n_mm", r.energies.strain},
+                    {"contact_n_mm", r.energies.contact},
+                    {"loads_n_mm", r.energies.loads},
+                    {"work_n_mm", r.work},
+                    {"momentum_n_s", to_json(r.momentum)}});
+  return {{"steps", motion.steps}, {"parts", motion.parts}, {"failed_parts", motion.failed_parts}, {"rows", rows}};
 }
 
 json to_json(const std::vector<hexsolver::Effect>& effects) {
@@ -82,6 +98,8 @@ const char* law_name(hexsolver::Elasticity e) {
 
 json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   json out;
+  out["kind"] = r.motion ? "dynamics" : "equilibrium";
+  if (r.motion) out["motion"] = to_json(*r.motion);
   out["converged"] = r.converged;
   out["reason"] = r.reason;
   const hexsolver::NewtonReport& last = r.levels.back().newton;
@@ -143,15 +161,37 @@ void add_costs(json& out, const SolveReport& r) {
   add_effect_seconds(out["effects"], r.effects);
   for (const auto& [what, bytes] : r.bytes) out["memory_mb"][what] = megabytes(bytes);
   out["peak_memory_mb"] = peak_memory_mb();
+  if (r.motion) out["steps_per_second"] = r.motion->steps / std::max(r.solve_seconds, 1e-9);
+}
+
+void summarize_motion(const SolveReport& r, const Console& console) {
+  const hexsolver::LevelReport& l = r.levels.back();
+  const hexsolver::MotionReport& m = *r.motion;
+  console.note(fmt::format(
+      "level {}: {} cells, {} dofs, {} steps to {:.6g} s in {:.2f} s, {:.4g} steps/s, {} Newton steps, {} linear "
+      "iterations",
+      l.level, l.cells, 3 * l.nodes, m.steps, m.rows.back().time, r.solve_seconds,
+      m.steps / std::max(r.solve_seconds, 1e-9), l.newton.iterations, l.newton.linear_iterations));
+  if (m.failed_parts > 0)
+    console.note(
+        fmt::format("{} parts of steps were not accepted and halved; {} were solved", m.failed_parts, m.parts));
+  const hexsolver::Energies& e = m.rows.back().energies;
+  console.note(
+      fmt::format("at the end: kinetic energy {:.4g} N mm, strain {:.4g}, contact {:.4g}, of loads {:.4g}; "
+                  "work done on the body {:.4g}",
+                  e.kinetic, e.strain, e.contact, e.loads, m.rows.back().work));
 }
 
 void summarize(const SolveReport& r, const Console& console) {
   const hexsolver::LevelReport& l = r.levels.back();
-  console.note(
-      fmt::format("level {}: {} cells, {} dofs, {} Newton steps, {} linear iterations, residual {:.1e}, "
-                  "{:.2f} s in all levels",
-                  l.level, l.cells, 3 * l.nodes, l.newton.iterations, l.newton.linear_iterations, r.relative_residual,
-                  r.solve_seconds));
+  if (r.motion)
+    summarize_motion(r, console);
+  else
+    console.note(
+        fmt::format("level {}: {} cells, {} dofs, {} Newton steps, {} linear iterations, residual {:.1e}, "
+                    "{:.2f} s in all levels",
+                    l.level, l.cells, 3 * l.nodes, l.newton.iterations, l.newton.linear_iterations, r.relative_residual,
+                    r.solve_seconds));
   for (const hexsolver::ConditionReport& c : r.conditions)
     console.note(fmt::format("condition '{}': {} points, misfit {:.2g} mm, reaction [{:.4g}, {:.4g}, {:.4g}] N", c.name,
                              c.points, c.misfit_mm, c.reaction_n[0], c.reaction_n[1], c.reaction_n[2]));
@@ -162,7 +202,7 @@ void summarize(const SolveReport& r, const Console& console) {
     console.note(fmt::format(
         "estimated error of the cells' size: mean {:.2g} mm, largest {:.2g} mm; of the equations: {:.1g} mm",
         *e.mean_mm, e.max_mm.value_or(0), e.algebraic_mm.value_or(0)));
-  else
+  else if (!r.motion)
     console.note("no error estimate: there is no coarser level to compare with");
   console.note(fmt::format("strain energy {:.6g} N mm, smallest Jacobian {:.3g}, {} inverted cells",
                            r.strain_energy_n_mm, r.min_jacobian, r.inverted_cells));
@@ -189,7 +229,8 @@ int show_check(const hexsolver::SceneCheck& check, const Options& o, const Commo
     text += fmt::format("contact '{}': {:.3g} mm from the surface at rest\n", c.name, c.nearest_mm);
   if (check.dropped_cells > 0) text += fmt::format("islands left out: {} cells\n", check.dropped_cells);
   if (check.held_cells > 0) text += fmt::format("islands held by springs: {} cells\n", check.held_cells);
-  text += fmt::format("level {}: every part is held\n", check.level);
+  text += fmt::format("level {}: {}\n", check.level,
+                      check.needs_supports ? "every part is held" : "a motion, in which nothing need be held");
   if (o.report != "-") fmt::print("{}", text);
   return 0;
 }
@@ -214,6 +255,79 @@ int show_plan(const hexsolver::SolvePlan& plan, const Options& o, const CommonOp
   return 0;
 }
 
+/// The moving surface on standard output, step by step: "Stream" in FORMATS.md.
+class SurfaceStream {
+public:
+  explicit SurfaceStream(const hexmesh::Lattice& lattice) : lattice_(lattice) {
+    static_assert(std::endian::native == std::endian::little);
+    const hexmesh::TriangleSurface& surface = lattice.surface;
+    fmt::print("hexstream 1\npoints {}\ntriangles {}\nmm LPS\n\n", surface.points.size(), surface.triangles.size());
+    for (const auto& t : surface.triangles) write(t.data(), t.size());
+    flush();
+  }
+
+  void add(const hexsolver::Motion& motion) {
+    if (!embedded_) {
+      const hexsolver::Mesh& mesh = motion.mesh();
+      const hexmesh::CellLocator locator(lattice_.voxels, motion.voxels_per_cell(), mesh.cells());
+      embedded_.emplace(locator, mesh.cell_nodes(), lattice_.surface.points);
+    }
+    const hexsolver::NodeVector& u = motion.displacement();
+    embedded_->interpolate({u.data(), static_cast<std::size_t>(u.size())}, moved_);
+    positions_.clear();
+    for (std::size_t p = 0; p < moved_.size(); ++p)
+      for (int d = 0; d < 3; ++d)
+        positions_.push_back(static_cast<float>(lattice_.surface.points[p][d] + moved_[p][d]));
+    const double time = motion.time();
+    write(&time, 1);
+    write(positions_.data(), positions_.size());
+    flush();
+  }
+
+private:
+  template <class T>
+  void write(const T* values, std::size_t count) {
+    if (std::fwrite(values, sizeof(T), count, stdout) != count) fail();
+  }
+  void flush() {
+    if (std::fflush(stdout) != 0) fail();
+  }
+  [[noreturn]] static void fail() { throw Error(ErrorKind::output, "cannot write the stream to standard output"); }
+
+  const hexmesh::Lattice& lattice_;
+  std::optional<hexmesh::EmbeddedPoints> embedded_;
+  std::vector<hexmesh::Vec3> moved_;
+  std::vector<float> positions_;
+};
+
+void check_stream(const Options& o, const hexsolver::Scene& scene) {
+  if (!o.stream) return;
+  if (!scene.dynamics) throw Error(ErrorKind::usage, "--stream goes with a motion, expected solve.kind = \"dynamics\"");
+  if (o.output == "-" || o.report == "-")
+    throw Error(ErrorKind::usage, "--stream takes standard output, expected -o and --report with a file or none");
+}
+
+/// Solves the motion; its steps go to the result's file and to the stream as they come.
+hexmesh::Result move(const hexmesh::Lattice& lattice, const hexsolver::Scene& scene, int level, SolveReport& report,
+                     hexmesh::ResultWriter* writer, bool streams, const Console& console) {
+  std::optional<SurfaceStream> stream;
+  if (streams) stream.emplace(lattice);
+  const auto span = [](const hexsolver::NodeVector& v) {
+    return std::span<const double>(v.data(), static_cast<std::size_t>(v.size()));
+  };
+  const auto on_output = [&](const hexsolver::Motion& motion) {
+    if (writer) writer->add_step(motion.time(), span(motion.displacement()), span(motion.velocity()));
+    if (stream && motion.counts().steps == 0) stream->add(motion);
+  };
+  const auto on_step = [&](const hexsolver::Motion& motion) {
+    if (stream) stream->add(motion);
+    if (console.shows_progress())
+      console.progress(fmt::format("{:.4g} of {:.4g} s, kinetic energy {:.3g} N mm", motion.time(),
+                                   scene.dynamics->duration, motion.energies().kinetic));
+  };
+  return hexsolver::solve_dynamics(lattice, scene, level, report, on_output, on_step);
+}
+
 int run(const Options& o, const CommonOptions& common, const Console& console) {
   const double start = omp_get_wtime();
   const hexmesh::InputFile lattice_file(o.lattice);
@@ -223,7 +337,7 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
     return 0;
   }
   const bool solves = !o.check && !o.plan;
-  if (o.scene.empty() || (solves && o.output.empty()))
+  if (o.scene.empty() || (solves && o.output.empty() && !o.stream))
     throw Error(ErrorKind::usage, fmt::format("{} is missing, expected hexsolve LATTICE SCENE -o RESULT",
                                               o.scene.empty() ? "SCENE" : "-o RESULT"));
   if (o.scene == "-") throw Error(ErrorKind::usage, "SCENE is -, expected a file");
@@ -234,8 +348,9 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
     scene.accuracy = o.accuracy;
     scene.budget = o.budget;
   }
+  check_stream(o, scene);
   std::unique_ptr<hexmesh::OutputFile> output;
-  if (solves) output = open_output(o.output, "", common, {o.lattice, o.scene});
+  if (solves && !o.output.empty()) output = open_output(o.output, "", common, {o.lattice, o.scene});
 
   const hexmesh::Lattice lattice = [&] {
     std::vector<int> wanted;
@@ -248,7 +363,7 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
     throw Error(ErrorKind::usage, fmt::format("--level is {}, expected 0 to {}", *o.level, lattice.levels.size() - 1));
   const int level = hexsolver::finest_level(scene, lattice);
   if (o.check) return show_check(hexsolver::check_scene(lattice, scene, level), o, common, console);
-  if (o.plan) return show_plan(hexsolver::plan_equilibrium(lattice, scene, level), o, common);
+  if (o.plan) return show_plan(hexsolver::plan_solution(lattice, scene, level), o, common);
   const double read_done = omp_get_wtime();
 
   SolveReport report;
@@ -258,15 +373,21 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
       console.progress(fmt::format("level {}, load {:.3g}, Newton step {}: residual {:.2e}, {} linear iterations",
                                    number, load, step, residual, linear));
     };
-  hexmesh::Result result = hexsolver::solve_equilibrium(lattice, scene, level, report, progress);
+  std::optional<hexmesh::ResultWriter> writer;
+  if (output) writer.emplace(output->path());
+  hexmesh::Result result = scene.dynamics
+                               ? move(lattice, scene, level, report, writer ? &*writer : nullptr, o.stream, console)
+                               : hexsolver::solve_equilibrium(lattice, scene, level, report, progress);
 
   json summary = to_json(report, scene);
   result.history = lattice.history;
   result.history.push_back(command_line());
   result.report = summary.dump();
   const double solve_done = omp_get_wtime();
-  hexmesh::write_result(result, output->path());
-  output->commit();
+  if (output) {
+    writer->finish(result);
+    output->commit();
+  }
   summary["seconds"] = {{"read", read_done - start},
                         {"setup", report.setup_seconds},
                         {"solve", report.solve_seconds},
@@ -282,8 +403,10 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
     return exit_not_converged;
   }
   if (report.converged) return 0;
-  fmt::print(stderr, "hexsolve: error: not converged: {}; '{}' holds {}, marked so\n", report.reason, o.output,
-             report.load_fraction > 0 ? "the last state that did" : "the state at rest");
+  fmt::print(stderr, "hexsolve: error: not converged: {}{}\n", report.reason,
+             output ? fmt::format("; '{}' holds {}, marked so", o.output,
+                                  report.load_fraction > 0 ? "the last state that did" : "the state at rest")
+                    : "");
   return exit_not_converged;
 }
 
@@ -293,7 +416,7 @@ int main(int argc, char** argv) {
   auto o = std::make_shared<Options>();
   return run_tool(
       argc, argv,
-      {"hexsolve", "Solve a lattice to static equilibrium under a scene (TOML).",
+      {"hexsolve", "Solve a lattice under a scene (TOML): its static equilibrium, or its motion.",
        "hexsolve liver.hexmesh liver.toml --level 2 -o liver.hexresult",
        [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
          app.add_option("lattice", o->lattice, "Lattice file of hexmesh build; - is standard input")->required();
@@ -322,6 +445,9 @@ int main(int argc, char** argv) {
              app.add_flag("--check", o->check, "Only say what each condition selects and whether every part is held");
          app.add_flag("--plan", o->plan,
                       "Only say which effects are on, why, and what the solution is expected to cost")
+             ->excludes(check);
+         app.add_flag("--stream", o->stream,
+                      "Write the moving surface of a motion to standard output, step by step (FORMATS.md, \"Stream\")")
              ->excludes(check);
          app.add_option("--report", o->report, "Write a JSON report; - is standard output");
          app.add_option("-o,--output", o->output, "Result file (.hexresult, HDF5); - is standard output");

@@ -28,7 +28,8 @@ CorotationalCells::Frame CorotationalCells::frame(std::size_t cell, const NodeVe
     f += x.segment<3>(3 * a) * model(cell).mean_gradient.row(a);
   }
   const Polar polar = polar_decomposition(f);
-  Frame frame{polar.rotation, polar.stretch, polar.inverse_m, rotate(polar.rotation.transpose(), x), {}, {}};
+  Frame frame{
+      polar.rotation, polar.stretch, polar.inverse_m, Mat3::Zero(), rotate(polar.rotation.transpose(), x), {}, {}};
   frame.f = times(model(cell).stiffness, frame.y - rest_);
   Vec3 torque = Vec3::Zero();
   for (int a = 0; a < 8; ++a) torque += Vec3(frame.y.segment<3>(3 * a)).cross(Vec3(frame.f.segment<3>(3 * a)));
@@ -82,17 +83,43 @@ void CorotationalCells::add_gradient(const NodeVector& u, NodeVector& gradient, 
 
 CorotationalCells::StressTerm CorotationalCells::stress_term(const Frame& f, const NodeGradients& gradient) {
   StressTerm e;
-  Mat3 yf = Mat3::Zero();
+  e.a = f.a;
   for (int a = 0; a < 8; ++a) {
-    const Vec3 ga = gradient.row(a), ya = f.y.segment<3>(3 * a), fa = f.f.segment<3>(3 * a);
+    const Vec3 ga = gradient.row(a), fa = f.f.segment<3>(3 * a);
     e.t.block<3, 3>(0, 3 * a) = f.inverse_m * cross_matrix(ga);
     e.l.block<3, 3>(0, 3 * a) = f.h * ga.transpose() - ga * f.h.transpose() + cross_matrix(fa);
-    yf += ya * fa.transpose();
   }
-  const Mat3 a = yf - cross_matrix(f.h) * f.s;
-  e.a = 0.5 * (a + a.transpose());
-  e.a.diagonal().array() -= yf.trace();
   return e;
+}
+
+Mat3 CorotationalCells::stress_matrix(const Frame& f) {
+  const Eigen::Map<const Eigen::Matrix<double, 3, 8>> y(f.y.data()), force(f.f.data());
+  const Mat3 yf = y * force.transpose(), a = yf - cross_matrix(f.h) * f.s;
+  Mat3 out = 0.5 * (a + a.transpose());
+  out.diagonal().array() -= yf.trace();
+  return out;
+}
+
+TurnedCell CorotationalCells::packed(const Frame& f) {
+  TurnedCell cell;
+  Eigen::Map<Mat3>(cell.r.data()) = f.r;
+  Eigen::Map<Mat3>(cell.inverse_m.data()) = f.inverse_m;
+  Eigen::Map<Mat3>(cell.a.data()) = f.a;
+  Eigen::Map<Vec3>(cell.h.data()) = f.h;
+  Eigen::Map<NodeGradients>(cell.y.data()) = Eigen::Map<const Eigen::Matrix<double, 3, 8>>(f.y.data()).transpose();
+  Eigen::Map<NodeGradients>(cell.f.data()) = Eigen::Map<const Eigen::Matrix<double, 3, 8>>(f.f.data()).transpose();
+  return cell;
+}
+
+CorotationalCells::Frame CorotationalCells::unpacked(const TurnedCell& cell) {
+  Frame f;
+  f.r = Eigen::Map<const Mat3>(cell.r.data());
+  f.inverse_m = Eigen::Map<const Mat3>(cell.inverse_m.data());
+  f.a = Eigen::Map<const Mat3>(cell.a.data());
+  f.h = Eigen::Map<const Vec3>(cell.h.data());
+  Eigen::Map<Eigen::Matrix<double, 3, 8>>(f.y.data()) = Eigen::Map<const NodeGradients>(cell.y.data()).transpose();
+  Eigen::Map<Eigen::Matrix<double, 3, 8>>(f.f.data()) = Eigen::Map<const NodeGradients>(cell.f.data()).transpose();
+  return f;
 }
 
 CorotationalCells::Columns CorotationalCells::positive_part(const StressTerm& e) {
@@ -114,14 +141,18 @@ CorotationalCells::Columns CorotationalCells::positive_part(const StressTerm& e)
 }
 
 void CorotationalCells::linearize(const NodeVector& u, double clamping) {
-  frames_.resize(mesh_.num_cells());
   clamping_ = clamping;
   const bool clamps = clamping > Hessian::exact && clamping <= Hessian::clamped;
+  frames_.resize(mesh_.num_cells());
   positive_.resize(clamps ? mesh_.num_cells() : 0);
   mesh_.for_each_cell([&](std::size_t c) {
     if (!turns(c)) return;
-    frames_[c] = frame(c, u);
-    if (clamps) positive_[c] = positive_part(stress_term(frames_[c], model(c).mean_gradient));
+    Frame f = frame(c, u);
+    if (clamping != Hessian::without_stress) f.a = stress_matrix(f);
+    frames_[c] = packed(f);
+    if (!clamps) return;
+    positive_[c] = positive_part(stress_term(f, model(c).mean_gradient));
+    for (int a = 0; a < 8; ++a) positive_[c].middleRows<3>(3 * a) = f.r * positive_[c].middleRows<3>(3 * a);
   });
 }
 
@@ -131,39 +162,12 @@ void CorotationalCells::add_product(const NodeVector& x, NodeVector& y) const {
       mesh_.scatter_add(c, times(model(c).stiffness, mesh_.gather(c, x)), y);
       return;
     }
-    const Frame& f = frames_[c];
-    const NodeGradients& gradient = model(c).mean_gradient;
-    const CellVector v = rotate(f.r.transpose(), mesh_.gather(c, x));
-    Vec3 axial = Vec3::Zero();
-    for (int a = 0; a < 8; ++a) axial += Vec3(gradient.row(a)).cross(Vec3(v.segment<3>(3 * a)));
-    const Vec3 w = f.inverse_m * axial;
-    CellVector dy;
-    for (int a = 0; a < 8; ++a) dy.segment<3>(3 * a) = v.segment<3>(3 * a) - w.cross(Vec3(f.y.segment<3>(3 * a)));
-    CellVector out = times(model(c).stiffness, dy);
-
-    // Q^T K Q v = K dy - T^T sum y_a x (K dy)_a, and the stress term T^T (A w + L v) + L^T w.
-    Vec3 torque = Vec3::Zero();
-    for (int a = 0; a < 8; ++a) torque -= Vec3(f.y.segment<3>(3 * a)).cross(Vec3(out.segment<3>(3 * a)));
-    if (clamping_ == Hessian::exact) {
-      Vec3 l = Vec3::Zero(), yfw = Vec3::Zero(), fyw = Vec3::Zero();
-      double yf = 0;
-      for (int a = 0; a < 8; ++a) {
-        const Vec3 ga = gradient.row(a), ya = f.y.segment<3>(3 * a), fa = f.f.segment<3>(3 * a),
-                   va = v.segment<3>(3 * a);
-        l += f.h * ga.dot(va) - ga * f.h.dot(va) + fa.cross(va);
-        yfw += ya * fa.dot(w);
-        fyw += fa * ya.dot(w);
-        yf += ya.dot(fa);
-        out.segment<3>(3 * a) += ga * f.h.dot(w) - f.h * ga.dot(w) - fa.cross(w);
-      }
-      const Vec3 sw = f.s * w;
-      torque += l + 0.5 * (yfw + fyw) - yf * w - 0.5 * (f.h.cross(sw) - f.s * f.h.cross(w));
-    } else if (!positive_.empty()) {
-      out += positive_[c] * (positive_[c].transpose() * v);
-    }
-    const Vec3 dh = f.inverse_m * torque;
-    for (int a = 0; a < 8; ++a) out.segment<3>(3 * a) += dh.cross(Vec3(gradient.row(a)));
-    mesh_.scatter_add(c, rotate(f.r, out), y);
+    const CellVector v = mesh_.gather(c, x);
+    CellVector out;
+    multiply_turned(model(c).stiffness.data(), model(c).mean_gradient.data(), frames_[c], clamping_ == Hessian::exact,
+                    v.data(), out.data());
+    if (!positive_.empty()) out += positive_[c] * (positive_[c].transpose() * v);
+    mesh_.scatter_add(c, out, y);
   });
 }
 
@@ -172,7 +176,8 @@ std::size_t CorotationalCells::bytes() const {
 }
 
 void CorotationalCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
-  hexsolver::add_diagonal(turns(cell) ? frames_[cell].r : Mat3::Identity(), model(cell).stiffness, blocks);
+  hexsolver::add_diagonal(turns(cell) ? unpacked(frames_[cell]).r : Mat3(Mat3::Identity()), model(cell).stiffness,
+                          blocks);
 }
 
 void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) const {
@@ -181,7 +186,7 @@ void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) 
     hessian += k;
     return;
   }
-  const Frame& f = frames_[cell];
+  const Frame f = unpacked(frames_[cell]);
   const StressTerm e = stress_term(f, model(cell).mean_gradient);
   Columns y;  // w x y_a = (Y w)_a
   for (int a = 0; a < 8; ++a) y.block<3, 3>(3 * a, 0) = -cross_matrix(f.y.segment<3>(3 * a));
@@ -192,8 +197,8 @@ void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) 
   CellMatrix h = k;
   const CellMatrix half = e.t.transpose() * inner;
   h += half + half.transpose();
-  if (!positive_.empty()) h += positive_[cell] * positive_[cell].transpose();
   hessian += rotate(f.r, h);
+  if (!positive_.empty()) hessian += positive_[cell] * positive_[cell].transpose();
 }
 
 }  // namespace hexsolver

@@ -375,6 +375,9 @@ const Energies& Motion::energies() const { return integrator_->energies_; }
 double Motion::work() const { return integrator_->work_; }
 Vec3 Motion::momentum() const { return integrator_->inertia_->momentum(integrator_->v_); }
 const Mesh& Motion::mesh() const { return integrator_->problem_.mesh(); }
+const Index3& Motion::voxels_per_cell() const {
+  return integrator_->lattice_.levels[static_cast<std::size_t>(integrator_->problem_.level())].voxels_per_cell;
+}
 void Motion::set_state(const NodeVector& u, const NodeVector& v) { integrator_->set_state(u, v); }
 const Motion::Counts& Motion::counts() const { return integrator_->counts; }
 

@@ -72,7 +72,31 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int le
   check.conditions = report_points(problem);
   for (const LevelProblem::Load& load : problem.loads()) check.forces.push_back({load.name, load.total});
   check.held_cells = problem.num_island_cells();
+  check.needs_supports = !scene.dynamics;
   return check;
+}
+
+namespace {
+
+/// Operator products that a step is worth: a V-cycle costs about 14, energies, forces and frames about 4.
+double products_per_step(const Dynamics& d) {
+  const int iterations = d.solver_iterations > 0 ? d.solver_iterations : d.solver == StepSolver::multigrid ? 4 : 60;
+  const int newton = d.newton_iterations > 0 ? d.newton_iterations : 3;
+  return newton * (4 + iterations * (d.solver == StepSolver::multigrid ? 15 : 1.3));
+}
+
+SolvePlan plan_motion(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
+  SolvePlan plan;
+  plan.effects = list_effects(scene);
+  const hexmesh::Level& cells = lattice.levels[static_cast<std::size_t>(level)];
+  const auto count = static_cast<double>(cells.cells.size());
+  const double seconds = scene.dynamics->num_steps() * products_per_step(*scene.dynamics) * count *
+                         seconds_per_cell(lattice, scene, level, level);
+  plan.levels = {{level, cells.cells.size(), 3 * hexmesh::number_nodes(cells.cells).nodes.size(), seconds,
+                  static_cast<std::size_t>(usual_cost(scene.elasticity).bytes_per_cell * count)}};
+  for (Effect& e : plan.effects)
+    if (e.name == "elasticity") e.seconds = seconds;
+  return plan;
 }
 
 SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
@@ -93,6 +117,12 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
   for (Effect& e : plan.effects)
     if (e.name == "elasticity") e.seconds = total;
   return plan;
+}
+
+}  // namespace
+
+SolvePlan plan_solution(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
+  return scene.dynamics ? plan_motion(lattice, scene, level) : plan_equilibrium(lattice, scene, level);
 }
 
 SolverTimes measure_solver(const hexmesh::Lattice& lattice, const Scene& scene, int level, int repeats) {

@@ -26,8 +26,24 @@ Result rest_state(const Lattice& lattice, int number) {
   return r;
 }
 
-void write_result(const Result& result, const std::filesystem::path& path) {
-  hdf5::Writer file(path);
+namespace {
+
+std::string step_group(std::size_t number) { return fmt::format("/steps/{}", number); }
+
+}  // namespace
+
+ResultWriter::ResultWriter(const std::filesystem::path& path) : file_(std::make_unique<hdf5::Writer>(path)) {}
+ResultWriter::~ResultWriter() = default;
+
+void ResultWriter::add_step(double time, std::span<const double> displacement, std::span<const double> velocity) {
+  const std::string group = step_group(times_.size());
+  file_->write(group + "/displacement", displacement, {displacement.size() / 3, 3});
+  file_->write(group + "/velocity", velocity, {velocity.size() / 3, 3});
+  times_.push_back(time);
+}
+
+void ResultWriter::finish(const Result& result) {
+  hdf5::Writer& file = *file_;
   hdf5::write_header(file, result_format, result_version, result.history);
   hdf5::write_voxels(file, result.voxels, result.labels);
   hdf5::write_segments(file, result.segments);
@@ -43,6 +59,8 @@ void write_result(const Result& result, const std::filesystem::path& path) {
   file.write<std::uint16_t>("/mesh/segment", result.segment, {result.segment.size()});
   hdf5::write_points(file, "/mesh/nodes", result.nodes);
   hdf5::write_points(file, "/displacement", result.displacement);
+  hdf5::write_points(file, "/velocity", result.velocity);
+  file.write<double>("/times", times_, {times_.size()});
 
   std::vector<std::string> names;
   for (const auto& [name, values] : result.cell_fields) {
@@ -65,6 +83,8 @@ void write_result(const Result& result, const std::filesystem::path& path) {
   file.close();
 }
 
+void write_result(const Result& result, const std::filesystem::path& path) { ResultWriter(path).finish(result); }
+
 Result read_result(const std::filesystem::path& path) {
   const hdf5::Reader file(path, "result");
   std::vector<std::string> history = hdf5::read_header(file, result_format, result_version);
@@ -82,6 +102,10 @@ Result read_result(const std::filesystem::path& path) {
   r.nodes = hdf5::read_points(file, "/mesh/nodes");
   hdf5::check_range(file, "/mesh/cell_nodes", nodes, r.nodes.size());
   r.displacement = hdf5::read_points(file, "/displacement", r.nodes.size());
+  r.velocity = hdf5::read_points(file, "/velocity");
+  if (!r.velocity.empty() && r.velocity.size() != r.nodes.size())
+    file.fail(fmt::format("/velocity has {} rows, expected none or {}", r.velocity.size(), r.nodes.size()));
+  r.times = file.read<double>("/times", {0});
   r.segment = file.read<std::uint16_t>("/mesh/segment", {r.cells.size()});
   for (const std::string& name : file.read_strings("/cell_field_names"))
     r.cell_fields[name] = file.read<double>("/cell_fields/" + name, {r.cells.size()});
@@ -96,6 +120,13 @@ Result read_result(const std::filesystem::path& path) {
   if (report.size() != 1) file.fail(fmt::format("has {} reports, expected 1", report.size()));
   r.report = report.front();
   return r;
+}
+
+MotionStep read_step(const std::filesystem::path& path, const Result& result, std::size_t number) {
+  const hdf5::Reader file(path, "result");
+  const std::string group = step_group(number);
+  return {hdf5::read_points(file, group + "/displacement", result.nodes.size()),
+          hdf5::read_points(file, group + "/velocity", result.nodes.size())};
 }
 
 }  // namespace hexmesh

@@ -37,6 +37,7 @@ public:
 
   Vec3 momentum() const;  ///< [N s]
   const Mesh& mesh() const;
+  const Index3& voxels_per_cell() const;
 
   /// Go on from another state, at the time reached.
   void set_state(const NodeVector& displacement, const NodeVector& velocity);

@@ -116,6 +116,14 @@ public:
   std::int32_t shared_hessian(std::size_t cell) const override { return elements_[cell]; }
 };
 
+/// A co-rotational cell at one state, for products with its Hessian; the letters are those of THEORY.md. Matrices by
+/// columns; what has a vector for each node holds the first components of all eight, then the second, then the third.
+struct TurnedCell {
+  std::array<double, 24> y, f;
+  std::array<double, 9> r, inverse_m, a;
+  std::array<double, 3> h;
+};
+
 /// W(x) = 1/2 (R^T x - X)^T K (R^T x - X), R = polar(F), F = grad x averaged over the filled part of the cell.
 ///
 /// In a full cell F is the paper's average of the four edges per direction; in a partly filled one it is the rotation
@@ -151,8 +159,9 @@ private:
   /// A cell in its rotated frame at one state; the letters are those of THEORY.md.
   struct Frame {
     Mat3 r, s, inverse_m;
-    CellVector y, f;  ///< R^T (x - mean x); K (y - X)
-    Vec3 h;           ///< M^-1 sum y_a x f_a
+    Mat3 a = Mat3::Zero();  ///< of the stress term, where it is asked for
+    CellVector y, f;        ///< R^T (x - mean x); K (y - X)
+    Vec3 h;                 ///< M^-1 sum y_a x f_a
   };
   /// The stress term E = T^T A T + T^T L + L^T T, with w = T v the rotation that v causes.
   struct StressTerm {
@@ -163,13 +172,16 @@ private:
 
   bool turns(std::size_t cell) const { return turning_.empty() || turning_[cell]; }
   Frame frame(std::size_t cell, const NodeVector& u) const;
+  static Mat3 stress_matrix(const Frame& f);  ///< A
+  static TurnedCell packed(const Frame& f);
+  static Frame unpacked(const TurnedCell& cell);  ///< without s
   static StressTerm stress_term(const Frame& f, const NodeGradients& gradient);
   static Columns positive_part(const StressTerm& e);  ///< Z with Z Z^T = the positive part of E
 
   std::vector<bool> turning_;
-  std::vector<Frame> frames_;      ///< of the last linearize()
-  std::vector<Columns> positive_;  ///< likewise, of a clamped Hessian
-  double clamping_ = 0;            ///< likewise
+  std::vector<TurnedCell> frames_;  ///< of the last linearize()
+  std::vector<Columns> positive_;   ///< likewise, of a clamped Hessian: R Z
+  double clamping_ = 0;             ///< likewise
 };
 
 /// The paper's co-rotational cell: force R K (R^T x - X) with R from the averaged edges, and R K R^T for its

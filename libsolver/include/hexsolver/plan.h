@@ -15,6 +15,7 @@ struct SceneCheck {
   std::vector<ContactReport> contacts;            ///< at rest
   std::size_t dropped_cells = 0, held_cells = 0;  ///< parts that nothing holds, as solve.islands allows them
   std::vector<std::string> warnings;
+  bool needs_supports = true;  ///< a motion does not
 };
 
 /// @throws Error as solve_equilibrium
@@ -34,7 +35,7 @@ struct SolvePlan {
 
 /// The levels that would be solved, and how long that would take: the time of an operator product measured on a coarse
 /// level times the number of products that equilibria usually take (THEORY.md, "Accuracy").
-SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+SolvePlan plan_solution(const hexmesh::Lattice& lattice, const Scene& scene, int level);
 
 /// What the parts of a linear solution take on one level, at rest.
 struct SolverTimes {

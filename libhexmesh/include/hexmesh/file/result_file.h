@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -11,7 +13,7 @@
 
 namespace hexmesh {
 
-inline constexpr int result_version = 3;
+inline constexpr int result_version = 4;
 inline constexpr const char* result_format = "hexmesh result";  ///< as its header says
 
 /// The points that one condition of the scene holds.
@@ -39,6 +41,7 @@ struct Result {
   TriangleSurface surface;                                 ///< rest positions
   std::vector<Vec3> surface_displacement;                  ///< per surface point [mm]
   std::vector<ConditionPoints> conditions;
+  std::vector<double> times;         ///< of the steps of a motion that the file keeps [s]
   std::string report;                ///< JSON
   std::vector<std::string> history;  ///< command lines, oldest first
 };
@@ -46,10 +49,40 @@ struct Result {
 /// A level before anything is solved: geometry, segments, surface and the cell fields fill and parts (see parts.h).
 Result rest_state(const Lattice& lattice, int level);
 
-/// @throws Error{output}
+/// A state of a motion.
+struct MotionStep {
+  std::vector<Vec3> displacement, velocity;  ///< per node [mm], [mm/s]
+};
+
+namespace hdf5 {
+class Writer;
+}
+
+/// Writes a result file: first the steps of a motion, if there are any, as they come, then the rest.
+class ResultWriter {
+public:
+  /// @throws Error{output}, as all below
+  explicit ResultWriter(const std::filesystem::path& path);
+  ~ResultWriter();
+
+  /// @param displacement, velocity  (x, y, z) of node 0, of node 1, ...
+  void add_step(double time, std::span<const double> displacement, std::span<const double> velocity);
+
+  /// @param result  its times are those of the steps added
+  void finish(const Result& result);
+
+private:
+  std::unique_ptr<hdf5::Writer> file_;
+  std::vector<double> times_;
+};
+
+/// A result without steps. @throws Error{output}
 void write_result(const Result& result, const std::filesystem::path& path);
 
 /// @throws Error{input} naming the file and what is wrong with it
 Result read_result(const std::filesystem::path& path);
+
+/// One of Result::times. @throws Error{input} likewise
+MotionStep read_step(const std::filesystem::path& path, const Result& result, std::size_t number);
 
 }  // namespace hexmesh
