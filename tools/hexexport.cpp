@@ -3,12 +3,14 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "cli/result_state.h"
 #include "cli/tool.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/calculix_deck.h"
 #include "hexmesh/file/lattice_file.h"
+#include "hexmesh/lattice/embedded_points.h"
 #include "hexmesh/view/vtk_export.h"
 
 namespace {
@@ -25,8 +27,7 @@ struct Options {
 };
 
 /// A result, or a level of a lattice file at rest.
-Result read_input(const Options& o, const Console& console) {
-  const hexmesh::InputFile input(o.input);
+Result read_input(const Options& o, const hexmesh::InputFile& input, const Console& console) {
   if (hexmesh::format_of(input.path()) == hexmesh::result_format) {
     if (o.level >= 0) throw Error(ErrorKind::usage, "--level goes with a lattice file, but the input is a result");
     return hexmesh::read_result(input.path());
@@ -65,10 +66,65 @@ void write_deck(const Result& result, const std::filesystem::path& path) {
   hexmesh::write_calculix_deck(result, path);
 }
 
+/// The result as it was at one of its steps; of the cell fields those that do not change.
+class Steps {
+public:
+  Steps(const hexmesh::InputFile& file, const Result& result)
+      : file_(file),
+        result_(result),
+        now_(result),
+        surface_(hexmesh::CellLocator(result.voxels, result.voxels_per_cell, now_.cells), result.cell_nodes,
+                 result.surface.points) {
+    const std::set<std::string> constant = {"fill", "parts", "young_modulus", "poisson_ratio", "island"};
+    std::erase_if(now_.cell_fields, [&](const auto& field) { return !constant.contains(field.first); });
+  }
+
+  const Result& at(std::size_t number) {
+    hexmesh::MotionStep step = hexmesh::read_step(file_.path(), result_, number);
+    now_.displacement = std::move(step.displacement);
+    now_.velocity = std::move(step.velocity);
+    surface_.interpolate({now_.displacement.front().data(), 3 * now_.displacement.size()}, now_.surface_displacement);
+    return now_;
+  }
+
+private:
+  const hexmesh::InputFile& file_;
+  const Result& result_;
+  Result now_;
+  hexmesh::EmbeddedPoints surface_;
+};
+
+/// NAME.pvd and the files it lists, NAME/NAME_0000.vtu, ...
+template <class WriteStep>
+void write_series(const std::string& name, const char* extension, const Result& result, const Options& o,
+                  const hexmesh::InputFile& input, const CommonOptions& common, WriteStep&& write_step) {
+  if (result.times.empty())
+    throw Error(
+        ErrorKind::usage,
+        fmt::format("output '{}', but the result is no motion, expected a name that ends in {}", name, extension));
+  const std::filesystem::path list(name), folder = list.parent_path() / list.stem();
+  const auto file = open_output(name, ".pvd", common, {o.input});
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed) throw Error(ErrorKind::output, fmt::format("cannot make the folder '{}'", folder.string()));
+  Steps steps(input, result);
+  std::vector<std::pair<double, std::string>> files;
+  for (std::size_t n = 0; n < result.times.size(); ++n) {
+    const std::string piece = fmt::format("{}_{:04}{}", list.stem().string(), n, extension);
+    const auto out = open_output((folder / piece).string(), extension, common, {o.input});
+    write_step(steps.at(n), out->path());
+    out->commit();
+    files.emplace_back(result.times[n], (list.stem() / piece).string());
+  }
+  hexmesh::write_pvd(files, file->path());
+  file->commit();
+}
+
 int run(const Options& o, const CommonOptions& common, const Console& console) {
   if (o.lattice.empty() && o.surface.empty() && o.csv.empty() && o.deck.empty())
     throw Error(ErrorKind::usage, "nothing to write, expected --lattice, --surface, --csv or --inp");
-  const Result result = read_input(o, console);
+  const hexmesh::InputFile input(o.input);
+  const Result result = read_input(o, input, console);
   warn_of_state(result, console);
   const hexmesh::Configuration configuration =
       o.deformed ? hexmesh::Configuration::deformed : hexmesh::Configuration::rest;
@@ -81,8 +137,15 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
     file->commit();
     console.note(fmt::format("wrote {}", name == "-" ? "standard output" : name));
   };
-  write(o.lattice, ".vtu", [&](const auto& path) { hexmesh::write_vtu(result, configuration, path); });
-  write(o.surface, ".vtp", [&](const auto& path) { hexmesh::write_vtp(result, configuration, path); });
+  const auto write_steps = [&](const std::string& name, const char* extension, auto&& writer) {
+    if (!name.ends_with(".pvd"))
+      return write(name, extension, [&](const auto& path) { writer(result, configuration, path); });
+    write_series(name, extension, result, o, input, common,
+                 [&](const Result& step, const auto& path) { writer(step, configuration, path); });
+    console.note(fmt::format("wrote {} and {} files beside it", name, result.times.size()));
+  };
+  write_steps(o.lattice, ".vtu", hexmesh::write_vtu);
+  write_steps(o.surface, ".vtp", hexmesh::write_vtp);
   write(o.csv, ".csv", [&](const auto& path) { write_csv(result, path); });
   write(o.deck, ".inp", [&](const auto& path) { write_deck(result, path); });
   return 0;
@@ -102,8 +165,10 @@ int main(int argc, char** argv) {
          app.add_option("--level", o->level, "Level of a lattice file to export; 0 = voxels [default: 0]")
              ->check(CLI::Range(0, 30));
          app.add_option("--lattice", o->lattice,
-                        "Hexahedra (.vtu): displacement, fill, parts, segment, strain_energy_density [N/mm^2]");
-         app.add_option("--surface", o->surface, "Embedded surface (.vtp): displacement, segment");
+                        "Hexahedra (.vtu; .pvd: the steps of a motion): displacement, fill, parts, segment, "
+                        "strain_energy_density [N/mm^2]");
+         app.add_option("--surface", o->surface,
+                        "Embedded surface (.vtp; .pvd: the steps of a motion): displacement, segment");
          app.add_option("--csv", o->csv, "node,x,y,z,ux,uy,uz [mm, LPS] of the lattice nodes (.csv)");
          app.add_option("--inp", o->deck,
                         "The same model as a CalculiX deck (.inp), for comparison: level 0, strain = \"cauchy\", "

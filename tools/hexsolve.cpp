@@ -64,7 +64,11 @@ json to_json(const hexsolver::MotionReport& motion) {
                     {"loads_n_mm", r.energies.loads},
                     {"work_n_mm", r.work},
                     {"momentum_n_s", to_json(r.momentum)}});
-  return {{"steps", motion.steps}, {"parts", motion.parts}, {"failed_parts", motion.failed_parts}, {"rows", rows}};
+  return {{"steps", motion.steps},
+          {"parts", motion.parts},
+          {"failed_parts", motion.failed_parts},
+          {"largest_energy_gain", motion.largest_gain},
+          {"rows", rows}};
 }
 
 json to_json(const std::vector<hexsolver::Effect>& effects) {

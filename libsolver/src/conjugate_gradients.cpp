@@ -46,11 +46,14 @@ ConjugateGradients::Outcome ConjugateGradients::solve(const Potential& potential
 
   double curvature_of_first = 0;
   if (options.first_direction) {
+    constexpr double noise = 1e-10;  // what is left of a direction that the supports hold
     first_ = *options.first_direction;
     constraints.project(first_);
-    potential.apply(first_, of_first_);
-    constraints.project(of_first_);
-    curvature_of_first = first_.dot(of_first_);
+    if (first_.norm() > noise * options.first_direction->norm()) {
+      potential.apply(first_, of_first_);
+      constraints.project(of_first_);
+      curvature_of_first = first_.dot(of_first_);
+    }
     if (curvature_of_first > 0) {
       const double alpha = first_.dot(r_) / curvature_of_first;
       d = alpha * first_;

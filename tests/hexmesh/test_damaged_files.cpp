@@ -62,6 +62,12 @@ std::string content(const Lattice& l) {
   return text;
 }
 
+std::string content(const std::vector<Vec3>& points) {
+  std::string text;
+  for (const Vec3& p : points) text.append(reinterpret_cast<const char*>(p.data()), sizeof(Vec3));
+  return text;
+}
+
 std::string content(const Result& r) {
   Lattice l{r.voxels, r.labels, r.segments, {}, {}, r.surface, r.history};
   Level level;
@@ -71,8 +77,7 @@ std::string content(const Result& r) {
   l.levels = {level};
   std::string text = content(l) + r.report + std::to_string(r.level);
   for (const CellNodes& n : r.cell_nodes) text.append(reinterpret_cast<const char*>(n.data()), sizeof(n));
-  for (const auto& points : {r.nodes, r.displacement, r.surface_displacement})
-    for (const Vec3& p : points) text.append(reinterpret_cast<const char*>(p.data()), sizeof(Vec3));
+  for (const auto& points : {r.nodes, r.displacement, r.velocity, r.surface_displacement}) text += content(points);
   for (const auto& [name, values] : r.cell_fields) {
     text += name;
     for (const double v : values) text += std::to_string(v);
@@ -124,6 +129,14 @@ TEST(DamagedFiles, ResultsAreRefusedOrReadRight) {
   result.surface_displacement.assign(result.surface.points.size(), Vec3(1, 2, 3));
   result.conditions = {{"held", {{1, 2, 3}}, {{0, 0, 0}}}};
   result.report = "{}";
-  write_result(result, folder / "result");
-  damage("result", folder, [](const auto& path) { return content(read_result(path)); });
+  result.velocity.assign(result.nodes.size(), Vec3(4, 5, 6));
+  ResultWriter writer(folder / "result");
+  writer.add_step(0.5, {result.displacement.front().data(), 3 * result.nodes.size()},
+                  {result.velocity.front().data(), 3 * result.nodes.size()});
+  writer.finish(result);
+  damage("result", folder, [](const auto& path) {
+    const Result read = read_result(path);
+    const MotionStep step = read_step(path, read, 0);
+    return content(read) + content(step.displacement) + content(step.velocity) + std::to_string(read.times.at(0));
+  });
 }

@@ -135,6 +135,26 @@ TEST(ResultFile, ReadsBackWhatWasWritten) {
             std::string::npos);
 }
 
+TEST(ResultFile, KeepsTheStepsOfAMotion) {
+  const TemporaryFolder folder;
+  Result r = rest_state(box({2, 1, 1}, {1, 1, 1}), 0);
+  r.displacement.assign(12, Vec3(3, 3, 3));
+  r.velocity.assign(12, Vec3(-1, 0, 0));
+  r.report = "{}";
+  ResultWriter writer(folder / "a");
+  for (int n = 0; n < 3; ++n) {
+    const std::vector<double> u(36, n), v(36, 10 + n);
+    writer.add_step(0.25 * n, u, v);
+  }
+  writer.finish(r);
+  const Result back = read_result(folder / "a");
+  EXPECT_EQ(back.velocity, r.velocity);
+  EXPECT_EQ(back.times, (std::vector<double>{0, 0.25, 0.5}));
+  const MotionStep step = read_step(folder / "a", back, 2);
+  EXPECT_EQ(step.displacement, std::vector<Vec3>(12, Vec3(2, 2, 2)));
+  EXPECT_EQ(step.velocity, std::vector<Vec3>(12, Vec3(12, 12, 12)));
+}
+
 TEST(OutputFile, AppearsOnlyWhenCommitted) {
   const TemporaryFolder folder;
   {

@@ -143,6 +143,66 @@ TEST(Scene, LawsCarryTheirOwnStrain) {
             "s.toml:3:14: volumetric = \"mean\" goes with other strains than \"green-lagrange\", expected \"full\"");
 }
 
+TEST(Scene, AMotionHasStepsDampingAndTables) {
+  const std::string dynamics = "[solve]\nkind = \"dynamics\"\n[dynamics]\nstep_s = 0.02\nduration_s = 1\n";
+  const Scene scene = scene_of(dynamics + R"([damping]
+mass_per_s = 2
+stiffness_s = 0.01
+[[displace]]
+point_mm = [0, 0, 0]
+table = [[0, 0, 0, 0], [0.5, 1, 2, 3]]
+[[displace]]
+point_mm = [0, 0, 0]
+velocity_mm_s = [10, 0, 0]
+[[displace]]
+point_mm = [0, 0, 0]
+rotate = { axis = [0, 0, 2], about_mm = [1, 0, 0] }
+table = [[0, 0], [1, 180]]
+[[force]]
+point_mm = [0, 0, 0]
+table = [[0, 0, 0, 0], [1, 0, 0, 4]]
+[[force]]
+point_mm = [0, 0, 0]
+pressure_kpa = 2
+table = [[0, 0], [1, 1]]
+[[contact]]
+plane = { point_mm = [0, 0, 0], normal = [0, 0, 1] }
+stiffness_n_mm = 1
+velocity_mm_s = [0, 0, 5]
+)");
+  ASSERT_TRUE(scene.dynamics);
+  EXPECT_EQ(scene.dynamics->num_steps(), 50);
+  EXPECT_EQ(scene.dynamics->newton_iterations, 0);
+  EXPECT_EQ(scene.damping.mass_per_s, 2);
+  EXPECT_EQ(prescribed_displacement(scene.conditions[0], Vec3(9, 9, 9), {0.25, 0.25}), Vec3(0.5, 1, 1.5));
+  EXPECT_EQ(prescribed_displacement(scene.conditions[0], Vec3(9, 9, 9), {1, 7}), Vec3(1, 2, 3));
+  EXPECT_NEAR(prescribed_displacement(scene.conditions[1], Vec3(9, 9, 9), {0.5, 0.5})[0], 5, 1e-12);
+  EXPECT_LT((prescribed_displacement(scene.conditions[2], Vec3(2, 0, 4), {1, 1}) - Vec3(-2, 0, 0)).norm(), 1e-12);
+  EXPECT_EQ(scene.forces[0].history->at(0.5), Vec3(0, 0, 2));
+  EXPECT_EQ(scene.forces[1].history->at(0.5), Vec3(0.5, 0.5, 0.5));
+  EXPECT_EQ(scene.contacts[0].history->at(1), Vec3(0, 0, 5));
+  EXPECT_EQ(scene_of(dynamics + "solver_iterations = 10\n").dynamics->newton_iterations, 1);
+  EXPECT_FALSE(scene_of("[dynamics]\nstep_s = 0.02\nduration_s = 1\n").dynamics);
+}
+
+TEST(Scene, WhatGoesWithAMotionAloneIsNamed) {
+  const std::string displace = "[[displace]]\npoint_mm = [0, 0, 0]\n";
+  const std::string dynamics = "[solve]\nkind = \"dynamics\"\n[dynamics]\nstep_s = 0.02\nduration_s = 1\n";
+  const auto expect = [](const std::string& text, const std::string& words) {
+    EXPECT_NE(error_of(text).find(words), std::string::npos) << error_of(text);
+  };
+  expect("[solve]\nkind = \"dynamics\"\n", "s.toml:2:8: kind is \"dynamics\", expected a table [dynamics]");
+  expect("[solve]\nkind = \"dynamics\"\n[dynamics]\nstep_s = 0.1\n", "has no duration_s");
+  expect(displace + "table = [[0, 0, 0, 0]]\n", "s.toml:3:9: table goes with solve.kind = \"dynamics\"");
+  expect(displace + "velocity_mm_s = [0, 0, 0]\n", "velocity_mm_s goes with solve.kind = \"dynamics\"");
+  expect(dynamics + displace + "table = [[0, 0, 0, 0], [0, 1, 1, 1]]\n", "table has 0 s after 0 s");
+  expect(dynamics + displace + "table = [[0, 0, 0]]\n", "expected rows [[t, x, y, z], ...]");
+  expect(dynamics + displace + "table = [[0, 0, 0, 0]]\nby_mm = [0, 0, 1]\n", "[[displace]] expects one of");
+  expect("[solve]\nkind = \"dynamics\"\naccuracy_mm = 1\n", "accuracy_mm and budget_s go with");
+  expect(dynamics + "solver_iterations = 5\nnewton_iterations = 0\n", "newton_iterations = 0 solves to the tolerance");
+  expect(dynamics + "step = 5\n", "unknown key 'dynamics.step'");
+}
+
 TEST(Scene, AContactIsAPlaneOrASphere) {
   const Scene scene = scene_of(
       "[[contact]]\nplane = { point_mm = [1, 2, 3], normal = [0, 0, 2] }\nstiffness_n_mm = 0.5\nby_mm = [0, 0, 4]\n"

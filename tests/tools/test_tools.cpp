@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -402,6 +403,76 @@ TEST_F(Tools, TheNumberOfThreadsChangesNoDigit) {
     EXPECT_EQ(a.displacement, b.displacement);
     EXPECT_EQ(a.cell_fields, b.cell_fields);
   }
+}
+
+TEST_F(Tools, AMotionIsKeptStreamedAndGoesOnFromAResult) {
+  const std::string scene = R"([solve]
+kind = "dynamics"
+[[fix]]
+point_mm = [-101, -6, -8]
+radius_mm = 20
+[gravity]
+m_s2 = [0, 0, -9.81]
+[dynamics]
+step_s = 0.02
+duration_s = 0.2
+output_every = 4
+solver = "jacobi"
+solver_iterations = 10
+)";
+  write_text(*folder / "sway.toml", scene);
+  const CommandResult r =
+      run("hexsolve liver.hexmesh sway.toml --level 2 -o sway.hexresult --stream --report sway.json");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  const json report = json::parse(read_text(*folder / "sway.json"));
+  EXPECT_EQ(report["kind"], "dynamics");
+  EXPECT_EQ(report["motion"]["steps"], 10);
+  ASSERT_EQ(report["motion"]["rows"].size(), 4U);  // 0, 4, 8, 10
+  EXPECT_GT(report["motion"]["rows"][3]["kinetic_n_mm"].get<double>(), 0);
+  EXPECT_GT(report["steps_per_second"].get<double>(), 0);
+  const hexmesh::Result result = hexmesh::read_result(*folder / "sway.hexresult");
+  EXPECT_EQ(result.times, (std::vector<double>{0, 0.08, 0.16, 0.2}));
+  EXPECT_EQ(hexmesh::read_step(*folder / "sway.hexresult", result, 3).displacement, result.displacement);
+
+  // The stream: its last frame is the surface of the result.
+  std::istringstream stream(r.output);
+  std::string word;
+  std::size_t points = 0, triangles = 0;
+  stream >> word >> word >> word >> points >> word >> triangles;
+  EXPECT_EQ(points, result.surface.points.size());
+  const std::size_t frame = 8 + 12 * points, head = r.output.find("\n\n") + 2 + 12 * triangles;
+  ASSERT_EQ(r.output.size(), head + 11 * frame);
+  double time = 0;
+  std::vector<float> positions(3 * points);
+  std::memcpy(&time, &r.output[head + 10 * frame], 8);
+  std::memcpy(positions.data(), &r.output[head + 10 * frame + 8], 12 * points);
+  EXPECT_EQ(time, result.times.back());
+  for (std::size_t p = 0; p < points; ++p)
+    for (int d = 0; d < 3; ++d)
+      ASSERT_NEAR(positions[3 * p + static_cast<std::size_t>(d)],
+                  result.surface.points[p][d] + result.surface_displacement[p][d], 1e-4);
+
+  ASSERT_EQ(run("hexexport sway.hexresult --surface sway.pvd --lattice cells.pvd").exit_code, 0);
+  EXPECT_NE(read_text(*folder / "sway.pvd").find("timestep=\"0.16\" part=\"0\" file=\"sway/sway_0002.vtp\""),
+            std::string::npos);
+  for (const char* file : {"sway/sway_0003.vtp", "cells/cells_0000.vtu"})
+    EXPECT_TRUE(std::filesystem::exists(*folder / file)) << file;
+
+  // Half of it, and the other half from there.
+  ASSERT_EQ(run("hexsolve liver.hexmesh sway.toml --level 2 -o half.hexresult --set dynamics.duration_s=0.1").exit_code,
+            0);
+  ASSERT_EQ(run("hexsolve liver.hexmesh sway.toml --level 2 -o rest.hexresult --set dynamics.duration_s=0.1 "
+                "--set dynamics.start=half.hexresult")
+                .exit_code,
+            0);
+  EXPECT_EQ(hexmesh::read_result(*folder / "rest.hexresult").displacement, result.displacement);
+
+  expect_failure("hexsolve liver.hexmesh liver.toml --stream", 2, {"--stream goes with a motion"});
+  expect_failure("hexsolve liver.hexmesh sway.toml --level 2 --stream --report -", 2, {"takes standard output"});
+  expect_failure("hexsolve liver.hexmesh sway.toml --level 1 -o x --set dynamics.start=half.hexresult", 3,
+                 {"expected a result of this lattice at level 1"});
+  EXPECT_NE(run("hexsolve liver.hexmesh sway.toml --plan --level 2").output.find("on   inertia"), std::string::npos);
+  EXPECT_NE(run("hexsolve liver.hexmesh sway.toml --check --level 2").output.find("a motion"), std::string::npos);
 }
 
 TEST_F(Tools, AnInterruptedRunLeavesNoFile) {

@@ -17,6 +17,8 @@
 #include <vtkXMLPolyDataWriter.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
+#include <fstream>
+
 #include "hexmesh/core/error.h"
 
 namespace hexmesh {
@@ -24,6 +26,15 @@ namespace {
 
 /// VTK_HEXAHEDRON walks each face in a circle.
 constexpr std::array<std::size_t, 8> vtk_order = {0, 1, 3, 2, 4, 5, 7, 6};
+
+void add_vectors(vtkPointSet& set, const char* name, const std::vector<Vec3>& values) {
+  vtkNew<vtkDoubleArray> array;
+  array->SetName(name);
+  array->SetNumberOfComponents(3);
+  array->SetNumberOfTuples(static_cast<vtkIdType>(values.size()));
+  for (std::size_t n = 0; n < values.size(); ++n) array->SetTuple(static_cast<vtkIdType>(n), values[n].data());
+  set.GetPointData()->AddArray(array);
+}
 
 /// @param displacement  empty: at rest, no such data
 void set_points(vtkPointSet& set, const std::vector<Vec3>& rest, const std::vector<Vec3>& displacement,
@@ -38,12 +49,8 @@ void set_points(vtkPointSet& set, const std::vector<Vec3>& rest, const std::vect
   }
   set.SetPoints(points);
   if (displacement.empty()) return;
-  vtkNew<vtkDoubleArray> moved;
-  moved->SetName("displacement");
-  moved->SetNumberOfComponents(3);
-  moved->SetNumberOfTuples(static_cast<vtkIdType>(rest.size()));
-  for (std::size_t n = 0; n < rest.size(); ++n) moved->SetTuple(static_cast<vtkIdType>(n), displacement[n].data());
-  set.GetPointData()->SetVectors(moved);
+  add_vectors(set, "displacement", displacement);
+  set.GetPointData()->SetActiveVectors("displacement");
 }
 
 void add_segment(vtkDataSet& set, const std::vector<std::uint16_t>& labels) {
@@ -64,8 +71,22 @@ void add_notes(vtkDataSet& set, const Result& result) {
   vtkNew<vtkStringArray> units;
   units->SetName("units");
   units->InsertNextValue(
-      "mm, N, MPa; patient LPS; strain_energy_density in N/mm^2; von_mises_stress in MPa; fill 0 to 1");
+      "mm, N, MPa, s; patient LPS; strain_energy_density in N/mm^2; von_mises_stress in MPa; fill 0 to 1");
   set.GetFieldData()->AddArray(units);
+}
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text)
+    if (c == '&')
+      out += "&amp;";
+    else if (c == '<')
+      out += "&lt;";
+    else if (c == '"')
+      out += "&quot;";
+    else
+      out += c;
+  return out;
 }
 
 template <class Writer, class Data>
@@ -83,6 +104,7 @@ void write(Data& data, const std::filesystem::path& path) {
 void write_vtu(const Result& result, Configuration configuration, const std::filesystem::path& path) {
   vtkNew<vtkUnstructuredGrid> grid;
   set_points(*grid, result.nodes, result.displacement, configuration);
+  if (!result.velocity.empty()) add_vectors(*grid, "velocity", result.velocity);
   vtkNew<vtkCellArray> cells;
   cells->AllocateEstimate(static_cast<vtkIdType>(result.cells.size()), 8);
   for (const auto& nodes : result.cell_nodes) {
@@ -115,6 +137,16 @@ void write_vtp(const Result& result, Configuration configuration, const std::fil
   add_segment(*surface, result.surface.segment);
   add_notes(*surface, result);
   write<vtkXMLPolyDataWriter>(*surface, path);
+}
+
+void write_pvd(const std::vector<std::pair<double, std::string>>& files, const std::filesystem::path& path) {
+  std::ofstream out(path);
+  out << "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+         "  <Collection>\n";
+  for (const auto& [time, file] : files)
+    out << fmt::format("    <DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", time, escaped(file));
+  out << "  </Collection>\n</VTKFile>\n";
+  if (!out.flush()) throw Error(ErrorKind::output, fmt::format("cannot write '{}'", path.string()));
 }
 
 }  // namespace hexmesh

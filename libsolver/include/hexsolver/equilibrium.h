@@ -66,10 +66,11 @@ struct MotionReport {
     double work = 0;               ///< given by supports, moving obstacles and changing forces since the start [N mm]
     Vec3 momentum = Vec3::Zero();  ///< [N s]
   };
-  std::vector<Row> rows;  ///< one per output
-  int steps = 0;          ///< of the size asked
-  int parts = 0;          ///< solved, at least one per step
-  int failed_parts = 0;   ///< not accepted, and halved
+  std::vector<Row> rows;    ///< one per output
+  int steps = 0;            ///< of the size asked
+  int parts = 0;            ///< solved, at least one per step
+  int failed_parts = 0;     ///< not accepted, and halved
+  double largest_gain = 0;  ///< of energy without work in a part, over the energies [1]
 };
 
 struct SolveReport {
