@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "conclude.h"
@@ -25,13 +26,15 @@ using hexmesh::Result;
 
 /// Parts of a step that may be solved apart, a power of 2.
 constexpr int most_parts = 64;
+/// Likewise with a fixed number of iterations, which is meant to bound the time of a step.
+constexpr int most_parts_of_fixed = 4;
 /// By how much more than it had and was given the body may hold after a step, over the energies that change.
 /// Where a body snaps through, implicit Euler gains a little at any size of the step: the smallest parts, if solved to
 /// the tolerance, may gain more.
 constexpr double allowed_gain = 1e-9, allowed_gain_of_smallest = 1e-3;
 /// With a fixed number of Newton iterations so many more may follow where energy was gained: obstacles met in a step
 /// are not known at its beginning.
-constexpr int more_newton_iterations = 8;
+constexpr int more_newton_iterations = 3;
 constexpr int most_newton_iterations = 25;
 /// With solve.strain = "auto" cells turn from the angle that leaves 1e-3 of strain, and no longer below half of it.
 constexpr double turning_angle = 0.045;
@@ -116,6 +119,9 @@ public:
                                                             lumped_masses(lattice, level), scene.damping.mass_per_s));
     if (scene.damping.stiffness_s > 0)
       viscosity_ = &problem_.add_term(std::make_unique<Viscosity>(problem_.elastic(), scene.damping.stiffness_s));
+    const Mesh& mesh = problem_.mesh();
+    rounding_of_places_ =
+        10 * std::numeric_limits<double>::epsilon() * (mesh.position(0) - mesh.position(mesh.num_nodes() - 1)).norm();
     if (scene.finds_strain) turning_ = dynamic_cast<CorotationalCells*>(&problem_.elastic());
     start();
   }
@@ -153,7 +159,7 @@ public:
     while (done < most_parts) {
       if (!try_part(settings_.step * part / most_parts)) {
         ++counts.failed;
-        if (part == 1) return false;
+        if (part == smallest_part()) return false;
         part /= 2;
         continue;
       }
@@ -166,7 +172,7 @@ public:
 
   /// After a part that failed the terms are in the midst of it: reactions are then those without acceleration.
   void be_at_rest_if_failed() {
-    if (reason.empty()) return;
+    if (*reason == 0) return;
     problem_.set_progress(progress());
     inertia_->set_step(u_ - settings_.step * v_, v_, settings_.step);
   }
@@ -202,7 +208,7 @@ public:
   Energies energies_;
   double work_ = 0;
   Counts counts;
-  std::string reason;
+  const char* reason = "";  ///< why the last part was not accepted; empty if it was
 
 private:
   Progress progress(double ahead = 0) const {
@@ -222,7 +228,10 @@ private:
   /// A step of h seconds; on success the state is that at its end.
   bool try_part(double h);
   bool is_to_tolerance() const { return settings_.newton_iterations == 0; }
-  bool solve(double h);
+  int smallest_part() const { return is_to_tolerance() ? 1 : most_parts / most_parts_of_fixed; }
+  bool is_smallest(double h) const { return h <= 1.5 * settings_.step / most_parts * smallest_part(); }
+  bool accept(double h, const Energies& start);
+  bool slow_down(double h, const Energies& start);
   bool newton_step(double h, bool is_first, double relative);
   ConjugateGradients::End solve_linear(double h, ConjugateGradients::Options options);
   bool search_line(double relative);
@@ -237,6 +246,7 @@ private:
   ConjugateGradients conjugate_gradients_;
   std::int64_t ticks_ = 0;    ///< parts of steps done
   NodeVector support_force_;  ///< at u_
+  double largest_energy_ = 0, rounding_of_places_ = 0;
   NodeVector end_, trial_, gradient_, projected_, magnitude_, support_step_, right_side_, first_, newton_step_,
       velocity_;
   bool supports_hold_ = false;
@@ -270,8 +280,8 @@ bool Motion::Integrator::try_part(double h) {
   Energies start = energies_;
   start.contact = before.contact;
   start.loads = before.loads;
-  const double work_of_loads = start.total() - energies_.total();
 
+  reason = "";
   end_ = u_;
   const int least = is_to_tolerance() ? 0 : settings_.newton_iterations;
   const int most = is_to_tolerance() ? most_newton_iterations : least + more_newton_iterations;
@@ -280,38 +290,61 @@ bool Motion::Integrator::try_part(double h) {
     problem_.constraints().lift(end_, support_step_);
     supports_hold_ = support_step_.lpNorm<Eigen::Infinity>() < 1e-9 * std::max(1.0, end_.lpNorm<Eigen::Infinity>());
     const bool may_end = is_to_tolerance() ? supports_hold_ && relative <= scene_.tolerance : iteration >= least;
-    if (may_end) {
-      velocity_ = (end_ - u_) / h;
-      const Energies now = energies_of(problem_, *inertia_, end_, velocity_);
-      if (!std::isfinite(now.total())) return fail("points of the body would turn inside out");
-      const Work work = work_of_supports();
-      const double gain = now.total() - start.total() - work.done;
-      const double scale = sum_of_sizes(start) + sum_of_sizes(now) + std::abs(work.done);
-      const bool is_smallest = is_to_tolerance() && h <= 1.5 * settings_.step / most_parts;
-      const double allowed = is_smallest ? allowed_gain_of_smallest : allowed_gain;
-      if (gain <= allowed * scale + work.uncertain) {
-        counts.relative_residual = relative;
-        const double unexplained = gain - work.uncertain;
-        if (unexplained > 0) counts.largest_gain = std::max(counts.largest_gain, unexplained / scale);
-        ++counts.parts;
-        work_ += work.done + std::clamp(gain, 0.0, work.uncertain) + work_of_loads;
-        support_force_ = gradient_ - projected_;
-        u_.swap(end_);
-        v_.swap(velocity_);
-        energies_ = now;
-        if (turning_) {
-          choose_turning();
-          energies_.strain = problem_.elastic().energy(u_);
-        }
-        reason.clear();
-        return true;
-      }
-      if (is_to_tolerance()) return fail("the body would gain energy");
+    if (may_end && accept(h, start)) {
+      counts.relative_residual = relative;
+      return true;
     }
-    if (iteration == most) break;
-    if (!newton_step(h, iteration == 0, relative)) return false;
+    if ((may_end && is_to_tolerance()) || !std::isfinite(relative)) break;
+    if (iteration == most || !newton_step(h, iteration == 0, relative)) break;
   }
-  return fail(is_to_tolerance() ? "too many Newton iterations" : "the body would gain energy");
+  if (!is_to_tolerance() && is_smallest(h)) return slow_down(h, start);
+  if (*reason == 0) reason = "too many Newton iterations";
+  return false;
+}
+
+/// Take end_ for the state at the end of the part, unless it holds more energy than it had and was given.
+bool Motion::Integrator::accept(double h, const Energies& start) {
+  velocity_ = (end_ - u_) / h;
+  const Energies now = energies_of(problem_, *inertia_, end_, velocity_);
+  if (!std::isfinite(now.total())) return fail("points of the body would turn inside out");
+  const Work work = work_of_supports();
+  const double gain = now.total() - start.total() - work.done;
+  largest_energy_ = std::max({largest_energy_, sum_of_sizes(start), sum_of_sizes(now)});
+  const double rounding = 1e-14 * largest_energy_ + problem_.potential().rounding() * rounding_of_places_;
+  const double scale = sum_of_sizes(start) + sum_of_sizes(now) + std::abs(work.done);
+  const double allowed = is_to_tolerance() && is_smallest(h) ? allowed_gain_of_smallest : allowed_gain;
+  if (!(gain <= allowed * scale + work.uncertain + rounding)) return fail("the body would gain energy");
+  const double unexplained = gain - work.uncertain - rounding;
+  if (unexplained > 0) counts.largest_gain = std::max(counts.largest_gain, unexplained / scale);
+  ++counts.parts;
+  work_ += work.done + std::clamp(gain, 0.0, work.uncertain) + start.total() - energies_.total();
+  support_force_ = gradient_ - projected_;
+  u_.swap(end_);
+  v_.swap(velocity_);
+  energies_ = now;
+  if (turning_) {
+    choose_turning();
+    energies_.strain = problem_.elastic().energy(u_);
+  }
+  reason = "";
+  return true;
+}
+
+/// What too few iterations made of the smallest part holds too much energy: go only some of the way. A body that does
+/// not move but for its supports holds no more than it had, so some part of the way is always possible.
+bool Motion::Integrator::slow_down(double h, const Energies& start) {
+  problem_.constraints().lift(u_, support_step_);
+  first_ = end_ - u_ - support_step_;
+  if (!first_.allFinite()) first_.setZero();
+  for (double way = 0.5; true; way = way > 1.0 / most_parts ? way / 2 : 0) {
+    end_ = u_ + support_step_ + way * first_;
+    relative_residual();
+    if (accept(h, start)) {
+      ++counts.slowed;
+      return true;
+    }
+    if (way == 0) return false;
+  }
 }
 
 bool Motion::Integrator::newton_step(double h, bool is_first, double relative) {
@@ -404,7 +437,7 @@ Motion::Motion(const Lattice& lattice, const Scene& scene, int level)
 Motion::~Motion() = default;
 
 bool Motion::step() { return integrator_->step(); }
-const std::string& Motion::reason() const { return integrator_->reason; }
+const char* Motion::reason() const { return integrator_->reason; }
 double Motion::time() const { return integrator_->time(); }
 const NodeVector& Motion::displacement() const { return integrator_->u_; }
 const NodeVector& Motion::velocity() const { return integrator_->v_; }

@@ -12,7 +12,8 @@ namespace hexsolver {
 /// The motion of one level of a lattice under a scene with [dynamics], by implicit Euler (THEORY.md, "Motion").
 ///
 /// A step that cannot be solved, or after which the body holds more energy than it had and was given, is not accepted
-/// but taken in two halves, down to 1/64 of the step asked.
+/// but taken in two halves, down to 1/64 of the step asked. With a fixed number of iterations the smallest parts are
+/// slowed down where that is not enough: too few iterations make a motion slow, not unstable.
 class Motion {
 public:
   /// @param lattice  with the level; both must outlive this
@@ -25,7 +26,7 @@ public:
   /// @returns false if no part of it can be solved: the state is the last that could be
   bool step();
 
-  const std::string& reason() const;  ///< why the last step failed, or part of one
+  const char* reason() const;  ///< why the last step failed, or part of one
 
   double time() const;  ///< [s]
   const NodeVector& displacement() const;
@@ -46,6 +47,7 @@ public:
     int steps = 0;   ///< of the size asked
     int parts = 0;   ///< solved, at least one per step
     int failed = 0;  ///< not accepted
+    int slowed = 0;  ///< of the parts solved
     int newton = 0, linear = 0;
     int preconditioners = 0;       ///< made
     double relative_residual = 0;  ///< of the last part
