@@ -33,12 +33,6 @@ Scene starved(Rotation rotation, StepSolver solver = StepSolver::cg) {
 
 /// Runs and holds the energy against what was given. Averaged edges have no energy of their own: what stands for it is
 /// held by the steps alone, to 1e-9 in each of their parts.
-const Motion& m;
-~Tell() {
-  auto c = m.counts();
-  printf("   steps %d parts %d failed %d slowed %d newton %d\n", c.steps, c.parts, c.failed, c.slowed, c.newton);
-}
-};
 void expect_bounded(Motion& motion, int steps) {
   double before = motion.energies().total(), work = motion.work(), largest = std::abs(before);
   for (int n = 0; n < steps; ++n) {
