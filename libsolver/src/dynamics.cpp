@@ -32,6 +32,8 @@ constexpr int most_parts_of_fixed = 4;
 /// Where a body snaps through, implicit Euler gains a little at any size of the step: the smallest parts, if solved to
 /// the tolerance, may gain more.
 constexpr double allowed_gain = 1e-9, allowed_gain_of_smallest = 1e-3;
+/// Of forces that are no gradient, whose energy is only a measure.
+constexpr double allowed_gain_without_energy = 1e-6;
 /// With a fixed number of Newton iterations so many more may follow where energy was gained: obstacles met in a step
 /// are not known at its beginning.
 constexpr int more_newton_iterations = 3;
@@ -312,7 +314,9 @@ bool Motion::Integrator::accept(double h, const Energies& start) {
   largest_energy_ = std::max({largest_energy_, sum_of_sizes(start), sum_of_sizes(now)});
   const double rounding = 1e-14 * largest_energy_ + problem_.potential().rounding() * rounding_of_places_;
   const double scale = sum_of_sizes(start) + sum_of_sizes(now) + std::abs(work.done);
-  const double allowed = is_to_tolerance() && is_smallest(h) ? allowed_gain_of_smallest : allowed_gain;
+  const double allowed = is_to_tolerance() && is_smallest(h)      ? allowed_gain_of_smallest
+                         : problem_.potential().is_conservative() ? allowed_gain
+                                                                  : allowed_gain_without_energy;
   if (!(gain <= allowed * scale + work.uncertain + rounding)) return fail("the body would gain energy");
   const double unexplained = gain - work.uncertain - rounding;
   if (unexplained > 0) counts.largest_gain = std::max(counts.largest_gain, unexplained / scale);
