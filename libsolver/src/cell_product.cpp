@@ -23,95 +23,96 @@ template <class Real>
   for (int row = 0; row < 24; ++row) y[row] = sum[row];
 }
 
-using Nodes = double[3][8];
+/// The same number of eight cells.
+using Lanes = double __attribute__((vector_size(64), may_alias));
 
-/// m_ij = sum_a p_ia q_ja
-[[gnu::always_inline]] inline void correlate(const Nodes& p, const Nodes& q, double (&m)[3][3]) {
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      double part[8];
-      for (int a = 0; a < 8; ++a) part[a] = p[i][a] * q[j][a];
-      m[i][j] = ((part[0] + part[4]) + (part[1] + part[5])) + ((part[2] + part[6]) + (part[3] + part[7]));
-    }
-}
+inline const Lanes* lanes_of(const TurnedCells::Lanes* values) { return reinterpret_cast<const Lanes*>(values); }
 
-/// sum_a p_a x q_a of the m above
-[[gnu::always_inline]] inline void axial(const double (&m)[3][3], double (&out)[3]) {
-  out[0] = m[1][2] - m[2][1];
-  out[1] = m[2][0] - m[0][2];
-  out[2] = m[0][1] - m[1][0];
-}
-
-/// p_a += s (w x q_a)
-[[gnu::always_inline]] inline void add_cross(double s, const double (&w)[3], const Nodes& q, Nodes& p) {
-  for (int i = 0; i < 3; ++i) {
-    const int j = (i + 1) % 3, k = (i + 2) % 3;
-    for (int a = 0; a < 8; ++a) p[i][a] += s * (w[j] * q[k][a] - w[k] * q[j][a]);
-  }
-}
-
-[[gnu::always_inline]] inline void multiply3(const std::array<double, 9>& m, const double (&x)[3], double (&y)[3]) {
+/// y = m x, 3x3 by columns
+[[gnu::always_inline]] inline void multiply3(const Lanes* m, const Lanes* x, Lanes* y) {
   for (int i = 0; i < 3; ++i) y[i] = m[i] * x[0] + m[i + 3] * x[1] + m[i + 6] * x[2];
+}
+
+/// sum += p x q
+[[gnu::always_inline]] inline void add_cross(const Lanes* p, const Lanes* q, Lanes* sum) {
+  sum[0] += p[1] * q[2] - p[2] * q[1];
+  sum[1] += p[2] * q[0] - p[0] * q[2];
+  sum[2] += p[0] * q[1] - p[1] * q[0];
+}
+
+/// d = p . q
+[[gnu::always_inline]] inline void dot3(const Lanes* p, const Lanes* q, Lanes& d) {
+  d = p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+}
+
+/// y = K x with the same K in all lanes
+[[gnu::always_inline]] inline void multiply_shared(const double* __restrict k, const Lanes* __restrict x,
+                                                   Lanes* __restrict y) {
+  constexpr int rows = 6;  // whose sums stay in registers
+  for (int first = 0; first < 24; first += rows) {
+    Lanes sum[rows] = {};
+    for (int column = 0; column < 24; ++column)
+      for (int row = 0; row < rows; ++row) sum[row] += k[24 * column + first + row] * x[column];
+    for (int row = 0; row < rows; ++row) y[first + row] = sum[row];
+  }
 }
 
 }  // namespace
 
-HEXSOLVER_CLONES void multiply_turned(const double* k, const double* gradient, const TurnedCell& cell, bool stressed,
-                                      const double* x, double* out) {
-  Nodes g, y, v, u;
-  for (int i = 0; i < 3; ++i)
-    for (int a = 0; a < 8; ++a) {
-      g[i][a] = gradient[8 * i + a];
-      y[i][a] = cell.y[static_cast<std::size_t>(8 * i + a)];
-      u[i][a] = x[3 * a + i];
-    }
-  const auto& r = cell.r;
-  for (int i = 0; i < 3; ++i)
-    for (int a = 0; a < 8; ++a) v[i][a] = r[3 * i] * u[0][a] + r[3 * i + 1] * u[1][a] + r[3 * i + 2] * u[2][a];
-
-  double gv[3][3], turn[3], w[3];
-  correlate(g, v, gv);
-  axial(gv, turn);
-  multiply3(cell.inverse_m, turn, w);
-  for (int i = 0; i < 3; ++i)
-    for (int a = 0; a < 8; ++a) u[i][a] = v[i][a];
-  add_cross(-1, w, y, u);
-
-  double flat[24], of_flat[24];
-  for (int i = 0; i < 3; ++i)
-    for (int a = 0; a < 8; ++a) flat[3 * a + i] = u[i][a];
-  multiply(k, flat, of_flat);
-  for (int i = 0; i < 3; ++i)
-    for (int a = 0; a < 8; ++a) u[i][a] = of_flat[3 * a + i];
-
-  double yu[3][3], torque[3], minus[3], dh[3];
-  correlate(y, u, yu);
-  axial(yu, minus);
-  for (int i = 0; i < 3; ++i) torque[i] = -minus[i];
-  if (stressed) {
-    Nodes f;
-    for (int i = 0; i < 3; ++i)
-      for (int a = 0; a < 8; ++a) f[i][a] = cell.f[static_cast<std::size_t>(8 * i + a)];
-    double fv[3][3], l[3], aw[3];
-    correlate(f, v, fv);
-    axial(fv, l);
-    multiply3(cell.a, w, aw);
-    const auto& h = cell.h;
-    const double trace = gv[0][0] + gv[1][1] + gv[2][2], hw = h[0] * w[0] + h[1] * w[1] + h[2] * w[2];
-    for (int i = 0; i < 3; ++i)
-      torque[i] += l[i] + aw[i] + h[i] * trace - (gv[i][0] * h[0] + gv[i][1] * h[1] + gv[i][2] * h[2]);
-    double gw[8];
-    for (int a = 0; a < 8; ++a) gw[a] = g[0][a] * w[0] + g[1][a] * w[1] + g[2][a] * w[2];
-    for (int i = 0; i < 3; ++i)
-      for (int a = 0; a < 8; ++a) u[i][a] += g[i][a] * hw - h[i] * gw[a];
-    add_cross(1, w, f, u);
+HEXSOLVER_CLONES void multiply_turned(const double* const* k, bool shared, const TurnedCells& cells, bool stressed,
+                                      double* x_and_out) {
+  Lanes* const x = reinterpret_cast<Lanes*>(x_and_out);
+  const Lanes *const y = lanes_of(cells.y.data()), *const f = lanes_of(cells.f.data()),
+                     *const g = lanes_of(cells.g.data()), *const r = lanes_of(cells.r.data()),
+                     *const inverse_m = lanes_of(cells.inverse_m.data()), *const h = lanes_of(cells.h.data());
+  Lanes v[24], u[24];  // R^T x; Q R^T x, then K times that
+  Lanes turn[3] = {}, w[3];
+  for (int a = 0; a < 24; a += 3) {
+    for (int i = 0; i < 3; ++i) v[a + i] = r[3 * i] * x[a] + r[3 * i + 1] * x[a + 1] + r[3 * i + 2] * x[a + 2];
+    add_cross(g + a, v + a, turn);
   }
-  multiply3(cell.inverse_m, torque, dh);
-  add_cross(1, dh, g, u);
-  for (int i = 0; i < 3; ++i)
-    for (int a = 0; a < 8; ++a) v[i][a] = r[i] * u[0][a] + r[i + 3] * u[1][a] + r[i + 6] * u[2][a];
-  for (int i = 0; i < 3; ++i)
-    for (int a = 0; a < 8; ++a) out[3 * a + i] = v[i][a];
+  multiply3(inverse_m, turn, w);
+  for (int a = 0; a < 24; a += 3) {
+    for (int i = 0; i < 3; ++i) u[a + i] = v[a + i];
+    add_cross(y + a, w, u + a);  // - w x y
+  }
+  if (shared) {
+    multiply_shared(k[0], u, x);
+    for (int n = 0; n < 24; ++n) u[n] = x[n];
+  } else {
+    for (std::size_t lane = 0; lane < TurnedCells::lanes; ++lane) {
+      double one[24], product[24];
+      for (int n = 0; n < 24; ++n) one[n] = u[n][lane];
+      multiply(k[lane], one, product);
+      for (int n = 0; n < 24; ++n) u[n][lane] = product[n];
+    }
+  }
+
+  // Q^T K Q v = K dy - T^T sum y_a x (K dy)_a, and the stress term T^T (A w + L v) + L^T w.
+  Lanes torque[3] = {}, dh[3];
+  for (int a = 0; a < 24; a += 3) add_cross(u + a, y + a, torque);
+  if (stressed) {
+    Lanes aw[3], hw, gv, hv, gw;
+    dot3(h, w, hw);
+    multiply3(lanes_of(cells.a.data()), w, aw);
+    for (int i = 0; i < 3; ++i) torque[i] += aw[i];
+    for (int a = 0; a < 24; a += 3) {
+      dot3(g + a, v + a, gv);
+      dot3(h, v + a, hv);
+      dot3(g + a, w, gw);
+      add_cross(f + a, v + a, torque);
+      add_cross(w, f + a, u + a);
+      for (int i = 0; i < 3; ++i) {
+        torque[i] += h[i] * gv - g[a + i] * hv;
+        u[a + i] += g[a + i] * hw - h[i] * gw;
+      }
+    }
+  }
+  multiply3(inverse_m, torque, dh);
+  for (int a = 0; a < 24; a += 3) {
+    add_cross(dh, g + a, u + a);
+    multiply3(r, u + a, x + a);
+  }
 }
 
 HEXSOLVER_CLONES void multiply24(const double* k, const double* x, double* y) { multiply(k, x, y); }

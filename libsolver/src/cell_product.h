@@ -7,13 +7,13 @@ namespace hexsolver {
 void multiply24(const double* k, const double* x, double* y);
 void multiply24(const float* k, const float* x, float* y);
 
-struct TurnedCell;
+struct TurnedCells;
 
-/// out = R (Q^T K Q + E) R^T x; E, what the stress adds, only if `stressed`.
-/// @param gradient  mean gradients of the eight nodes, components first as above
-/// @param x, out    vectors of node 0, of node 1, ...
-void multiply_turned(const double* k, const double* gradient, const TurnedCell& cell, bool stressed, const double* x,
-                     double* out);
+/// x <- R (Q^T K Q + E) R^T x of each lane; E, what the stress adds, only if `stressed`.
+/// @param k       of each lane, (24, 24) symmetric
+/// @param shared  all are the same
+/// @param x       shape (24, 8), aligned to 64 bytes: vectors of node 0, of node 1, ...; lanes side by side
+void multiply_turned(const double* const* k, bool shared, const TurnedCells& cells, bool stressed, double* x);
 
 /// K += sum_r a_r b_r^T, K (24, 24) stored by columns, a_r and b_r the rows of arrays of shape (9, 24), stored by rows.
 void add_products24(const double* a, const double* b, double* k);

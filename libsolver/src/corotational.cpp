@@ -100,25 +100,32 @@ Mat3 CorotationalCells::stress_matrix(const Frame& f) {
   return out;
 }
 
-TurnedCell CorotationalCells::packed(const Frame& f) {
-  TurnedCell cell;
-  Eigen::Map<Mat3>(cell.r.data()) = f.r;
-  Eigen::Map<Mat3>(cell.inverse_m.data()) = f.inverse_m;
-  Eigen::Map<Mat3>(cell.a.data()) = f.a;
-  Eigen::Map<Vec3>(cell.h.data()) = f.h;
-  Eigen::Map<NodeGradients>(cell.y.data()) = Eigen::Map<const Eigen::Matrix<double, 3, 8>>(f.y.data()).transpose();
-  Eigen::Map<NodeGradients>(cell.f.data()) = Eigen::Map<const Eigen::Matrix<double, 3, 8>>(f.f.data()).transpose();
-  return cell;
+void CorotationalCells::pack(const Frame& f, const NodeGradients& gradient, TurnedCells& cells, std::size_t lane) {
+  const auto put = [lane](auto& lanes, const double* values) {
+    for (std::size_t n = 0; n < lanes.size(); ++n) lanes[n][lane] = values[n];
+  };
+  put(cells.y, f.y.data());
+  put(cells.f, f.f.data());
+  put(cells.g, Eigen::Matrix<double, 3, 8>(gradient.transpose()).data());
+  put(cells.r, f.r.data());
+  put(cells.inverse_m, f.inverse_m.data());
+  put(cells.a, f.a.data());
+  put(cells.h, f.h.data());
 }
 
-CorotationalCells::Frame CorotationalCells::unpacked(const TurnedCell& cell) {
+CorotationalCells::Frame CorotationalCells::unpacked(std::size_t cell) const {
+  const std::size_t batch = mesh_.batch_of(cell), lane = cell - mesh_.batches()[batch].first;
+  const auto get = [lane](const auto& lanes, double* values) {
+    for (std::size_t n = 0; n < lanes.size(); ++n) values[n] = lanes[n][lane];
+  };
+  const TurnedCells& cells = frames_[batch];
   Frame f;
-  f.r = Eigen::Map<const Mat3>(cell.r.data());
-  f.inverse_m = Eigen::Map<const Mat3>(cell.inverse_m.data());
-  f.a = Eigen::Map<const Mat3>(cell.a.data());
-  f.h = Eigen::Map<const Vec3>(cell.h.data());
-  Eigen::Map<Eigen::Matrix<double, 3, 8>>(f.y.data()) = Eigen::Map<const NodeGradients>(cell.y.data()).transpose();
-  Eigen::Map<Eigen::Matrix<double, 3, 8>>(f.f.data()) = Eigen::Map<const NodeGradients>(cell.f.data()).transpose();
+  get(cells.y, f.y.data());
+  get(cells.f, f.f.data());
+  get(cells.r, f.r.data());
+  get(cells.inverse_m, f.inverse_m.data());
+  get(cells.a, f.a.data());
+  get(cells.h, f.h.data());
   return f;
 }
 
@@ -143,31 +150,54 @@ CorotationalCells::Columns CorotationalCells::positive_part(const StressTerm& e)
 void CorotationalCells::linearize(const NodeVector& u, double clamping) {
   clamping_ = clamping;
   const bool clamps = clamping > Hessian::exact && clamping <= Hessian::clamped;
-  frames_.resize(mesh_.num_cells());
+  frames_.resize(mesh_.batches().size());
   positive_.resize(clamps ? mesh_.num_cells() : 0);
-  mesh_.for_each_cell([&](std::size_t c) {
-    if (!turns(c)) return;
-    Frame f = frame(c, u);
-    if (clamping != Hessian::without_stress) f.a = stress_matrix(f);
-    frames_[c] = packed(f);
-    if (!clamps) return;
-    positive_[c] = positive_part(stress_term(f, model(c).mean_gradient));
-    for (int a = 0; a < 8; ++a) positive_[c].middleRows<3>(3 * a) = f.r * positive_[c].middleRows<3>(3 * a);
+  mesh_.for_each_batch([&](std::size_t b) {
+    const Mesh::Batch& batch = mesh_.batches()[b];
+    for (std::size_t lane = 0; lane < batch.count; ++lane) {
+      const std::size_t c = batch.first + lane;
+      if (!turns(c)) {
+        // R = 1 and no stress term: the product is that with K.
+        const Mat3 one = Mat3::Identity(), none = Mat3::Zero();
+        pack({one, one, none, none, CellVector::Zero(), CellVector::Zero(), Vec3::Zero()}, model(c).mean_gradient,
+             frames_[b], lane);
+        if (clamps) positive_[c].setZero();
+        continue;
+      }
+      Frame f = frame(c, u);
+      if (clamping != Hessian::without_stress) f.a = stress_matrix(f);
+      pack(f, model(c).mean_gradient, frames_[b], lane);
+      if (!clamps) continue;
+      positive_[c] = positive_part(stress_term(f, model(c).mean_gradient));
+      for (int a = 0; a < 8; ++a) positive_[c].middleRows<3>(3 * a) = f.r * positive_[c].middleRows<3>(3 * a);
+    }
   });
 }
 
 void CorotationalCells::add_product(const NodeVector& x, NodeVector& y) const {
-  mesh_.for_each_cell([&](std::size_t c) {
-    if (!turns(c)) {
-      mesh_.scatter_add(c, times(model(c).stiffness, mesh_.gather(c, x)), y);
-      return;
+  constexpr std::size_t lanes = TurnedCells::lanes;
+  static_assert(lanes == Mesh::batch_size);
+  mesh_.for_each_batch([&](std::size_t b) {
+    const Mesh::Batch& batch = mesh_.batches()[b];
+    alignas(64) std::array<double, 24 * lanes> values;
+    std::array<CellVector, lanes> given;
+    std::array<const double*, lanes> k;
+    bool shared = true;
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      const std::size_t c = batch.first + std::min(lane, batch.count - 1);  // a last one again where there are fewer
+      k[lane] = model(c).stiffness.data();
+      shared = shared && k[lane] == k[0];
+      given[lane] = mesh_.gather(c, x);
+      for (std::size_t n = 0; n < 24; ++n) values[lanes * n + lane] = given[lane][static_cast<Eigen::Index>(n)];
     }
-    const CellVector v = mesh_.gather(c, x);
-    CellVector out;
-    multiply_turned(model(c).stiffness.data(), model(c).mean_gradient.data(), frames_[c], clamping_ == Hessian::exact,
-                    v.data(), out.data());
-    if (!positive_.empty()) out += positive_[c] * (positive_[c].transpose() * v);
-    mesh_.scatter_add(c, out, y);
+    multiply_turned(k.data(), shared, frames_[b], clamping_ == Hessian::exact, values.data());
+    for (std::size_t lane = 0; lane < batch.count; ++lane) {
+      const std::size_t c = batch.first + lane;
+      CellVector out;
+      for (std::size_t n = 0; n < 24; ++n) out[static_cast<Eigen::Index>(n)] = values[lanes * n + lane];
+      if (!positive_.empty()) out += positive_[c] * (positive_[c].transpose() * given[lane]);
+      mesh_.scatter_add(c, out, y);
+    }
   });
 }
 
@@ -176,8 +206,7 @@ std::size_t CorotationalCells::bytes() const {
 }
 
 void CorotationalCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
-  hexsolver::add_diagonal(turns(cell) ? unpacked(frames_[cell]).r : Mat3(Mat3::Identity()), model(cell).stiffness,
-                          blocks);
+  hexsolver::add_diagonal(turns(cell) ? unpacked(cell).r : Mat3(Mat3::Identity()), model(cell).stiffness, blocks);
 }
 
 void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) const {
@@ -186,7 +215,7 @@ void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) 
     hessian += k;
     return;
   }
-  const Frame f = unpacked(frames_[cell]);
+  const Frame f = unpacked(cell);
   const StressTerm e = stress_term(f, model(cell).mean_gradient);
   Columns y;  // w x y_a = (Y w)_a
   for (int a = 0; a < 8; ++a) y.block<3, 3>(3 * a, 0) = -cross_matrix(f.y.segment<3>(3 * a));

@@ -19,10 +19,18 @@ Mesh::Mesh(std::vector<Index3> cells, const Mat3& edges, const Vec3& corner)
     if (slab.second == 0) slab.first = c;
     slab.second = c + 1;
   }
+  batch_of_.resize(cells_.size());
+  for (const auto& [begin, end] : slabs_)
+    for (std::size_t first = begin; first < end; first += batch_size) {
+      batches_.push_back({first, std::min(batch_size, end - first)});
+      for (std::size_t c = first; c < first + batches_.back().count; ++c)
+        batch_of_[c] = static_cast<std::int32_t>(batches_.size() - 1);
+    }
 }
 
 std::size_t Mesh::bytes() const {
-  return bytes_of(cells_) + bytes_of(numbering_.cell_nodes) + bytes_of(numbering_.nodes);
+  return bytes_of(cells_) + bytes_of(numbering_.cell_nodes) + bytes_of(numbering_.nodes) + bytes_of(batches_) +
+         bytes_of(batch_of_);
 }
 
 Prolongation::Prolongation(const Mesh& fine, const Mesh& coarse, const Index3& factor) {

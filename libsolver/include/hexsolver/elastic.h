@@ -116,12 +116,14 @@ public:
   std::int32_t shared_hessian(std::size_t cell) const override { return elements_[cell]; }
 };
 
-/// A co-rotational cell at one state, for products with its Hessian; the letters are those of THEORY.md. Matrices by
-/// columns; what has a vector for each node holds the first components of all eight, then the second, then the third.
-struct TurnedCell {
-  std::array<double, 24> y, f;
-  std::array<double, 9> r, inverse_m, a;
-  std::array<double, 3> h;
+/// Up to eight co-rotational cells at one state, side by side, for products with their Hessians; the letters are those
+/// of THEORY.md. Matrices by columns; what has a vector for each node holds that of node 0, of node 1, ...
+struct alignas(64) TurnedCells {
+  static constexpr std::size_t lanes = 8;
+  using Lanes = std::array<double, lanes>;
+  std::array<Lanes, 24> y, f, g;  ///< g: mean gradients of the nodes
+  std::array<Lanes, 9> r, inverse_m, a;
+  std::array<Lanes, 3> h;
 };
 
 /// W(x) = 1/2 (R^T x - X)^T K (R^T x - X), R = polar(F), F = grad x averaged over the filled part of the cell.
@@ -173,15 +175,15 @@ private:
   bool turns(std::size_t cell) const { return turning_.empty() || turning_[cell]; }
   Frame frame(std::size_t cell, const NodeVector& u) const;
   static Mat3 stress_matrix(const Frame& f);  ///< A
-  static TurnedCell packed(const Frame& f);
-  static Frame unpacked(const TurnedCell& cell);  ///< without s
+  static void pack(const Frame& f, const NodeGradients& gradient, TurnedCells& cells, std::size_t lane);
+  Frame unpacked(std::size_t cell) const;  ///< of the last linearize(), without s
   static StressTerm stress_term(const Frame& f, const NodeGradients& gradient);
   static Columns positive_part(const StressTerm& e);  ///< Z with Z Z^T = the positive part of E
 
   std::vector<bool> turning_;
-  std::vector<TurnedCell> frames_;  ///< of the last linearize()
-  std::vector<Columns> positive_;   ///< likewise, of a clamped Hessian: R Z
-  double clamping_ = 0;             ///< likewise
+  std::vector<TurnedCells> frames_;  ///< of the last linearize(), by Mesh::batches()
+  std::vector<Columns> positive_;    ///< likewise, of a clamped Hessian: R Z
+  double clamping_ = 0;              ///< likewise
 };
 
 /// The paper's co-rotational cell: force R K (R^T x - X) with R from the averaged edges, and R K R^T for its

@@ -72,6 +72,28 @@ public:
     }
   }
 
+  /// Cells next to each other in one layer, at most eight.
+  struct Batch {
+    std::size_t first = 0, count = 0;
+  };
+  static constexpr std::size_t batch_size = 8;
+  const std::vector<Batch>& batches() const noexcept { return batches_; }
+  std::size_t batch_of(std::size_t cell) const { return static_cast<std::size_t>(batch_of_[cell]); }
+
+  /// f(number) for every batch, as for_each_cell().
+  template <class F>
+  void for_each_batch(F&& f) const {
+    for (std::size_t color = 0; color < 2; ++color) {
+      const auto count = static_cast<std::ptrdiff_t>(slabs_.size());
+#pragma omp parallel for schedule(dynamic) if (num_cells() >= worth_threads)
+      for (std::ptrdiff_t s = static_cast<std::ptrdiff_t>(color); s < count; s += 2) {
+        const auto [first, last] = slabs_[static_cast<std::size_t>(s)];
+        if (first == last) continue;
+        for (std::size_t b = batch_of(first); b <= batch_of(last - 1); ++b) f(b);
+      }
+    }
+  }
+
   template <class Scalar>
   Eigen::Matrix<Scalar, 24, 1> gather(std::size_t cell, const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x) const {
     Eigen::Matrix<Scalar, 24, 1> v;
@@ -102,6 +124,8 @@ private:
   hexmesh::NodeNumbering numbering_;
   Mat3 edges_;
   Vec3 corner_;
+  std::vector<Batch> batches_;
+  std::vector<std::int32_t> batch_of_;                      ///< cell
   std::vector<std::pair<std::size_t, std::size_t>> slabs_;  ///< ranges of cells, one layer k each, gaps kept empty
 };
 
