@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/tool.h"
+#include "hexbench_motion.h"
+#include "hexmesh/core/error.h"
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/lattice/element_tree.h"
 #include "hexsolver/plan.h"
@@ -193,14 +195,16 @@ int main(int argc, char** argv) {
          CLI::App* solver = app.add_subcommand("solver", "Multigrid of one level, against its operator product");
          CLI::App* effects =
              app.add_subcommand("effects", "What each effect of a scene costs and changes, one added after the other");
-         for (CLI::App* sub : {lattice, solver, effects}) {
+         CLI::App* motion = app.add_subcommand(
+             "motion", "Steps per second of a motion on every level, and what its solvers cost and miss");
+         for (CLI::App* sub : {lattice, solver, effects, motion}) {
            sub->add_option("lattice", o->input, "Lattice file; - is standard input")->required();
            sub->add_option("--repeats", o->repeats, "Runs of which the median counts")
                ->check(CLI::Range(1, 1000))
                ->capture_default_str();
            sub->add_option("-o,--output", o->output, "JSON; - is standard output")->capture_default_str();
          }
-         for (CLI::App* sub : {solver, effects}) {
+         for (CLI::App* sub : {solver, effects, motion}) {
            sub->add_option("scene", o->scene, "Scene file (TOML)")->required();
            sub->add_option("--level", o->level, "Which level; 0 = voxels")
                ->check(CLI::Range(0, 30))
@@ -217,8 +221,13 @@ int main(int argc, char** argv) {
            scene.level = o->level;
            const Lattice as_asked = hexsolver::with_overrides(read, scene);
            const int level = hexsolver::finest_level(scene, read);
-           const json report = solver->parsed() ? bench_solver(as_asked, scene, level, o->repeats)
-                                                : bench_effects(as_asked, scene, level, o->repeats, console);
+           if (motion->parsed() != scene.dynamics.has_value())
+             throw hexmesh::Error(hexmesh::ErrorKind::usage,
+                                  fmt::format("the scene is {}, expected {}", scene.dynamics ? "a motion" : "no motion",
+                                              motion->parsed() ? "one" : "an equilibrium"));
+           const json report = solver->parsed()   ? bench_solver(as_asked, scene, level, o->repeats)
+                               : motion->parsed() ? bench_motion(as_asked, scene, level, console)
+                                                  : bench_effects(as_asked, scene, level, o->repeats, console);
            write_text(o->output, report.dump(2) + "\n", common);
            return 0;
          };

@@ -55,6 +55,7 @@ void write_deck(const Result& result, const std::filesystem::path& path) {
   const auto expect = [&](bool holds, const char* what, const char* expected) {
     if (!holds) throw Error(ErrorKind::input, fmt::format("--inp: {}, expected {}", what, expected));
   };
+  expect(report.value("kind", "equilibrium") == "equilibrium", "the result is a motion", "an equilibrium");
   expect(report["converged"], "the result is not converged", "one that is");
   expect(report["forces"].empty(), "the scene has forces, which a deck does not hold yet", "displacements only");
   expect((!report.contains("contacts") || report["contacts"].empty()),
@@ -94,6 +95,14 @@ private:
   hexmesh::EmbeddedPoints surface_;
 };
 
+/// Those of an earlier series of the name, which --force replaces as a whole.
+void remove_old_pieces(const std::filesystem::path& folder, const std::string& stem, const std::string& extension,
+                       const CommonOptions& common) {
+  if (!common.force) return;
+  for (std::size_t n = 0;; ++n)
+    if (!std::filesystem::remove(folder / fmt::format("{}_{:04}{}", stem, n, extension))) return;
+}
+
 /// NAME.pvd and the files it lists, NAME/NAME_0000.vtu, ...
 template <class WriteStep>
 void write_series(const std::string& name, const char* extension, const Result& result, const Options& o,
@@ -107,6 +116,7 @@ void write_series(const std::string& name, const char* extension, const Result& 
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
   if (failed) throw Error(ErrorKind::output, fmt::format("cannot make the folder '{}'", folder.string()));
+  remove_old_pieces(folder, list.stem().string(), extension, common);
   Steps steps(input, result);
   std::vector<std::pair<double, std::string>> files;
   for (std::size_t n = 0; n < result.times.size(); ++n) {
@@ -123,6 +133,8 @@ void write_series(const std::string& name, const char* extension, const Result& 
 int run(const Options& o, const CommonOptions& common, const Console& console) {
   if (o.lattice.empty() && o.surface.empty() && o.csv.empty() && o.deck.empty())
     throw Error(ErrorKind::usage, "nothing to write, expected --lattice, --surface, --csv or --inp");
+  if (!o.lattice.empty() && o.lattice == o.surface)
+    throw Error(ErrorKind::usage, fmt::format("--lattice and --surface are both '{}', expected two names", o.lattice));
   const hexmesh::InputFile input(o.input);
   const Result result = read_input(o, input, console);
   warn_of_state(result, console);

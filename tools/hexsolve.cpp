@@ -4,6 +4,8 @@
 
 #include <bit>
 #include <cmath>
+#include <csignal>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "cli/tool.h"
@@ -63,10 +65,13 @@ json to_json(const hexsolver::MotionReport& motion) {
                     {"contact_n_mm", r.energies.contact},
                     {"loads_n_mm", r.energies.loads},
                     {"work_n_mm", r.work},
+                    {"work_uncertainty_n_mm", r.work_uncertainty},
                     {"momentum_n_s", to_json(r.momentum)}});
   return {{"steps", motion.steps},
           {"parts", motion.parts},
           {"failed_parts", motion.failed_parts},
+          {"slowed_parts", motion.slowed_parts},
+          {"largest_residual", motion.largest_residual},
           {"largest_energy_gain", motion.largest_gain},
           {"rows", rows}};
 }
@@ -173,9 +178,9 @@ void summarize_motion(const SolveReport& r, const Console& console) {
   const hexsolver::MotionReport& m = *r.motion;
   console.note(fmt::format(
       "level {}: {} cells, {} dofs, {} steps to {:.6g} s in {:.2f} s, {:.4g} steps/s, {} Newton steps, {} linear "
-      "iterations",
+      "iterations, residuals up to {:.1e}",
       l.level, l.cells, 3 * l.nodes, m.steps, m.rows.back().time, r.solve_seconds,
-      m.steps / std::max(r.solve_seconds, 1e-9), l.newton.iterations, l.newton.linear_iterations));
+      m.steps / std::max(r.solve_seconds, 1e-9), l.newton.iterations, l.newton.linear_iterations, m.largest_residual));
   if (m.failed_parts > 0)
     console.note(
         fmt::format("{} parts of steps were not accepted and halved; {} were solved", m.failed_parts, m.parts));
@@ -263,6 +268,7 @@ int show_plan(const hexsolver::SolvePlan& plan, const Options& o, const CommonOp
 class SurfaceStream {
 public:
   explicit SurfaceStream(const hexmesh::Lattice& lattice) : lattice_(lattice) {
+    std::signal(SIGPIPE, SIG_IGN);  // a reader that leaves is an error of writing
     static_assert(std::endian::native == std::endian::little);
     const hexmesh::TriangleSurface& surface = lattice.surface;
     fmt::print("hexstream 1\npoints {}\ntriangles {}\nmm LPS\n\n", surface.points.size(), surface.triangles.size());
@@ -315,16 +321,26 @@ void check_stream(const Options& o, const hexsolver::Scene& scene) {
 hexmesh::Result move(const hexmesh::Lattice& lattice, const hexsolver::Scene& scene, int level, SolveReport& report,
                      hexmesh::ResultWriter* writer, bool streams, const Console& console) {
   std::optional<SurfaceStream> stream;
-  if (streams) stream.emplace(lattice);
+  // A reader that leaves ends the stream; where there is a file to write, not the motion.
+  const auto to_stream = [&](double time, auto&& write) {
+    try {
+      write();
+    } catch (const Error& e) {
+      if (!writer || e.kind() != ErrorKind::output) throw;
+      console.warning(fmt::format("{} at {:.4g} s: the motion goes on to its file", e.what(), time));
+      stream.reset();
+    }
+  };
+  if (streams) to_stream(0, [&] { stream.emplace(lattice); });
   const auto span = [](const hexsolver::NodeVector& v) {
     return std::span<const double>(v.data(), static_cast<std::size_t>(v.size()));
   };
   const auto on_output = [&](const hexsolver::Motion& motion) {
     if (writer) writer->add_step(motion.time(), span(motion.displacement()), span(motion.velocity()));
-    if (stream && motion.counts().steps == 0) stream->add(motion);
+    if (stream && motion.counts().steps == 0) to_stream(0, [&] { stream->add(motion); });
   };
   const auto on_step = [&](const hexsolver::Motion& motion) {
-    if (stream) stream->add(motion);
+    if (stream) to_stream(motion.time(), [&] { stream->add(motion); });
     if (console.shows_progress())
       console.progress(fmt::format("{:.4g} of {:.4g} s, kinetic energy {:.3g} N mm", motion.time(),
                                    scene.dynamics->duration, motion.energies().kinetic));
@@ -347,14 +363,23 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
   if (o.scene == "-") throw Error(ErrorKind::usage, "SCENE is -, expected a file");
   const hexmesh::InputFile scene_file(o.scene);
   hexsolver::Scene scene = hexsolver::read_scene(scene_file.path(), o.scene, o.settings);
+  if (scene.dynamics && (o.accuracy || o.budget))
+    throw Error(ErrorKind::usage,
+                fmt::format("{} goes with an equilibrium, but the scene is a motion, expected --level",
+                            o.accuracy ? "--accuracy" : "--budget"));
+  for (const std::string& w : scene.warnings) console.warning(w);
   if (o.level || o.accuracy || o.budget) {
     scene.level = o.level;
     scene.accuracy = o.accuracy;
     scene.budget = o.budget;
   }
   check_stream(o, scene);
+  std::vector<std::string> inputs = {o.lattice, o.scene};
+  if (scene.dynamics && !scene.dynamics->start.empty()) inputs.push_back(scene.dynamics->start.string());
   std::unique_ptr<hexmesh::OutputFile> output;
-  if (solves && !o.output.empty()) output = open_output(o.output, "", common, {o.lattice, o.scene});
+  if (solves && !o.output.empty()) output = open_output(o.output, "", common, inputs);
+  std::unique_ptr<hexmesh::OutputFile> report_file;
+  if (solves && !o.report.empty()) report_file = open_output(o.report, "", common, inputs);
 
   const hexmesh::Lattice lattice = [&] {
     std::vector<int> wanted;
@@ -400,7 +425,10 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
   add_costs(summary, report);
   for (const std::string& w : report.warnings) console.warning(w);
   summarize(report, console);
-  if (!o.report.empty()) write_text(o.report, summary.dump(2) + "\n", common);
+  if (report_file) {
+    std::ofstream(report_file->path()) << summary.dump(2) << '\n';
+    report_file->commit();
+  }
   if (report.accuracy_missed) {
     fmt::print(stderr, "hexsolve: error: accuracy not reached: {}; '{}' holds that level, solved\n", report.reason,
                o.output);
@@ -409,7 +437,7 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
   if (report.converged) return 0;
   fmt::print(stderr, "hexsolve: error: not converged: {}{}\n", report.reason,
              output ? fmt::format("; '{}' holds {}, marked so", o.output,
-                                  report.load_fraction > 0 ? "the last state that did" : "the state at rest")
+                                  report.load_fraction > 0 ? "the last state that did" : "the state at the start")
                     : "");
   return exit_not_converged;
 }
@@ -447,12 +475,14 @@ int main(int argc, char** argv) {
                       "Print a scene for this lattice: three places held, a fourth pulled by 40 mm");
          CLI::Option* check =
              app.add_flag("--check", o->check, "Only say what each condition selects and whether every part is held");
-         app.add_flag("--plan", o->plan,
-                      "Only say which effects are on, why, and what the solution is expected to cost")
-             ->excludes(check);
+         CLI::Option* plan =
+             app.add_flag("--plan", o->plan,
+                          "Only say which effects are on, why, and what the solution is expected to cost")
+                 ->excludes(check);
          app.add_flag("--stream", o->stream,
                       "Write the moving surface of a motion to standard output, step by step (FORMATS.md, \"Stream\")")
-             ->excludes(check);
+             ->excludes(check)
+             ->excludes(plan);
          app.add_option("--report", o->report, "Write a JSON report; - is standard output");
          app.add_option("-o,--output", o->output, "Result file (.hexresult, HDF5); - is standard output");
          return [=, &common, &console] { return run(*o, common, console); };

@@ -58,14 +58,13 @@ ConjugateGradients::Outcome ConjugateGradients::solve(const Potential& potential
       const double alpha = first_.dot(r_) / curvature_of_first;
       d = alpha * first_;
       r_ -= alpha * of_first_;
-      ++outcome.iterations;
     }
   }
 
   double rz = 0;
   for (bool is_first = true; outcome.iterations < options.most_iterations; is_first = false) {
     const double left = r_.norm();
-    outcome.reduction = left / whole;
+    outcome.reduction = whole > 0 ? left / whole : 0;
     if (left <= target) {
       const double factor = options.excess ? options.excess(d) : 1;
       if (!(factor > 1)) return outcome;

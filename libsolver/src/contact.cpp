@@ -9,6 +9,8 @@
 namespace hexsolver {
 namespace {
 
+constexpr double part_of_radius = 0.25;  // that a ball may move at a time
+
 CellVector spread(const NodeWeights& weights, const Vec3& force) {
   CellVector v;
   for (int a = 0; a < 8; ++a) v.segment<3>(3 * a) = weights[a] * force;
@@ -26,9 +28,11 @@ PenaltyContact::PenaltyContact(const Contact& contact, const Mesh& mesh, const s
   std::stable_sort(points_.begin(), points_.end(), [](const Point& a, const Point& b) { return a.cell < b.cell; });
 }
 
-void PenaltyContact::set_progress(const Progress& progress) {
-  moved_ = contact_.history ? contact_.history->at(progress.time) : Vec3(progress.fraction * contact_.by);
+Vec3 PenaltyContact::moved_at(const Progress& progress) const {
+  return contact_.history ? contact_.history->at(progress.time) : Vec3(progress.fraction * contact_.by);
 }
+
+void PenaltyContact::set_progress(const Progress& progress) { moved_ = moved_at(progress); }
 
 PenaltyContact::Gap PenaltyContact::gap(const Point& p, const NodeVector& u, const Vec3& moved) const {
   const Vec3 x = p.rest + mesh_.interpolate(p.cell, p.weights, u) - moved;
@@ -108,9 +112,13 @@ Vec3 PenaltyContact::outward(const Point& p, const NodeVector& u) const {
   return f.inverse().transpose() * p.area;
 }
 
+bool PenaltyContact::goes_too_far(const Progress& from, const Progress& to) const {
+  const Ball* ball = std::get_if<Ball>(&contact_.obstacle);
+  return ball && (moved_at(to) - moved_at(from)).norm() > 1.000001 * part_of_radius * ball->radius;
+}
+
 double PenaltyContact::largest_load_step() const {
   const Ball* ball = std::get_if<Ball>(&contact_.obstacle);
-  constexpr double part_of_radius = 0.25;
   return ball && contact_.by.norm() > 0 ? std::min(1.0, part_of_radius * ball->radius / contact_.by.norm()) : 1;
 }
 

@@ -78,7 +78,8 @@ public:
 
   /// What the last solution with it was like.
   void judge(const ConjugateGradients::Outcome& outcome) {
-    const double digits = -std::log10(std::max(outcome.reduction, 1e-300)) / std::max(outcome.iterations, 1);
+    if (outcome.iterations == 0) return;
+    const double digits = -std::log10(std::max(outcome.reduction, 1e-300)) / outcome.iterations;
     if (digits_at_first_ == 0) digits_at_first_ = digits;
     lost_ += outcome.iterations * (1 - digits / digits_at_first_);
     if (lost_ > cost_) forget();
@@ -135,7 +136,11 @@ public:
     for (Eigen::Index n = 0; n < dofs; n += 3) v_.segment<3>(n) = settings_.velocity;
     if (!settings_.start.empty()) {
       const Result before = hexmesh::read_result(settings_.start);
-      if (before.cells != problem_.mesh().cells() || before.level != problem_.level())
+      const auto is_same_place = [&](std::size_t n) {
+        return (before.nodes[n] - problem_.mesh().position(n)).norm() < 1e-6 * before.voxels.spacing().norm();
+      };
+      if (before.cells != problem_.mesh().cells() || before.level != problem_.level() || !is_same_place(0) ||
+          !is_same_place(before.nodes.size() - 1))
         throw Error(ErrorKind::input, fmt::format("dynamics.start is '{}', level {} of {} cells, expected a result of "
                                                   "this lattice at level {} of {} cells",
                                                   settings_.start.string(), before.level, before.cells.size(),
@@ -150,7 +155,9 @@ public:
     u_ = u;
     v_ = v;
     problem_.set_progress(progress());
-    choose_turning();
+    if (turning_) turning_->choose_turning(u_, turning_angle, turning_angle / 2);
+    inertia_->set_step(u_, v_, settings_.step);
+    if (viscosity_) viscosity_->set_step(u_, settings_.step);
     energies_ = energies_of(problem_, *inertia_, u_, v_);
     support_force_.setZero(u.size());
   }
@@ -179,9 +186,15 @@ public:
     inertia_->set_step(u_ - settings_.step * v_, v_, settings_.step);
   }
 
-  /// Conditions may contradict each other at any time: at the corners of their tables and at the end.
+  /// Conditions may contradict each other at any time: at the corners of their tables and at the end. Obstacles and
+  /// conditions at the start are held against the state that it is.
   void check(std::vector<std::string>& warnings) {
-    constexpr std::size_t most_times = 20;
+    constexpr std::size_t most_times = 100;
+    constexpr double jump = 1;  // mm
+    const auto add = [&](const std::vector<std::string>& more) {
+      for (const std::string& w : more)
+        if (std::find(warnings.begin(), warnings.end(), w) == warnings.end()) warnings.push_back(w);
+    };
     std::set<double> times = {settings_.duration};
     for (const Condition& c : scene_.conditions)
       if (c.history)
@@ -189,10 +202,35 @@ public:
           if (row.time < settings_.duration && times.size() < most_times) times.insert(row.time);
     for (const double t : times) {
       problem_.set_progress({std::min(1.0, t / settings_.duration), t});
-      for (const std::string& w : check_level(problem_, scene_))
-        if (std::find(warnings.begin(), warnings.end(), w) == warnings.end()) warnings.push_back(w);
+      add(check_conflicts(problem_, scene_));
     }
     problem_.set_progress(progress());
+    add(check_contacts_at(problem_, u_));
+    std::vector<double> miss(scene_.conditions.size());
+    for (const ConstraintPoint& p : problem_.constraints().points()) {
+      double& worst = miss[static_cast<std::size_t>(p.condition)];
+      const Vec3 off = p.value - problem_.constraints().displacement(p, u_);
+      for (int d = 0; d < 3; ++d)
+        if (p.axes[static_cast<std::size_t>(d)]) worst = std::max(worst, std::abs(off[d]));
+    }
+    for (std::size_t c = 0; c < miss.size(); ++c)
+      if (miss[c] > jump)
+        add(
+            {fmt::format("condition '{}' ({}) puts points {:.3g} mm from where the start has them: they jump there in "
+                         "the first step",
+                         scene_.conditions[c].name, scene_.conditions[c].where, miss[c])});
+  }
+
+  std::size_t num_turning() const {
+    const std::vector<bool>& turning = turning_->turning();
+    return static_cast<std::size_t>(std::count(turning.begin(), turning.end(), true));
+  }
+
+  /// A ball that has gone through the surface of the body.
+  const PenaltyContact* ball_inside() const {
+    for (const PenaltyContact* c : problem_.contacts())
+      if (c->state(u_).is_inside) return c;
+    return nullptr;
   }
 
   std::size_t preconditioner_bytes() const { return multigrid_.bytes(); }
@@ -208,7 +246,7 @@ public:
   CorotationalCells* turning_ = nullptr;
   NodeVector u_, v_;
   Energies energies_;
-  double work_ = 0;
+  double work_ = 0, work_uncertainty_ = 0;
   Counts counts;
   const char* reason = "";  ///< why the last part was not accepted; empty if it was
 
@@ -218,8 +256,22 @@ private:
     return {std::min(1.0, at / settings_.duration), at};
   }
 
+  /// Cells begin to turn, and cease to unless that adds to the energy. What beginning adds is taken from the motion.
   void choose_turning() {
-    if (turning_) turning_->choose_turning(u_, turning_angle, turning_angle / 2);
+    if (!turning_) return;
+    const double before = energies_.strain;
+    turned_ = turning_->turning();
+    turning_->choose_turning(u_, turning_angle, turning_angle / 2);
+    energies_.strain = turning_->energy(u_);
+    if (energies_.strain > before) {
+      for (std::size_t c = 0; c < turned_.size(); ++c) turned_[c] = turned_[c] || turning_->turning()[c];
+      turning_->set_turning(turned_);
+      energies_.strain = turning_->energy(u_);
+    }
+    const double gain = energies_.strain - before;
+    if (!(gain > 0)) return;
+    v_ *= std::sqrt(std::max(0.0, 1 - gain / std::max(energies_.kinetic, gain)));
+    energies_.kinetic = inertia_->kinetic_energy(v_);
   }
 
   bool fail(const char* why) {
@@ -248,6 +300,7 @@ private:
   ConjugateGradients conjugate_gradients_;
   std::int64_t ticks_ = 0;    ///< parts of steps done
   NodeVector support_force_;  ///< at u_
+  std::vector<bool> turned_;
   double largest_energy_ = 0, rounding_of_places_ = 0;
   NodeVector end_, trial_, gradient_, projected_, magnitude_, support_step_, right_side_, first_, newton_step_,
       velocity_;
@@ -275,7 +328,10 @@ Motion::Integrator::Work Motion::Integrator::work_of_supports() const {
 }
 
 bool Motion::Integrator::try_part(double h) {
-  problem_.set_progress(progress(h));
+  const Progress now = progress(), then = progress(h);
+  for (const PenaltyContact* c : problem_.contacts())
+    if (!is_smallest(h) && c->goes_too_far(now, then)) return fail("an obstacle would go through the surface");
+  problem_.set_progress(then);
   inertia_->set_step(u_, v_, h);
   if (viscosity_) viscosity_->set_step(u_, h);
   const LevelProblem::Stored before = problem_.stored_energy(u_);
@@ -294,6 +350,7 @@ bool Motion::Integrator::try_part(double h) {
     const bool may_end = is_to_tolerance() ? supports_hold_ && relative <= scene_.tolerance : iteration >= least;
     if (may_end && accept(h, start)) {
       counts.relative_residual = relative;
+      counts.largest_residual = std::max(counts.largest_residual, relative);
       return true;
     }
     if ((may_end && is_to_tolerance()) || !std::isfinite(relative)) break;
@@ -321,15 +378,13 @@ bool Motion::Integrator::accept(double h, const Energies& start) {
   const double unexplained = gain - work.uncertain - rounding;
   if (unexplained > 0) counts.largest_gain = std::max(counts.largest_gain, unexplained / scale);
   ++counts.parts;
-  work_ += work.done + std::clamp(gain, 0.0, work.uncertain) + start.total() - energies_.total();
+  work_ += work.done + start.total() - energies_.total();
+  work_uncertainty_ += work.uncertain;
   support_force_ = gradient_ - projected_;
   u_.swap(end_);
   v_.swap(velocity_);
   energies_ = now;
-  if (turning_) {
-    choose_turning();
-    energies_.strain = problem_.elastic().energy(u_);
-  }
+  choose_turning();
   reason = "";
   return true;
 }
@@ -374,15 +429,16 @@ bool Motion::Integrator::newton_step(double h, bool is_first, double relative) {
     potential.linearize(end_, clamping);
     right_side_ = -gradient_;
     if (!supports_hold_) {
-      potential.apply(support_step_, newton_step_);
-      right_side_ -= newton_step_;
+      potential.apply(support_step_, trial_);
+      right_side_ -= trial_;
     }
+    newton_step_.setZero(end_.size());
     const ConjugateGradients::End end = solve_linear(h, options);
     if (end == ConjugateGradients::End::solved) break;
     // The best so far leads down; to a tolerance it is not enough.
     if (!is_to_tolerance() && !newton_step_.isZero(0)) break;
   }
-  if (newton_step_.size() == 0 || !newton_step_.allFinite()) return fail("the linear equations have no solution");
+  if (!newton_step_.allFinite()) return fail("the linear equations have no solution");
   if (supports_hold_ && is_to_tolerance()) return search_line(relative);
   end_ += newton_step_;
   if (!supports_hold_) end_ += support_step_;
@@ -447,6 +503,7 @@ const NodeVector& Motion::displacement() const { return integrator_->u_; }
 const NodeVector& Motion::velocity() const { return integrator_->v_; }
 const Energies& Motion::energies() const { return integrator_->energies_; }
 double Motion::work() const { return integrator_->work_; }
+double Motion::work_uncertainty() const { return integrator_->work_uncertainty_; }
 Vec3 Motion::momentum() const { return integrator_->inertia_->momentum(integrator_->v_); }
 const Mesh& Motion::mesh() const { return integrator_->problem_.mesh(); }
 const Index3& Motion::voxels_per_cell() const {
@@ -455,9 +512,17 @@ const Index3& Motion::voxels_per_cell() const {
 void Motion::set_state(const NodeVector& u, const NodeVector& v) { integrator_->set_state(u, v); }
 const Motion::Counts& Motion::counts() const { return integrator_->counts; }
 
+const PenaltyContact* Motion::ball_inside() const { return integrator_->ball_inside(); }
+void Motion::explain(std::vector<Effect>& effects) const {
+  if (!integrator_->turning_) return;
+  for (Effect& e : effects)
+    if (e.name == "rotation")
+      e.why += fmt::format("; at the end {} of {} cells turn", integrator_->num_turning(), mesh().num_cells());
+}
 void Motion::check(SolveReport& report) const { integrator_->check(report.warnings); }
 
 Result Motion::conclude(SolveReport& report) const {
+  if (report.levels.empty()) report.levels.emplace_back();
   integrator_->be_at_rest_if_failed();
   report.bytes = {{"lattice", hexmesh::bytes_of(integrator_->lattice_)},
                   {"meshes", integrator_->problem_.hierarchy().bytes()},
@@ -472,7 +537,7 @@ Result Motion::conclude(SolveReport& report) const {
 namespace {
 
 MotionReport::Row row_of(const Motion& motion) {
-  return {motion.time(), motion.energies(), motion.work(), motion.momentum()};
+  return {motion.time(), motion.energies(), motion.work(), motion.work_uncertainty(), motion.momentum()};
 }
 
 }  // namespace
@@ -486,6 +551,10 @@ Result solve_dynamics(const Lattice& whole, const Scene& scene, int level, Solve
   const Stopwatch setup;
   const std::optional<Lattice> rest = without_islands(whole, scene, level, report.dropped_cells);
   const Lattice& lattice = rest ? *rest : whole;
+  if (rest)
+    report.warnings.push_back(fmt::format("{} of {} cells of level {} are left out: nothing holds them",
+                                          report.dropped_cells,
+                                          whole.levels[static_cast<std::size_t>(level)].cells.size(), level));
   Motion motion(lattice, scene, level);
   motion.check(report);
   report.setup_seconds = setup.seconds();
@@ -500,10 +569,14 @@ Result solve_dynamics(const Lattice& whole, const Scene& scene, int level, Solve
   const Stopwatch solve;
   output();
   report.converged = true;
+  const PenaltyContact* ball = nullptr;
   for (int n = 1; n <= steps && report.converged; ++n) {
     report.converged = motion.step();
     if (report.converged && on_step) on_step(motion);
-    if (n % settings.output_every == 0 || n == steps || !report.converged) output();
+    const bool is_output = n % settings.output_every == 0 || n == steps || !report.converged;
+    if (is_output && motion.time() > of_motion.rows.back().time) output();
+    if (is_output && report.converged) ball = motion.ball_inside();
+    report.converged = report.converged && !ball;
   }
   report.solve_seconds = solve.seconds();
 
@@ -517,8 +590,30 @@ Result solve_dynamics(const Lattice& whole, const Scene& scene, int level, Solve
         fmt::format("in the smallest parts of steps the body gained up to {:.1g} of its energy "
                     "without work: it snapped through, or step_s is too large",
                     counts.largest_gain));
-  report.reason = report.converged ? "all steps were solved"
-                                   : fmt::format("stopped at {:.6g} s: {}", motion.time(), motion.reason());
+  of_motion.slowed_parts = counts.slowed;
+  of_motion.largest_residual = counts.largest_residual;
+  constexpr double much = 0.1;
+  if (ball)
+    report.reason = fmt::format(
+        "at {:.6g} s the ball of {} is inside the body: it went through the surface; a larger "
+        "stiffness_n_mm holds it off",
+        motion.time(), ball->name());
+  else if (!report.converged)
+    report.reason = fmt::format("stopped at {:.6g} s: {}", motion.time(), motion.reason());
+  else if (settings.newton_iterations == 0)
+    report.reason = "all steps were solved to the tolerance";
+  else
+    report.reason = "all steps were taken, with the iterations asked";
+  if (counts.largest_residual > much)
+    report.warnings.push_back(
+        fmt::format("residuals of up to {:.2g} are left by {} iterations a step: the motion is "
+                    "slower than it should be",
+                    counts.largest_residual, settings.solver_iterations));
+  if (counts.slowed > 0)
+    report.warnings.push_back(fmt::format(
+        "{} parts of steps were slowed down, which takes momentum away: smaller steps or more iterations keep it",
+        counts.slowed));
+  motion.explain(report.effects);
   report.load_fraction = std::min(1.0, motion.time() / settings.duration);
   report.relative_residual = counts.relative_residual;
   NewtonReport newton;

@@ -5,6 +5,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "hexmesh/core/error.h"
 #include "hexsolver/loads.h"
@@ -160,6 +162,9 @@ LevelProblem::Stored LevelProblem::stored_energy(const NodeVector& u) const {
 double LevelProblem::largest_load_step() const {
   double step = 1;
   for (const PenaltyContact* c : contacts_) step = std::min(step, c->largest_load_step());
+  // Half a turn has two ways there, a quarter one.
+  for (const Condition& c : scene_.conditions)
+    if (c.turn && c.turn->radians != 0) step = std::min(step, std::numbers::pi / 2 / std::abs(c.turn->radians));
   return step;
 }
 
@@ -171,7 +176,8 @@ std::vector<std::string> LevelProblem::conflicts() const {
     worst = std::max(worst, of_point[p]);
   }
   std::vector<std::string> words;
-  const double allowed = conflict_fraction * largest_prescribed(*constraints_);
+  constexpr double rounding = 1e-6;  // mm
+  const double allowed = std::max(rounding, conflict_fraction * largest_prescribed(*constraints_));
   for (std::size_t c = 0; c < miss.size(); ++c)
     if (miss[c] > allowed)
       words.push_back(fmt::format("'{}' ({}, misses by {:.3g} mm)", scene_.conditions[c].name,
@@ -253,21 +259,29 @@ void check_open_ended(const Scene& scene, const Lattice& lattice, int finest) {
 
 namespace {
 
-std::vector<std::string> check_contacts(const LevelProblem& problem) {
+std::vector<std::string> check_contacts(const LevelProblem& problem, const NodeVector* start) {
   constexpr double most_overlap = 5;  // mm
   std::vector<std::string> warnings;
   for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
     const Contact& contact = problem.scene().contacts[c];
-    const PenaltyContact::State state = problem.contacts()[c]->state_at_rest();
+    const PenaltyContact& term = *problem.contacts()[c];
+    const PenaltyContact::State state = start ? term.state(*start) : term.state_at_rest();
     if (state.points == 0) continue;
-    const std::string what = fmt::format("contact '{}' ({}): {} surface points are inside it at rest, up to {:.3g} mm",
-                                         contact.name, contact.where, state.points, state.deepest);
+    const std::string what =
+        fmt::format("contact '{}' ({}): {} surface points are inside it {}, up to {:.3g} mm", contact.name,
+                    contact.where, state.points, start ? "at the start" : "at rest", state.deepest);
     if (state.deepest > most_overlap)
       throw Error(ErrorKind::geometry,
                   fmt::format("{}, expected at most {:g} mm: let it move in with by_mm", what, most_overlap));
     warnings.push_back(what);
   }
   return warnings;
+}
+
+}  // namespace
+
+std::vector<std::string> check_contacts_at(const LevelProblem& problem, const NodeVector& u) {
+  return check_contacts(problem, &u);
 }
 
 std::vector<std::string> check_conflicts(const LevelProblem& problem, const Scene& scene) {
@@ -282,11 +296,9 @@ std::vector<std::string> check_conflicts(const LevelProblem& problem, const Scen
                           what));
 }
 
-}  // namespace
-
 std::vector<std::string> check_level(const LevelProblem& problem, const Scene& scene) {
   std::vector<std::string> warnings = check_conflicts(problem, scene);
-  const std::vector<std::string> overlaps = check_contacts(problem);
+  const std::vector<std::string> overlaps = check_contacts(problem, nullptr);
   warnings.insert(warnings.end(), overlaps.begin(), overlaps.end());
   return warnings;
 }

@@ -112,6 +112,10 @@ std::vector<std::string> check_single_points(const Scene& scene);
 /// @throws Error{input} for what cannot go with an accuracy or a budget
 void check_open_ended(const Scene& scene, const hexmesh::Lattice& lattice, int finest);
 
+/// The parts of check_level(): of conditions as they are prescribed now, of obstacles as they are now.
+std::vector<std::string> check_conflicts(const LevelProblem& problem, const Scene& scene);
+std::vector<std::string> check_contacts_at(const LevelProblem& problem, const NodeVector& u);
+
 /// @returns warnings: of conditions that contradict each other and are to be met by least squares, of surface points
 /// that
 ///          are inside obstacles at rest

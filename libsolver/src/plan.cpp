@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hexsolver/dynamics.h"
 #include "level_problem.h"
 #include "stopwatch.h"
 
@@ -63,8 +64,14 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int le
   check_open_ended(scene, whole, level);
   const std::optional<hexmesh::Lattice> rest = without_islands(whole, scene, level, check.dropped_cells);
   const LevelProblem problem(rest ? *rest : whole, scene, level);
-  const std::vector<std::string> of_level = check_level(problem, scene);
-  check.warnings.insert(check.warnings.end(), of_level.begin(), of_level.end());
+  if (scene.dynamics) {
+    SolveReport report;
+    Motion(rest ? *rest : whole, scene, level).check(report);
+    check.warnings.insert(check.warnings.end(), report.warnings.begin(), report.warnings.end());
+  } else {
+    const std::vector<std::string> of_level = check_level(problem, scene);
+    check.warnings.insert(check.warnings.end(), of_level.begin(), of_level.end());
+  }
   for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
     const PenaltyContact::State state = problem.contacts()[c]->state_at_rest();
     check.contacts.push_back({scene.contacts[c].name, state.points, state.deepest, state.nearest, state.force});

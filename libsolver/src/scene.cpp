@@ -88,6 +88,9 @@ bool read_solve(TomlReader table, Scene& scene) {
                   "volumetric = \"mean\" goes with other strains than \"green-lagrange\", expected \"full\"");
   if (auto v = table.choice<Stiffness>("stiffness", {{"exact", Stiffness::exact}, {"uniform", Stiffness::uniform}}))
     scene.stiffness = *v;
+  if (moves && scene.finds_strain && scene.rotation == Rotation::edges)
+    table.fail_at("rotation",
+                  "rotation = \"edges\" does not go with strain = \"auto\" in a motion, expected one of them");
   scene.level = table.integer("level", 0, 30, "a level of the lattice, 0 or more");
   scene.accuracy = table.number("accuracy_mm", 1e-9, infinity, "an accuracy > 0 mm");
   scene.budget = table.number("budget_s", 1e-3, infinity, "a time of 0.001 s or more");
@@ -106,29 +109,37 @@ bool read_solve(TomlReader table, Scene& scene) {
 }
 
 Dynamics read_dynamics(TomlReader table, const std::filesystem::path& folder) {
+  constexpr double most_seconds = 1e9, most_steps = 1e8;
   Dynamics d;
-  const auto step = table.number("step_s", 1e-9, 1e6, "a time > 0 s");
-  const auto duration = table.number("duration_s", 1e-9, 1e9, "a time > 0 s");
+  const auto step = table.number("step_s", 1e-9, most_seconds, "a time of 1e-9 to 1e9 s");
+  const auto duration = table.number("duration_s", 1e-9, most_seconds, "a time of 1e-9 to 1e9 s");
+  if (auto v = table.integer("output_every", 1, 1000000000, "a number of steps, 1 to 1e9")) d.output_every = *v;
+  if (auto v = table.choice<StepSolver>(
+          "solver", {{"cg", StepSolver::cg}, {"jacobi", StepSolver::jacobi}, {"multigrid", StepSolver::multigrid}}))
+    d.solver = *v;
+  if (auto v = table.integer("solver_iterations", 0, 100000, "0 (as many as the tolerance takes) to 100000"))
+    d.solver_iterations = *v;
+  const auto newton = table.integer("newton_iterations", 0, 25, "0 (as many as the tolerance takes) to 25");
+  d.newton_iterations = newton.value_or(d.solver_iterations > 0 ? 1 : 0);
+  if (auto v = table.vector("velocity_mm_s", "three numbers [x, y, z], LPS, mm/s")) d.velocity = *v;
+  const auto start = table.text("start", "the path of a .hexresult");
+  table.finish();
   if (!step || !duration)
     table.fail_here(
         fmt::format("[dynamics] has no {}, expected step_s and duration_s", step ? "duration_s" : "step_s"));
   d.step = *step;
   d.duration = *duration;
-  if (d.duration / d.step > 1e8) table.fail_at("step_s", "duration_s / step_s is more than 1e8 steps, expected fewer");
-  if (auto v = table.integer("output_every", 1, 1 << 30, "a number of steps, 1 or more")) d.output_every = *v;
-  if (auto v = table.choice<StepSolver>(
-          "solver", {{"cg", StepSolver::cg}, {"jacobi", StepSolver::jacobi}, {"multigrid", StepSolver::multigrid}}))
-    d.solver = *v;
-  if (auto v = table.integer("solver_iterations", 0, 100000, "0 (as many as the tolerance takes) or more"))
-    d.solver_iterations = *v;
-  const auto newton = table.integer("newton_iterations", 0, 25, "0 (as many as the tolerance takes) to 25");
-  d.newton_iterations = newton.value_or(d.solver_iterations > 0 ? 1 : 0);
+  if (d.duration / d.step > most_steps)
+    table.fail_at("step_s", fmt::format("duration_s / step_s is {:.3g} steps, expected at most {:g}",
+                                        d.duration / d.step, most_steps));
   if (d.solver_iterations > 0 && d.newton_iterations == 0)
     table.fail_at("newton_iterations",
                   "newton_iterations = 0 solves to the tolerance, expected solver_iterations = 0 with it");
-  if (auto v = table.vector("velocity_mm_s", "three numbers [x, y, z], LPS, mm/s")) d.velocity = *v;
-  if (auto v = table.text("start", "the path of a .hexresult")) d.start = folder / *v;
-  table.finish();
+  if (start) {
+    d.start = folder / *start;
+    if (!std::filesystem::is_regular_file(d.start))
+      table.fail_at("start", fmt::format("dynamics.start is '{}', expected a file (relative to the scene)", *start));
+  }
   return d;
 }
 
@@ -149,6 +160,7 @@ std::optional<History> read_history(TomlReader& table, std::size_t count, const 
   if (!dynamics) table.fail_at("table", "table goes with solve.kind = \"dynamics\", expected that or none");
   History history;
   for (const std::vector<double>& row : rows) {
+    if (row[0] < 0) table.fail_at("table", fmt::format("table begins at {:g} s, expected 0 or later", row[0]));
     if (!history.rows.empty() && !(row[0] > history.rows.back().time))
       table.fail_at("table", fmt::format("table has {:g} s after {:g} s, expected {}", row[0], history.rows.back().time,
                                          expected));
@@ -355,7 +367,11 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
   const bool moves = solve && read_solve(*solve, scene);
   if (auto table = reader.table("dynamics", "a table written [dynamics]")) {
     const Dynamics dynamics = read_dynamics(*table, folder);
-    if (moves) scene.dynamics = dynamics;
+    if (moves)
+      scene.dynamics = dynamics;
+    else
+      scene.warnings.emplace_back(
+          "[dynamics] has no effect: solve.kind is \"equilibrium\", expected \"dynamics\" for a motion");
   }
   if (moves && !scene.dynamics)
     solve->fail_at("kind", "kind is \"dynamics\", expected a table [dynamics] with step_s and duration_s");

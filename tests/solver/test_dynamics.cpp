@@ -54,6 +54,7 @@ struct Way {
 void PrintTo(const Way& way, std::ostream* out) { *out << way.name; }
 const Way ways[] = {{"cg_10", StepSolver::cg, 10},
                     {"jacobi_10", StepSolver::jacobi, 10},
+                    {"multigrid_1", StepSolver::multigrid, 1},
                     {"multigrid_2", StepSolver::multigrid, 2},
                     {"jacobi_converged", StepSolver::jacobi, 0},
                     {"multigrid_converged", StepSolver::multigrid, 0}};
@@ -68,14 +69,16 @@ protected:
 /// The energy never grows but by what is given to the body.
 void expect_energy_never_grows(Motion& motion, int steps) {
   const double first = motion.energies().total();
-  double before = first, work_before = 0, largest = std::abs(first);
+  double before = first, work_before = 0, uncertain_before = 0, largest = std::abs(first);
   for (int n = 0; n < steps; ++n) {
     ASSERT_TRUE(motion.step()) << motion.reason() << " after " << n << " steps";
-    const double now = motion.energies().total(), given = motion.work() - work_before;
+    const double now = motion.energies().total(),
+                 given = motion.work() - work_before + motion.work_uncertainty() - uncertain_before;
     largest = std::max({largest, std::abs(now), motion.energies().kinetic});
     ASSERT_LE(now, before + given + 1e-8 * largest) << "step " << n;
     before = now;
     work_before = motion.work();
+    uncertain_before = motion.work_uncertainty();
   }
 }
 
@@ -130,12 +133,31 @@ TEST_P(EveryWay, TheEnergyNeverGrowsWithoutWork) {
   }
 }
 
+TEST_P(EveryWay, ComesToRestWhereTheEquilibriumIs) {
+  const Lattice lattice = bar(30);
+  Scene still;
+  still.gravity = earth;
+  still.conditions = {held_end({-0.5, 0, 0}, {-1, 0, 0})};
+  SolveReport report;
+  const hexmesh::Result at_rest = solve_equilibrium(lattice, still, 1, report);
+  Scene s = scene(0.02, 10);
+  s.gravity = earth;
+  s.conditions = still.conditions;
+  s.damping = {5, 0.005};
+  Motion motion(lattice, s, 1);
+  for (int n = 0; n < 500; ++n) ASSERT_TRUE(motion.step()) << motion.reason();
+  double worst = 0;
+  for (std::size_t n = 0; n < at_rest.displacement.size(); ++n)
+    worst = std::max(
+        worst, (motion.displacement().segment<3>(3 * static_cast<Eigen::Index>(n)) - at_rest.displacement[n]).norm());
+  EXPECT_LT(worst, 1e-3);
+}
+
 INSTANTIATE_TEST_SUITE_P(Solvers, EveryWay, testing::ValuesIn(ways), [](const auto& p) { return p.param.name; });
 
 TEST(Motion, ConservesLinearMomentumWithoutForces) {
   const Lattice lattice = bitten_ball({1, 1, 1});
   Scene s = moving(0.01, 1);
-  s.tolerance = 1e-12;
   s.damping.stiffness_s = 0.003;
   Motion motion(lattice, s, 1);
   // Strained, turning and flying at once.
@@ -212,18 +234,54 @@ TEST(Motion, CellsTurnWhereTheyNeedToAndNotForEachTremble) {
   EXPECT_EQ(cells.choose_turning(turned(0.01), 0.04, 0.02), 0U);
 }
 
-TEST(Motion, WithAutoStaysNearThatInWhichAllCellsTurn) {
+TEST(Motion, WithAutoComesToRestWhereThatDoesInWhichAllCellsTurn) {
   const Lattice lattice = bar(30);
-  Scene s = held_bar(moving(0.01, 0.5));
+  Scene s = held_bar(moving(0.02, 3));
   s.gravity = earth;
+  s.damping = {5, 0.005};
   Scene chosen = s;
   chosen.finds_strain = true;
   Motion all(lattice, s, 1), some(lattice, chosen, 1);
-  for (int n = 0; n < 50; ++n) {
-    ASSERT_TRUE(all.step() && some.step());
-    // Not to turn is 1e-3 of strain along the 24 mm of the bar, before cells do.
-    ASSERT_LT((all.displacement() - some.displacement()).lpNorm<Eigen::Infinity>(), 1.5 * 1e-3 * 24);
-  }
+  for (int n = 0; n < 150; ++n) ASSERT_TRUE(all.step() && some.step());
+  // Not to turn by the angle at most is 1e-3 of strain along the 24 mm of the bar.
+  EXPECT_LT((all.displacement() - some.displacement()).lpNorm<Eigen::Infinity>(), 1.5 * 1e-3 * 24);
+}
+
+TEST(Motion, WithAutoTheEnergyNeverGrowsWithoutWork) {
+  const Lattice lattice = bar(30);
+  Scene s = held_bar(moving(0.001, 1));
+  s.finds_strain = true;
+  Motion motion(lattice, s, 1);
+  motion.set_state(NodeVector::Zero(motion.velocity().size()),
+                   sample(motion.mesh(), [](const Vec3& p) { return Vec3(0, 0, 1.5 * p[0] * p[0]); }));
+  expect_energy_never_grows(motion, 300);
+}
+
+TEST(Motion, ABallThatIsFastIsTakenInPartsOfItsRadius) {
+  const Lattice lattice = bar(30);
+  Scene s = held_bar(moving(0.02, 1));
+  Contact ball;
+  ball.name = "ball";
+  ball.obstacle = Ball{{12, 3, 16}, 8};
+  ball.stiffness = 0.5;
+  ball.history = History{{{0, Vec3::Zero()}, {0.02, Vec3(0, 0, -10)}}};
+  s.contacts = {ball};
+  Motion motion(lattice, s, 1);
+  ASSERT_TRUE(motion.step()) << motion.reason();
+  EXPECT_GE(motion.counts().parts, 8);  // 10 mm, 2 mm at a time at most
+  EXPECT_GT(motion.energies().contact, 0);
+  EXPECT_EQ(motion.ball_inside(), nullptr);
+}
+
+TEST(Motion, TheStartIsHeldAgainstTheConditions) {
+  const Lattice lattice = bar(30);
+  Scene s = held_bar(moving(0.02, 1));
+  s.conditions[0].history = History{{{0, Vec3(0, 0, 7)}, {1, Vec3(0, 0, 8)}}};
+  SolveReport report;
+  Motion(lattice, s, 1).check(report);
+  ASSERT_EQ(report.warnings.size(), 1U);
+  EXPECT_NE(report.warnings[0].find("condition 'end' (test) puts points 7 mm from where the start has them"),
+            std::string::npos);
 }
 
 TEST(Motion, AMovedSupportDoesTheWorkThatTheBodyGets) {
@@ -236,7 +294,9 @@ TEST(Motion, AMovedSupportDoesTheWorkThatTheBodyGets) {
   for (int n = 0; n < 500; ++n) ASSERT_TRUE(motion.step()) << motion.reason();
   const double mass = 24 * 6 * 6 * 1e-9;  // tonne
   EXPECT_NEAR(motion.energies().kinetic, mass * 500 * 500 / 2, 1e-6 * motion.energies().kinetic);
-  EXPECT_GE(motion.work(), motion.energies().total());
+  EXPECT_GE(motion.work() + motion.work_uncertainty(), motion.energies().total());
+  // The impulse times the velocity, found another way: the support goes at 500 mm/s, the body gains mass * 500.
+  EXPECT_NEAR(motion.work(), mass * 500 * 500, 0.02 * mass * 500 * 500);
   EXPECT_LT((motion.momentum() - Vec3(0, 0, mass * 500)).norm(), 1e-6 * mass * 500);
 }
 
@@ -261,6 +321,17 @@ TEST(Motion, WithoutMassIsRefused) {
   const Lattice lattice =
       hexmesh::build_lattice(volume, {{volume.segments[0], hexmesh::material_from_units(10, 0.3, 0), 0, ""}});
   EXPECT_THROW(Motion(lattice, moving(0.1, 1), 0), hexmesh::Error);
+}
+
+TEST(Equilibrium, AWholeTurnIsNoContradiction) {
+  const Lattice lattice = bar(30);
+  Scene s;
+  s.conditions = {held_end({-0.5, 0, 0}, {-1, 0, 0})};
+  s.conditions[0].turn = Turn{Vec3::UnitX(), 2 * std::numbers::pi, {5, 5, 5}};
+  SolveReport report;
+  const hexmesh::Result result = solve_equilibrium(lattice, s, 1, report);
+  ASSERT_TRUE(report.converged) << report.reason;
+  for (const Vec3& u : result.displacement) EXPECT_LT(u.norm(), 1e-6);
 }
 
 TEST(Equilibrium, AnEndThatIsTurnedTurnsTheBodyWithIt) {

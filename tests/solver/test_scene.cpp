@@ -182,7 +182,10 @@ velocity_mm_s = [0, 0, 5]
   EXPECT_EQ(scene.forces[1].history->at(0.5), Vec3(0.5, 0.5, 0.5));
   EXPECT_EQ(scene.contacts[0].history->at(1), Vec3(0, 0, 5));
   EXPECT_EQ(scene_of(dynamics + "solver_iterations = 10\n").dynamics->newton_iterations, 1);
-  EXPECT_FALSE(scene_of("[dynamics]\nstep_s = 0.02\nduration_s = 1\n").dynamics);
+  const Scene still = scene_of("[dynamics]\nstep_s = 0.02\nduration_s = 1\n");
+  EXPECT_FALSE(still.dynamics);
+  ASSERT_EQ(still.warnings.size(), 1U);
+  EXPECT_EQ(still.warnings[0].find("[dynamics] has no effect"), 0U);
 }
 
 TEST(Scene, WhatGoesWithAMotionAloneIsNamed) {
@@ -200,6 +203,9 @@ TEST(Scene, WhatGoesWithAMotionAloneIsNamed) {
   expect(dynamics + displace + "table = [[0, 0, 0, 0]]\nby_mm = [0, 0, 1]\n", "[[displace]] expects one of");
   expect("[solve]\nkind = \"dynamics\"\naccuracy_mm = 1\n", "accuracy_mm and budget_s go with");
   expect(dynamics + "solver_iterations = 5\nnewton_iterations = 0\n", "newton_iterations = 0 solves to the tolerance");
+  expect(dynamics + displace + "table = [[-1, 0, 0, 0]]\n", "table begins at -1 s, expected 0 or later");
+  expect(dynamics + "start = \"none.hexresult\"\n", "dynamics.start is 'none.hexresult', expected a file");
+  expect("[solve]\nkind = \"dynamics\"\n[dynamics]\nsteps_s = 0.1\nduration_s = 1\n", "unknown key 'dynamics.steps_s'");
   expect(dynamics + "step = 5\n", "unknown key 'dynamics.step'");
 }
 

@@ -467,6 +467,18 @@ solver_iterations = 10
             0);
   EXPECT_EQ(hexmesh::read_result(*folder / "rest.hexresult").displacement, result.displacement);
 
+  // A reader that leaves does not take the result with it.
+  const CommandResult left =
+      run("bash -c 'hexsolve liver.hexmesh sway.toml --level 2 --stream -o left.hexresult | head -c 100 > /dev/null; "
+          "exit ${PIPESTATUS[0]}'");
+  EXPECT_EQ(left.exit_code, 0) << left.errors;
+  EXPECT_NE(left.errors.find("the motion goes on to its file"), std::string::npos) << left.errors;
+  EXPECT_EQ(hexmesh::read_result(*folder / "left.hexresult").displacement, result.displacement);
+  expect_failure("hexsolve liver.hexmesh sway.toml --accuracy 1 -o y.hexresult", 2,
+                 {"--accuracy goes with an equilibrium"});
+  expect_failure("hexexport sway.hexresult --inp sway.inp", 3, {"the result is a motion"});
+  expect_failure("hexexport sway.hexresult --lattice z.pvd --surface z.pvd", 2, {"expected two names"});
+  expect_failure("hexsolve liver.hexmesh sway.toml -o y.hexresult --report sway.json", 6, {"sway.json"});
   expect_failure("hexsolve liver.hexmesh liver.toml --stream", 2, {"--stream goes with a motion"});
   expect_failure("hexsolve liver.hexmesh sway.toml --level 2 --stream --report -", 2, {"takes standard output"});
   expect_failure("hexsolve liver.hexmesh sway.toml --level 1 -o x --set dynamics.start=half.hexresult", 3,

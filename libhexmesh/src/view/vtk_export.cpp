@@ -144,7 +144,7 @@ void write_pvd(const std::vector<std::pair<double, std::string>>& files, const s
   out << "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
          "  <Collection>\n";
   for (const auto& [time, file] : files)
-    out << fmt::format("    <DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", time, escaped(file));
+    out << fmt::format("    <DataSet timestep=\"{:.9g}\" part=\"0\" file=\"{}\"/>\n", time, escaped(file));
   out << "  </Collection>\n</VTKFile>\n";
   if (!out.flush()) throw Error(ErrorKind::output, fmt::format("cannot write '{}'", path.string()));
 }

@@ -41,14 +41,14 @@ public:
         excess;                       ///< ... and this, by what factor |r| is still too large, is <= 1
     std::function<bool()> interrupt;  ///< asked before every iteration; true ends it
     /// Searched first, and part of the space in which every iterate is the best (augmented conjugate gradients: Saad,
-    /// Yeung, Erhel, Guyomarc'h 2000). It need not be in the range of P.
+    /// Yeung, Erhel, Guyomarc'h 2000). It need not be in the range of P, and counts as no iteration.
     const NodeVector* first_direction = nullptr;
   };
   enum class End { solved, negative_curvature, interrupted };
   struct Outcome {
     int iterations = 0;
     End end = End::solved;  ///< negative curvature: d is the best before it was met
-    double reduction = 1;   ///< |r| over |P b| at the end
+    double reduction = 1;   ///< |r| over |P b| before the last iteration
   };
 
   /// @param preconditioner  nullptr: none

@@ -40,6 +40,9 @@ public:
   State state(const NodeVector& u) const;  ///< as the last set_progress() says
   State state_at_rest() const;             ///< before the obstacle has moved
 
+  /// Whether a ball moves by more than a quarter of its radius, and might go through the surface.
+  bool goes_too_far(const Progress& from, const Progress& to) const;
+
   /// The largest part of the load in one step that does not carry a ball through the surface.
   double largest_load_step() const;
 
@@ -60,6 +63,7 @@ private:
     NodeWeights weights;
     Mat3 hessian;
   };
+  Vec3 moved_at(const Progress& progress) const;
   Gap gap(const Point& p, const NodeVector& u, const Vec3& moved) const;
   Gap gap(const Point& p, const NodeVector& u) const { return gap(p, u, moved_); }
   State state(const NodeVector& u, const Vec3& moved) const;

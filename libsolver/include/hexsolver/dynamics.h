@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "hexsolver/contact.h"
 #include "hexsolver/equilibrium.h"
 
 namespace hexsolver {
@@ -12,8 +13,10 @@ namespace hexsolver {
 /// The motion of one level of a lattice under a scene with [dynamics], by implicit Euler (THEORY.md, "Motion").
 ///
 /// A step that cannot be solved, or after which the body holds more energy than it had and was given, is not accepted
-/// but taken in two halves, down to 1/64 of the step asked. With a fixed number of iterations the smallest parts are
-/// slowed down where that is not enough: too few iterations make a motion slow, not unstable.
+/// but taken in two halves, down to 1/64 of the step asked. With a fixed number of iterations it is halved down to 1/4
+/// and slowed down where that is not enough: too few iterations make a motion slow, not unstable.
+///
+/// After the first step it asks for memory only to make a multigrid anew that no longer fits, and to tell of a failure.
 class Motion {
 public:
   /// @param lattice  with the level; both must outlive this
@@ -36,6 +39,9 @@ public:
   /// What supports, moving obstacles and changing forces have given to the body since the start [N mm].
   double work() const;
 
+  /// By how much more that may be: the forces of supports are taken as they are at the end of each part [N mm].
+  double work_uncertainty() const;
+
   Vec3 momentum() const;  ///< [N s]
   const Mesh& mesh() const;
   const Index3& voxels_per_cell() const;
@@ -51,9 +57,13 @@ public:
     int newton = 0, linear = 0;
     int preconditioners = 0;       ///< made
     double relative_residual = 0;  ///< of the last part
+    double largest_residual = 0;   ///< of all
     double largest_gain = 0;       ///< of energy without work in a part, over the energies that change [1]
   };
   const Counts& counts() const;
+
+  const PenaltyContact* ball_inside() const;         ///< an obstacle that has gone through the surface, or nullptr
+  void explain(std::vector<Effect>& effects) const;  ///< with strain = "auto": how many cells turn
 
   /// Warnings of conditions that contradict each other at the end and of obstacles that overlap the body at rest.
   /// @throws Error{geometry} as solve_equilibrium

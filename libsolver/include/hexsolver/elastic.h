@@ -145,6 +145,8 @@ public:
   /// Let cells turn that are turned by more than `on` [rad], and no longer those turned by less than `off`.
   /// @returns how many turn
   std::size_t choose_turning(const NodeVector& u, double on, double off);
+  const std::vector<bool>& turning() const noexcept { return turning_; }
+  void set_turning(const std::vector<bool>& turning) { turning_ = turning; }
 
   double cell_energy(std::size_t cell, const NodeVector& u) const override;
   Mat3 stress(std::size_t cell, const NodeVector& u) const override;

@@ -64,12 +64,15 @@ struct MotionReport {
     double time = 0;  ///< [s]
     Energies energies;
     double work = 0;               ///< given by supports, moving obstacles and changing forces since the start [N mm]
+    double work_uncertainty = 0;   ///< by how much more that may be [N mm]
     Vec3 momentum = Vec3::Zero();  ///< [N s]
   };
-  std::vector<Row> rows;    ///< one per output
-  int steps = 0;            ///< of the size asked
-  int parts = 0;            ///< solved, at least one per step
-  int failed_parts = 0;     ///< not accepted, and halved
+  std::vector<Row> rows;  ///< one per output
+  int steps = 0;          ///< of the size asked
+  int parts = 0;          ///< solved, at least one per step
+  int failed_parts = 0;   ///< not accepted, and halved
+  int slowed_parts = 0;   ///< solved with too few iterations, and slowed down
+  double largest_residual = 0;
   double largest_gain = 0;  ///< of energy without work in a part, over the energies [1]
 };
 

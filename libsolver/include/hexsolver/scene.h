@@ -146,9 +146,10 @@ struct Scene {
   std::vector<Condition> conditions;
   std::vector<Force> forces;
   std::vector<Contact> contacts;
-  Vec3 gravity = Vec3::Zero();       ///< [mm/s^2]
-  std::optional<Dynamics> dynamics;  ///< nothing for an equilibrium
-  Damping damping;                   ///< of a motion
+  Vec3 gravity = Vec3::Zero();        ///< [mm/s^2]
+  std::optional<Dynamics> dynamics;   ///< nothing for an equilibrium
+  Damping damping;                    ///< of a motion
+  std::vector<std::string> warnings;  ///< of what the file says in vain
 };
 
 /// Read a scene (TOML). Relative paths of markups are relative to the scene file.

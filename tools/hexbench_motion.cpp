@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexbench_motion.h"
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <algorithm>
+
+#include "hexmesh/lattice/embedded_points.h"
+#include "hexsolver/dynamics.h"
+
+namespace hextools {
+namespace {
+
+using hexmesh::Lattice;
+using hexsolver::Motion;
+using hexsolver::Scene;
+using hexsolver::StepSolver;
+using nlohmann::json;
+
+constexpr double least_seconds = 0.5;  // of each measurement
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
+__attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
+#endif
+double
+multiply_and_add(int rounds) {
+  using Lanes = double __attribute__((vector_size(64)));
+  constexpr int chains = 10;  // independent, more than the latency of one
+  Lanes sum[chains], x = {1, 1, 1, 1, 1, 1, 1, 1};
+  for (int c = 0; c < chains; ++c) sum[c] = x * (1e-3 * c);
+  const Lanes factor = x * 0.999;
+  for (int n = 0; n < rounds; ++n)
+    for (int c = 0; c < chains; ++c) sum[c] = sum[c] * factor + x;
+  double total = 0;
+  for (int c = 0; c < chains; ++c) total += sum[c][0];
+  return total;
+}
+
+/// Multiplications and additions per second of one thread in double precision, in 1e9.
+double peak_gflops() {
+  constexpr int rounds = 2000000;
+  double best = 0, checksum = 0;
+  for (int n = 0; n < 5; ++n) {
+    const double start = omp_get_wtime();
+    checksum += multiply_and_add(rounds);
+    best = std::max(best, 2.0 * 80 * rounds / (omp_get_wtime() - start) * 1e-9);
+  }
+  return checksum > 0 ? best : 0;
+}
+
+/// Seconds of one call, over as many as fill `least_seconds`.
+template <class F>
+double seconds_of_one(F&& f) {
+  f();
+  int count = 0;
+  const double start = omp_get_wtime();
+  double now = start;
+  while (now - start < least_seconds || count < 3) {
+    f();
+    ++count;
+    now = omp_get_wtime();
+  }
+  return (now - start) / count;
+}
+
+/// As many points as asked, evenly from the surface, some more than once if it has fewer.
+std::vector<hexmesh::Vec3> sampled(const std::vector<hexmesh::Vec3>& points, std::size_t count) {
+  std::vector<hexmesh::Vec3> out(count);
+  for (std::size_t n = 0; n < count; ++n) out[n] = points[n * points.size() / count];
+  return out;
+}
+
+json bench_level(const Lattice& lattice, Scene scene, int level, const Console& console) {
+  scene.dynamics->duration = 1e6 * scene.dynamics->step;
+  Motion motion(lattice, scene, level);
+  bool solved = true;
+  const double of_step = seconds_of_one([&] { solved = motion.step() && solved; });
+  json row = {{"level", level},   {"cells", motion.mesh().num_cells()}, {"nodes", motion.mesh().num_nodes()},
+              {"solved", solved}, {"steps_per_second", 1 / of_step},    {"surfaces", json::array()}};
+  std::string words;
+  const hexmesh::CellLocator locator(lattice.voxels, motion.voxels_per_cell(), motion.mesh().cells());
+  for (const std::size_t points : {229, 1455, 5541}) {
+    const hexmesh::EmbeddedPoints surface(locator, motion.mesh().cell_nodes(), sampled(lattice.surface.points, points));
+    std::vector<hexmesh::Vec3> moved;
+    const double of_surface = seconds_of_one([&] {
+      surface.interpolate({motion.displacement().data(), static_cast<std::size_t>(motion.displacement().size())},
+                          moved);
+    });
+    row["surfaces"].push_back({{"points", points}, {"steps_per_second", 1 / (of_step + of_surface)}});
+    words += fmt::format(", {:.4g} with {} points", 1 / (of_step + of_surface), points);
+  }
+  console.note(fmt::format("level {}, {} cells, {} nodes: {:.4g} steps/s{}", level, motion.mesh().num_cells(),
+                           motion.mesh().num_nodes(), 1 / of_step, words));
+  return row;
+}
+
+struct Way {
+  const char* name;
+  StepSolver solver;
+  int iterations;
+};
+
+json bench_ways(const Lattice& lattice, const Scene& scene, int level, const Console& console) {
+  const auto run = [&](const Way& way) {
+    Scene s = scene;
+    s.dynamics->solver = way.solver;
+    s.dynamics->solver_iterations = way.iterations;
+    s.dynamics->newton_iterations = way.iterations > 0 ? 1 : 0;
+    auto motion = std::make_unique<Motion>(lattice, s, level);
+    const double start = omp_get_wtime();
+    for (int n = 0; n < s.dynamics->num_steps(); ++n)
+      if (!motion->step()) break;
+    return std::make_pair(std::move(motion), (omp_get_wtime() - start) / s.dynamics->num_steps());
+  };
+  const auto [converged, of_converged] = run({"converged", StepSolver::multigrid, 0});
+  json rows = json::array();
+  const auto add = [&](const char* name, int iterations, const Motion& motion, double seconds) {
+    const double off = (motion.displacement() - converged->displacement()).norm() / converged->displacement().norm();
+    rows.push_back({{"solver", name},
+                    {"iterations", iterations},
+                    {"ms_per_step", 1e3 * seconds},
+                    {"relative_difference", off},
+                    {"solved", motion.time() >= converged->time()}});
+    console.note(fmt::format("level {}, {} {}: {:.3g} ms a step, {:.2g} of the displacement off the converged motion",
+                             level, name, iterations > 0 ? std::to_string(iterations) : "converged", 1e3 * seconds,
+                             off));
+  };
+  for (const Way& way : {Way{"cg", StepSolver::cg, 5}, Way{"cg", StepSolver::cg, 10}, Way{"cg", StepSolver::cg, 40},
+                         Way{"jacobi", StepSolver::jacobi, 5}, Way{"jacobi", StepSolver::jacobi, 10},
+                         Way{"jacobi", StepSolver::jacobi, 40}, Way{"multigrid", StepSolver::multigrid, 1},
+                         Way{"multigrid", StepSolver::multigrid, 2}, Way{"multigrid", StepSolver::multigrid, 4}}) {
+    const auto [motion, seconds] = run(way);
+    add(way.name, way.iterations, *motion, seconds);
+  }
+  add("multigrid", 0, *converged, of_converged);
+  return rows;
+}
+
+}  // namespace
+
+json bench_motion(const Lattice& lattice, const Scene& scene, int level, const Console& console) {
+  constexpr std::size_t least_cells = 8, most_cells = 20000;
+  json report = {
+      {"threads", omp_get_max_threads()}, {"peak_gflops_of_a_thread", peak_gflops()}, {"levels", json::array()}};
+  console.note(fmt::format("{} threads, peak of one {:.3g} GFLOP/s", omp_get_max_threads(),
+                           report["peak_gflops_of_a_thread"].get<double>()));
+  for (int l = static_cast<int>(lattice.levels.size()) - 1; l >= 0; --l) {
+    const std::size_t cells = lattice.levels[static_cast<std::size_t>(l)].cells.size();
+    if (cells >= least_cells && cells <= most_cells)
+      report["levels"].push_back(bench_level(lattice, scene, l, console));
+  }
+  report["level"] = level;
+  report["solvers"] = bench_ways(lattice, scene, level, console);
+  return report;
+}
+
+}  // namespace hextools
