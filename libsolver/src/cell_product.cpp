@@ -115,6 +115,18 @@ HEXSOLVER_CLONES void multiply_turned(const double* const* k, bool shared, const
   }
 }
 
+HEXSOLVER_CLONES void forces_of_turned(const TurnedCells& cells, double* forces) {
+  Lanes* const out = reinterpret_cast<Lanes*>(forces);
+  const Lanes *const f = lanes_of(cells.f.data()), *const g = lanes_of(cells.g.data()),
+                     *const r = lanes_of(cells.r.data()), *const h = lanes_of(cells.h.data());
+  for (int a = 0; a < 24; a += 3) {
+    Lanes force[3];
+    for (int i = 0; i < 3; ++i) force[i] = f[a + i];
+    add_cross(g + a, h, force);
+    multiply3(r, force, out + a);
+  }
+}
+
 HEXSOLVER_CLONES void multiply24(const double* k, const double* x, double* y) { multiply(k, x, y); }
 HEXSOLVER_CLONES void multiply24(const float* k, const float* x, float* y) { multiply(k, x, y); }
 

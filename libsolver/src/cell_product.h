@@ -15,6 +15,10 @@ struct TurnedCells;
 /// @param x       shape (24, 8), aligned to 64 bytes: vectors of node 0, of node 1, ...; lanes side by side
 void multiply_turned(const double* const* k, bool shared, const TurnedCells& cells, bool stressed, double* x);
 
+/// The forces R (f - h x g) of each lane on its nodes.
+/// @param out  shape (24, 8) as above
+void forces_of_turned(const TurnedCells& cells, double* out);
+
 /// K += sum_r a_r b_r^T, K (24, 24) stored by columns, a_r and b_r the rows of arrays of shape (9, 24), stored by rows.
 void add_products24(const double* a, const double* b, double* k);
 

@@ -46,7 +46,27 @@ double CorotationalCells::cell_energy(std::size_t cell, const NodeVector& u) con
   return 0.5 * (f.y - rest_).dot(f.f);
 }
 
+double CorotationalCells::energy(const NodeVector& u) const {
+  if (!is_linearized_at(u)) return ElasticCells::energy(u);
+  double sum = 0;
+  for (std::size_t b = 0; b < frames_.size(); ++b) {
+    TurnedCells::Lanes of_lane{};
+    for (std::size_t n = 0; n < 24; ++n)
+      for (std::size_t lane = 0; lane < TurnedCells::lanes; ++lane)
+        of_lane[lane] += 0.5 * (frames_[b].y[n][lane] - rest_[static_cast<Eigen::Index>(n)]) * frames_[b].f[n][lane];
+    for (std::size_t lane = 0; lane < mesh_.batches()[b].count; ++lane) sum += of_lane[lane];
+  }
+  return sum;
+}
+
+CorotationalCells::Frame CorotationalCells::still_frame(std::size_t cell, const NodeVector& u) const {
+  const CellVector v = mesh_.gather(cell, u);
+  const Mat3 one = Mat3::Identity(), none = Mat3::Zero();
+  return {one, one, none, none, rest_ + v, times(model(cell).stiffness, v), Vec3::Zero()};
+}
+
 std::size_t CorotationalCells::choose_turning(const NodeVector& u, double on, double off) {
+  state_.resize(0);
   turning_.resize(mesh_.num_cells());
   std::size_t count = 0;
   for (std::size_t c = 0; c < turning_.size(); ++c) {
@@ -66,6 +86,20 @@ Mat3 CorotationalCells::stress(std::size_t cell, const NodeVector& u) const {
 }
 
 void CorotationalCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
+  if (is_linearized_at(u)) {
+    mesh_.for_each_batch([&](std::size_t b) {
+      constexpr std::size_t lanes = TurnedCells::lanes;
+      alignas(64) std::array<double, 24 * lanes> values;
+      forces_of_turned(frames_[b], values.data());
+      for (std::size_t lane = 0; lane < mesh_.batches()[b].count; ++lane) {
+        CellVector force;
+        for (std::size_t n = 0; n < 24; ++n) force[static_cast<Eigen::Index>(n)] = values[lanes * n + lane];
+        mesh_.scatter_add(mesh_.batches()[b].first + lane, force, gradient);
+        mesh_.scatter_add(mesh_.batches()[b].first + lane, force.cwiseAbs(), magnitude);
+      }
+    });
+    return;
+  }
   mesh_.for_each_cell([&](std::size_t c) {
     if (!turns(c)) {
       const CellVector linear = times(model(c).stiffness, mesh_.gather(c, u));
@@ -148,7 +182,9 @@ CorotationalCells::Columns CorotationalCells::positive_part(const StressTerm& e)
 }
 
 void CorotationalCells::linearize(const NodeVector& u, double clamping) {
+  if (clamping == clamping_ && is_linearized_at(u)) return;
   clamping_ = clamping;
+  state_ = u;
   const bool clamps = clamping > Hessian::exact && clamping <= Hessian::clamped;
   frames_.resize(mesh_.batches().size());
   positive_.resize(clamps ? mesh_.num_cells() : 0);
@@ -157,10 +193,7 @@ void CorotationalCells::linearize(const NodeVector& u, double clamping) {
     for (std::size_t lane = 0; lane < batch.count; ++lane) {
       const std::size_t c = batch.first + lane;
       if (!turns(c)) {
-        // R = 1 and no stress term: the product is that with K.
-        const Mat3 one = Mat3::Identity(), none = Mat3::Zero();
-        pack({one, one, none, none, CellVector::Zero(), CellVector::Zero(), Vec3::Zero()}, model(c).mean_gradient,
-             frames_[b], lane);
+        pack(still_frame(c, u), model(c).mean_gradient, frames_[b], lane);
         if (clamps) positive_[c].setZero();
         continue;
       }
@@ -202,7 +235,8 @@ void CorotationalCells::add_product(const NodeVector& x, NodeVector& y) const {
 }
 
 std::size_t CorotationalCells::bytes() const {
-  return ElasticCells::bytes() + hexmesh::bytes_of(frames_) + hexmesh::bytes_of(positive_);
+  return ElasticCells::bytes() + hexmesh::bytes_of(frames_) + hexmesh::bytes_of(positive_) +
+         sizeof(double) * static_cast<std::size_t>(state_.size());
 }
 
 void CorotationalCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {

@@ -42,8 +42,7 @@ constexpr int most_newton_iterations = 25;
 constexpr double turning_angle = 0.045;
 
 Energies energies_of(const LevelProblem& problem, const Inertia& inertia, const NodeVector& u, const NodeVector& v) {
-  const LevelProblem::Stored stored = problem.stored_energy(u);
-  return {inertia.kinetic_energy(v), stored.strain, stored.contact, stored.loads};
+  return {inertia.kinetic_energy(v), problem.elastic().energy(u), problem.contact_energy(u), problem.load_energy(u)};
 }
 
 double sum_of_sizes(const Energies& e) { return e.kinetic + e.strain + e.contact + std::abs(e.loads); }
@@ -334,16 +333,16 @@ bool Motion::Integrator::try_part(double h) {
   problem_.set_progress(then);
   inertia_->set_step(u_, v_, h);
   if (viscosity_) viscosity_->set_step(u_, h);
-  const LevelProblem::Stored before = problem_.stored_energy(u_);
   Energies start = energies_;
-  start.contact = before.contact;
-  start.loads = before.loads;
+  start.contact = problem_.contact_energy(u_);
+  start.loads = problem_.load_energy(u_);
 
   reason = "";
   end_ = u_;
   const int least = is_to_tolerance() ? 0 : settings_.newton_iterations;
   const int most = is_to_tolerance() ? most_newton_iterations : least + more_newton_iterations;
   for (int iteration = 0; iteration <= most; ++iteration) {
+    problem_.potential().linearize(end_, Hessian::exact);
     const double relative = relative_residual();
     problem_.constraints().lift(end_, support_step_);
     supports_hold_ = support_step_.lpNorm<Eigen::Infinity>() < 1e-9 * std::max(1.0, end_.lpNorm<Eigen::Infinity>());
@@ -426,7 +425,7 @@ bool Motion::Integrator::newton_step(double h, bool is_first, double relative) {
   }
 
   for (const double clamping : {Hessian::exact, Hessian::clamped}) {
-    potential.linearize(end_, clamping);
+    if (clamping != Hessian::exact) potential.linearize(end_, clamping);
     right_side_ = -gradient_;
     if (!supports_hold_) {
       potential.apply(support_step_, trial_);

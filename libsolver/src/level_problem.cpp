@@ -152,11 +152,16 @@ std::size_t LevelProblem::num_island_cells() const {
 
 Vec3 LevelProblem::spring_force(const NodeVector& u) const { return springs_ ? springs_->force(u) : Vec3::Zero(); }
 
-LevelProblem::Stored LevelProblem::stored_energy(const NodeVector& u) const {
-  Stored stored{elastic_->energy(u), springs_ ? springs_->energy(u) : 0, 0};
-  for (const PenaltyContact* c : contacts_) stored.contact += c->energy(u);
-  for (const DeadLoad* l : loads_) stored.loads += l->energy(u);
-  return stored;
+double LevelProblem::contact_energy(const NodeVector& u) const {
+  double sum = springs_ ? springs_->energy(u) : 0;
+  for (const PenaltyContact* c : contacts_) sum += c->energy(u);
+  return sum;
+}
+
+double LevelProblem::load_energy(const NodeVector& u) const {
+  double sum = 0;
+  for (const DeadLoad* l : loads_) sum += l->energy(u);
+  return sum;
 }
 
 double LevelProblem::largest_load_step() const {

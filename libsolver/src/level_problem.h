@@ -53,13 +53,10 @@ public:
 
   const std::vector<bool>& islands() const noexcept { return islands_; }  ///< held by springs, per cell; empty = none
   std::size_t num_island_cells() const;
-  Vec3 spring_force(const NodeVector& u) const;  ///< of what holds the islands [N]
-  /// What the terms store, apart: of elastic cells, of obstacles and springs, of forces and gravity [N mm].
-  struct Stored {
-    double strain = 0, contact = 0, loads = 0;
-  };
-  Stored stored_energy(const NodeVector& u) const;
-  double largest_load_step() const;  ///< from rest, as its contacts allow
+  Vec3 spring_force(const NodeVector& u) const;      ///< of what holds the islands [N]
+  double contact_energy(const NodeVector& u) const;  ///< of obstacles and springs [N mm]
+  double load_energy(const NodeVector& u) const;     ///< of forces and gravity [N mm]
+  double largest_load_step() const;                  ///< from rest, as its contacts allow
 
   /// Prescribe displacements, forces and places of obstacles as they are then; before that they are all there in full.
   void set_progress(const Progress& progress);

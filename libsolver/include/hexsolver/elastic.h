@@ -146,8 +146,12 @@ public:
   /// @returns how many turn
   std::size_t choose_turning(const NodeVector& u, double on, double off);
   const std::vector<bool>& turning() const noexcept { return turning_; }
-  void set_turning(const std::vector<bool>& turning) { turning_ = turning; }
+  void set_turning(const std::vector<bool>& turning) {
+    turning_ = turning;
+    state_.resize(0);
+  }
 
+  double energy(const NodeVector& u) const override;
   double cell_energy(std::size_t cell, const NodeVector& u) const override;
   Mat3 stress(std::size_t cell, const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
@@ -174,15 +178,18 @@ private:
   };
   using Columns = Eigen::Matrix<double, 24, 3>;
 
+  bool is_linearized_at(const NodeVector& u) const { return u.size() == state_.size() && u == state_; }
   bool turns(std::size_t cell) const { return turning_.empty() || turning_[cell]; }
   Frame frame(std::size_t cell, const NodeVector& u) const;
-  static Mat3 stress_matrix(const Frame& f);  ///< A
+  Frame still_frame(std::size_t cell, const NodeVector& u) const;  ///< of a cell that does not turn, R = 1 and M^-1 = 0
+  static Mat3 stress_matrix(const Frame& f);                       ///< A
   static void pack(const Frame& f, const NodeGradients& gradient, TurnedCells& cells, std::size_t lane);
   Frame unpacked(std::size_t cell) const;  ///< of the last linearize(), without s
   static StressTerm stress_term(const Frame& f, const NodeGradients& gradient);
   static Columns positive_part(const StressTerm& e);  ///< Z with Z Z^T = the positive part of E
 
   std::vector<bool> turning_;
+  NodeVector state_;                 ///< of the last linearize(): energy and forces there follow from its frames
   std::vector<TurnedCells> frames_;  ///< of the last linearize(), by Mesh::batches()
   std::vector<Columns> positive_;    ///< likewise, of a clamped Hessian: R Z
   double clamping_ = 0;              ///< likewise
