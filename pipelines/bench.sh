@@ -33,3 +33,21 @@ for r in rows:
     print(f'{r["effect"]:<24}{r["time_over_linear"]:>17.1f}{r["memory_mb"]:>13.0f}{r["newton_iterations"]:>8}'
           f'{change["mean"]:>23.2f}{change["max"]:>9.2f}')
 TEXT
+
+printf '\n'
+hexscan -q phantom liver --spacing 4 -o "$folder/coarse.nrrd"
+hexmesh -q build "$folder/coarse.nrrd" --material '*:young_kpa=100,poisson=0.3,density_kg_m3=1000' -o "$folder/coarse.hexmesh"
+hexbench motion "$folder/coarse.hexmesh" "$(dirname "$0")/../examples/held.toml" --level 1 --threads 1 -q -o "$folder/motion.json"
+python3 - "$folder" <<'TEXT'
+import json, sys
+bench = json.load(open(f"{sys.argv[1]}/motion.json"))
+print(f'one thread, peak {bench["peak_gflops_of_a_thread"]:.0f} GFLOP/s; 10 conjugate gradient iterations a step')
+print(f'{"nodes":<8}{"cells":>8}{"steps/s":>10}{"229 points":>12}{"1455":>10}{"5541":>10}')
+for l in bench["levels"]:
+    print(f'{l["nodes"]:<8}{l["cells"]:>8}{l["steps_per_second"]:>10.1f}' + "".join(
+        f'{s["steps_per_second"]:>{12 if n == 0 else 10}.1f}' for n, s in enumerate(l["surfaces"])))
+plain = next(s["ms_per_step"] for s in bench["solvers"] if s["solver"] == "cg" and s["iterations"] == 10)
+print(f'\n{"solver":<12}{"iterations":>12}{"time over cg 10":>17}{"off the converged motion":>26}')
+for s in bench["solvers"]:
+    print(f'{s["solver"]:<12}{s["iterations"] or "converged":>12}{s["ms_per_step"] / plain:>17.2f}{s["relative_difference"]:>26.1g}')
+TEXT

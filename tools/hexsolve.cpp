@@ -403,7 +403,7 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
                                    number, load, step, residual, linear));
     };
   std::optional<hexmesh::ResultWriter> writer;
-  if (output) writer.emplace(output->path());
+  if (output && scene.dynamics) writer.emplace(output->path());
   hexmesh::Result result = scene.dynamics
                                ? move(lattice, scene, level, report, writer ? &*writer : nullptr, o.stream, console)
                                : hexsolver::solve_equilibrium(lattice, scene, level, report, progress);
@@ -413,10 +413,11 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
   result.history.push_back(command_line());
   result.report = summary.dump();
   const double solve_done = omp_get_wtime();
-  if (output) {
+  if (writer)
     writer->finish(result);
-    output->commit();
-  }
+  else if (output)
+    hexmesh::write_result(result, output->path());
+  if (output) output->commit();
   summary["seconds"] = {{"read", read_done - start},
                         {"setup", report.setup_seconds},
                         {"solve", report.solve_seconds},

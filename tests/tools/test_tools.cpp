@@ -458,6 +458,8 @@ solver_iterations = 10
   for (const char* file : {"sway/sway_0003.vtp", "cells/cells_0000.vtu"})
     EXPECT_TRUE(std::filesystem::exists(*folder / file)) << file;
 
+  ASSERT_EQ(run("hexsolve -q liver.hexmesh sway.toml --level 2 -o - | hexexport -q - --surface piped.vtp").exit_code,
+            0);
   // Half of it, and the other half from there.
   ASSERT_EQ(run("hexsolve liver.hexmesh sway.toml --level 2 -o half.hexresult --set dynamics.duration_s=0.1").exit_code,
             0);

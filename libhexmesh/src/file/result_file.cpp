@@ -81,6 +81,7 @@ void ResultWriter::finish(const Result& result) {
   file.write("/condition_names", names);
   file.write("/report", std::vector<std::string>{result.report});
   file.close();
+  file_.reset();  // only a file that is closed may be copied
 }
 
 void write_result(const Result& result, const std::filesystem::path& path) { ResultWriter(path).finish(result); }
