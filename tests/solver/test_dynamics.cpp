@@ -182,8 +182,9 @@ TEST(Motion, DampingOfTheStepsFallsWithTheirSizeToFirstOrder) {
   settle.set_state(NodeVector::Zero(settle.velocity().size()),
                    sample(settle.mesh(), [](const Vec3& p) { return Vec3(0, 0, p[0] * p[0]); }));
   for (int n = 0; n < 100; ++n) ASSERT_TRUE(settle.step());
-  const auto lost = [&](double h) {
+  const auto lost = [&](double h, double stiffness_s = 0) {
     s.dynamics->step = h;
+    s.damping.stiffness_s = stiffness_s;
     Motion motion(lattice, s, 1);
     motion.set_state(settle.displacement(), settle.velocity());
     const double before = motion.energies().total();
@@ -194,6 +195,20 @@ TEST(Motion, DampingOfTheStepsFallsWithTheirSizeToFirstOrder) {
   const double coarse = lost(2e-4), middle = lost(1e-4), fine = lost(5e-5);
   EXPECT_NEAR(coarse / middle, 2, 0.05);
   EXPECT_NEAR(middle / fine, 2, 0.025);
+  // Damping in proportion b to the stiffness takes exp(-omega^2 b t) over whole periods, as much as steps of b do.
+  EXPECT_NEAR(lost(5e-5, 5e-5) / fine, 2, 0.1);
+}
+
+TEST(Motion, DampingInProportionToTheMassSlowsAllThatFlies) {
+  const Lattice lattice = bar();
+  Scene s = moving(0.01, 1);
+  s.dynamics->velocity = Vec3(100, 0, -50);
+  s.damping.mass_per_s = 3;
+  Motion motion(lattice, s, 1);
+  for (int n = 0; n < 40; ++n) ASSERT_TRUE(motion.step()) << motion.reason();
+  const Vec3 expected = s.dynamics->velocity / std::pow(1 + 3 * 0.01, 40);
+  for (Eigen::Index n = 0; n < motion.velocity().size(); n += 3)
+    ASSERT_LT((motion.velocity().segment<3>(n) - expected).norm(), 1e-9 * expected.norm());
 }
 
 TEST(Motion, DampedComesToRestWhereTheEquilibriumIs) {
