@@ -70,7 +70,7 @@ public:
     return multigrid_->is_positive() ? multigrid_.get() : nullptr;
   }
 
-  void forget() { multigrid_.reset(); }
+  void forget() { made_for_ = 0; }
 
   int times_made() const { return made_; }
   std::size_t bytes() const { return multigrid_ ? multigrid_->bytes() : 0; }
@@ -89,15 +89,17 @@ private:
 
   void make(double h) {
     ++made_;
-    multigrid_.reset();
-    multigrid_ = std::make_unique<const Multigrid>(problem_.hierarchy(), problem_.potential(), problem_.constraints());
+    if (multigrid_)
+      multigrid_->update();
+    else
+      multigrid_ = std::make_unique<Multigrid>(problem_.hierarchy(), problem_.potential(), problem_.constraints());
     made_for_ = h;
     digits_at_first_ = lost_ = 0;
   }
 
   const LevelProblem& problem_;
-  std::unique_ptr<const Multigrid> multigrid_;
-  double made_for_ = 0;
+  std::unique_ptr<Multigrid> multigrid_;
+  double made_for_ = 0;         ///< h of the step; 0: of none
   double digits_at_first_ = 0;  ///< per iteration
   double lost_ = 0;             ///< iterations
   int made_ = 0;

@@ -66,7 +66,7 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
       level_(level),
       hierarchy_(
           Mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner()),
-          lattice.corner()) {
+          lattice.corner(), scene.dynamics ? Multigrid::most_dense : Hierarchy::usual_coarsest_dofs) {
   Selector selector(lattice, level, mesh());
   std::vector<ConstraintPoint> points = select_points(scene, selector);
   find_islands(points);

@@ -74,6 +74,11 @@ Multigrid::Multigrid(const Hierarchy& hierarchy, const Potential& potential, con
   for (std::size_t p = 0; p < constraints.held().size(); ++p)
     points_of_cell_[static_cast<std::size_t>(constraints.held()[p].cell)].push_back(p);
   choose_support_weights();
+  update();
+}
+
+void Multigrid::update() {
+  positive_ = true;
   share_finest();
   for (std::size_t level = 0; level + 1 < levels_.size() && positive_; ++level) {
     coarsen(level);
@@ -85,11 +90,14 @@ Multigrid::Multigrid(const Hierarchy& hierarchy, const Potential& potential, con
 /// Where all cells of the finest level share Hessians, the cycle works on single-precision copies of these.
 void Multigrid::share_finest() {
   const std::size_t count = hierarchy_.meshes[0].num_cells();
+  levels_[0].index.clear();
+  levels_[0].pool.clear();
+  for (std::size_t c = 0; c < count; ++c)
+    if (potential_.shared_hessian(c) < 0) return;
   std::vector<std::int32_t> index(count);
   std::vector<std::size_t> first;  // cell of each entry
   for (std::size_t c = 0; c < count; ++c) {
     const std::int32_t shared = potential_.shared_hessian(c);
-    if (shared < 0) return;
     index[c] = shared;
     if (static_cast<std::size_t>(shared) >= first.size()) first.resize(static_cast<std::size_t>(shared) + 1, count);
     first[static_cast<std::size_t>(shared)] = c;
@@ -158,7 +166,8 @@ void Multigrid::coarsen(std::size_t level) {
     return points_of_cell_.contains(c) ? Term::own_hessian : potential_.shared_hessian(c);
   };
   std::map<hexmesh::Children, std::int32_t> known;
-  std::vector<char> computes(coarse.num_cells(), 1);
+  std::vector<char>& computes = computes_;
+  computes.assign(coarse.num_cells(), 1);
   std::int32_t pool_size = 0;
   to.index.resize(coarse.num_cells());
   // Where no two finest cells share, nothing above does.
@@ -184,7 +193,8 @@ void Multigrid::coarsen(std::size_t level) {
   }
 
   to.pool.resize(static_cast<std::size_t>(pool_size));
-  std::vector<Mat3> diagonal(fine.num_nodes(), Mat3::Zero());
+  std::vector<Mat3>& diagonal = diagonal_;
+  diagonal.assign(fine.num_nodes(), Mat3::Zero());
   coarse.for_each_cell([&](std::size_t parent) {
     CellMatrix sum = CellMatrix::Zero();
     for (int slot = 0; slot < 8; ++slot) {
@@ -218,6 +228,20 @@ bool Multigrid::invert_diagonal(Level& level, const std::vector<Mat3>& diagonal)
 void Multigrid::factor_coarsest() {
   const std::size_t level = levels_.size() - 1;
   const Mesh& mesh = hierarchy_.meshes[level];
+  if (mesh.num_dofs() <= most_dense) {
+    const auto size = static_cast<Index>(mesh.num_dofs());
+    dense_matrix_.setZero(size, size);
+    for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
+      const CellMatrix k = cell_matrix(level, c);
+      for (std::size_t a = 0; a < 8; ++a)
+        for (std::size_t b = 0; b < 8; ++b)
+          dense_matrix_.block<3, 3>(3 * Index{mesh.cell_nodes()[c][a]}, 3 * Index{mesh.cell_nodes()[c][b]}) +=
+              k.block<3, 3>(3 * static_cast<Index>(a), 3 * static_cast<Index>(b));
+    }
+    dense_.compute(dense_matrix_);
+    positive_ = dense_.info() == Eigen::Success;
+    return;
+  }
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
     const CellMatrix k = cell_matrix(level, c);
@@ -232,6 +256,16 @@ void Multigrid::factor_coarsest() {
   a.setFromTriplets(entries.begin(), entries.end());
   coarsest_.compute(a);
   positive_ = coarsest_.info() == Eigen::Success;
+}
+
+void Multigrid::solve_coarsest(const FloatNodeVector& b, FloatNodeVector& x) const {
+  if (dense_matrix_.size() == 0) {
+    x = coarsest_.solve(b.cast<double>()).cast<float>();
+    return;
+  }
+  dense_x_ = b.cast<double>();
+  dense_.solveInPlace(dense_x_);
+  x = dense_x_.cast<float>();
 }
 
 void Multigrid::multiply(std::size_t level, const FloatNodeVector& x, FloatNodeVector& y) const {
@@ -270,21 +304,26 @@ void Multigrid::estimate_eigenvalue(std::size_t level) {
   // Source: Saad, Iterative Methods for Sparse Linear Systems, 2nd ed. (2003), section 6.7.3.
   constexpr int most_steps = 12;
   constexpr double margin = 1.1;
-  FloatNodeVector r(static_cast<Index>(hierarchy_.meshes[level].num_dofs())), z, p, q;
+  Level& l = levels_[level];
+  FloatNodeVector &r = l.b, &z = l.x, &p = l.r, &q = l.t;  // free before a cycle
+  r.resize(static_cast<Index>(hierarchy_.meshes[level].num_dofs()));
   std::uint32_t state = 12345;
   for (float& v : r) {
     state = state * 1664525U + 1013904223U;
     v = static_cast<float>(state >> 8) / (1U << 24) - 0.5F;
   }
   if (level == 0) constraints_.project(r);
-  Eigen::VectorXd diagonal(most_steps), beside(most_steps);
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_steps, 1> diagonal(most_steps), beside(most_steps);
   double rz = 1, alpha = 1;
   Index steps = 0;
   for (; steps < most_steps; ++steps) {
     scale_by_diagonal(level, r, z);
     const double rz_next = wide_dot(r, z), beta = steps == 0 ? 0 : rz_next / rz;
     if (!(rz_next > 0)) break;
-    p = steps == 0 ? z : FloatNodeVector(z + static_cast<float>(beta) * p);
+    if (steps == 0)
+      p = z;
+    else
+      p = z + static_cast<float>(beta) * p;
     multiply(level, p, q);
     const double curvature = wide_dot(p, q);
     if (!(curvature > 0)) break;
@@ -296,7 +335,8 @@ void Multigrid::estimate_eigenvalue(std::size_t level) {
   }
   double largest = 1;
   if (steps > 0) {
-    Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_steps, most_steps>>
+        eigen;
     eigen.computeFromTridiagonal(diagonal.head(steps), beside.head(steps - 1), Eigen::EigenvaluesOnly);
     largest = eigen.eigenvalues()[steps - 1];
   }
@@ -345,7 +385,7 @@ void Multigrid::smooth(std::size_t level, const FloatNodeVector& b, FloatNodeVec
 
 void Multigrid::cycle(std::size_t level, const FloatNodeVector& b, FloatNodeVector& x) const {
   if (level + 1 == levels_.size()) {
-    x = coarsest_.solve(b.cast<double>()).cast<float>();
+    solve_coarsest(b, x);
     return;
   }
   const Level& l = levels_[level];

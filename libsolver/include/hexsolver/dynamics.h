@@ -16,7 +16,8 @@ namespace hexsolver {
 /// but taken in two halves, down to 1/64 of the step asked. With a fixed number of iterations it is halved down to 1/4
 /// and slowed down where that is not enough: too few iterations make a motion slow, not unstable.
 ///
-/// After the first step it asks for memory only to make a multigrid anew that no longer fits, and to tell of a failure.
+/// After the first step it asks for no memory, but for a multigrid that is made anew where cells share Hessians (small
+/// strain, cells that do not turn): when a step is halved.
 class Motion {
 public:
   /// @param lattice  with the level; both must outlive this

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>
 #include <memory>
 #include <unordered_map>
@@ -18,8 +19,10 @@ struct Hierarchy {
   std::vector<hexmesh::Merge> merges;       ///< [l]: cells of meshes[l] -> cells of meshes[l + 1]
   std::vector<Prolongation> prolongations;  ///< [l]: meshes[l + 1] -> meshes[l]
 
-  /// @param coarsest_dofs  merge until a level has at most this many
-  Hierarchy(Mesh finest, const Vec3& corner, std::size_t coarsest_dofs = 2000);
+  /// @param coarsest_dofs  merge until a level has at most this many; up to Multigrid::most_dense a dense factor is
+  /// made
+  Hierarchy(Mesh finest, const Vec3& corner, std::size_t coarsest_dofs = usual_coarsest_dofs);
+  static constexpr std::size_t usual_coarsest_dofs = 2000;
 
   std::size_t bytes() const;  ///< of memory
 };
@@ -35,6 +38,12 @@ public:
   /// All three must outlive this.
   /// @param potential  linearized
   Multigrid(const Hierarchy& hierarchy, const Potential& potential, const Constraints& constraints);
+
+  /// Make it anew for the potential as it is linearized now; the weights of supports stay. With a dense factor of the
+  /// coarsest level, and no cells that share Hessians, it asks for no memory.
+  void update();
+
+  static constexpr std::size_t most_dense = 120;
 
   /// False where the coarsest matrix or a smoother's block is not positive definite: the Hessian is indefinite.
   bool is_positive() const noexcept { return positive_; }
@@ -60,6 +69,7 @@ private:
   bool invert_diagonal(Level& level, const std::vector<Mat3>& diagonal);
   void estimate_eigenvalue(std::size_t level);
   void factor_coarsest();
+  void solve_coarsest(const FloatNodeVector& b, FloatNodeVector& x) const;
   CellMatrix cell_matrix(std::size_t level, std::size_t cell) const;
   void multiply(std::size_t level, const FloatNodeVector& x, FloatNodeVector& y) const;
   void scale_by_diagonal(std::size_t level, const FloatNodeVector& r, FloatNodeVector& d) const;
@@ -74,6 +84,11 @@ private:
   std::vector<Level> levels_;
   mutable NodeVector wide_x_, wide_y_;  ///< for the operator of unlike cells, in double precision
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> coarsest_;
+  Eigen::MatrixXd dense_matrix_;
+  Eigen::LLT<Eigen::MatrixXd> dense_;  ///< in place of coarsest_ where that is small
+  mutable NodeVector dense_x_;
+  std::vector<Mat3> diagonal_;  ///< space for coarsen()
+  std::vector<char> computes_;  ///< likewise
   bool positive_ = true;
 };
 
