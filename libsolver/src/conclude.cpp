@@ -14,12 +14,6 @@ namespace {
 using hexmesh::Lattice;
 using hexmesh::Result;
 
-std::vector<Vec3> to_points(const NodeVector& u) {
-  std::vector<Vec3> out(static_cast<std::size_t>(u.size() / 3));
-  for (std::size_t n = 0; n < out.size(); ++n) out[n] = u.segment<3>(3 * static_cast<Eigen::Index>(n));
-  return out;
-}
-
 Result make_result(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u) {
   const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(problem.level())];
   const Mesh& mesh = problem.mesh();
@@ -126,6 +120,18 @@ void report_conditions(const LevelProblem& problem, const NodeVector& u, SolveRe
 }
 
 }  // namespace
+
+std::vector<Vec3> to_points(const NodeVector& u) {
+  std::vector<Vec3> out(static_cast<std::size_t>(u.size() / 3));
+  for (std::size_t n = 0; n < out.size(); ++n) out[n] = u.segment<3>(3 * static_cast<Eigen::Index>(n));
+  return out;
+}
+
+void warn_of_dropped_cells(const Lattice& whole, int level, SolveReport& report) {
+  report.warnings.push_back(fmt::format("{} of {} cells of level {} are left out: nothing holds them",
+                                        report.dropped_cells,
+                                        whole.levels[static_cast<std::size_t>(level)].cells.size(), level));
+}
 
 void add_effect_seconds(const LevelProblem& problem, SolveReport& report) {
   const char* linearized = is_hyperelastic(report.elasticity) ? "large strain" : "rotation";

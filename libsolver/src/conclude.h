@@ -12,6 +12,12 @@ namespace hexsolver {
 hexmesh::Result conclude(const hexmesh::Lattice& lattice, const LevelProblem& problem, const NodeVector& u,
                          SolveReport& report);
 
+/// Say how many cells of `level` were left out as islands.
+void warn_of_dropped_cells(const hexmesh::Lattice& whole, int level, SolveReport& report);
+
+/// The vectors of a field, node by node.
+std::vector<Vec3> to_points(const NodeVector& u);
+
 /// Add to each effect the seconds that the problem's terms took for it.
 void add_effect_seconds(const LevelProblem& problem, SolveReport& report);
 

@@ -530,8 +530,7 @@ Result Motion::conclude(SolveReport& report) const {
                   {"multigrid", integrator_->preconditioner_bytes()}};
   add_effect_seconds(integrator_->problem_, report);
   Result result = hexsolver::conclude(integrator_->lattice_, integrator_->problem_, integrator_->u_, report);
-  const NodeVector& v = integrator_->v_;
-  for (Eigen::Index n = 0; n < v.size(); n += 3) result.velocity.push_back(v.segment<3>(n));
+  result.velocity = to_points(integrator_->v_);
   return result;
 }
 
@@ -552,10 +551,7 @@ Result solve_dynamics(const Lattice& whole, const Scene& scene, int level, Solve
   const Stopwatch setup;
   const std::optional<Lattice> rest = without_islands(whole, scene, level, report.dropped_cells);
   const Lattice& lattice = rest ? *rest : whole;
-  if (rest)
-    report.warnings.push_back(fmt::format("{} of {} cells of level {} are left out: nothing holds them",
-                                          report.dropped_cells,
-                                          whole.levels[static_cast<std::size_t>(level)].cells.size(), level));
+  if (rest) warn_of_dropped_cells(whole, level, report);
   Motion motion(lattice, scene, level);
   motion.check(report);
   report.setup_seconds = setup.seconds();

@@ -393,10 +393,7 @@ Result solve_equilibrium(const Lattice& whole, const Scene& scene, int level, So
   check_open_ended(scene, whole, level);
   const std::optional<Lattice> rest = without_islands(whole, scene, level, report.dropped_cells);
   const Lattice& lattice = rest ? *rest : whole;
-  if (rest)
-    report.warnings.push_back(fmt::format("{} of {} cells of level {} are left out: nothing holds them",
-                                          report.dropped_cells,
-                                          whole.levels[static_cast<std::size_t>(level)].cells.size(), level));
+  if (rest) warn_of_dropped_cells(whole, level, report);
   NestedIteration nested(lattice, scene, level, report, progress);
   const Solved solved = nested.run();
   const LevelProblem& problem = *solved.problem;

@@ -66,7 +66,8 @@ public:
   const PenaltyContact* ball_inside() const;         ///< an obstacle that has gone through the surface, or nullptr
   void explain(std::vector<Effect>& effects) const;  ///< with strain = "auto": how many cells turn
 
-  /// Warnings of conditions that contradict each other at the end and of obstacles that overlap the body at rest.
+  /// Warnings of conditions that contradict each other at any time, and of obstacles that overlap the body and
+  /// conditions that are not met at the start.
   /// @throws Error{geometry} as solve_equilibrium
   void check(SolveReport& report) const;
 
