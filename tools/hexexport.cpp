@@ -1,29 +1,55 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <set>
 
+#include "cli/export_tables.h"
+#include "cli/html_report.h"
 #include "cli/result_state.h"
+#include "cli/result_steps.h"
 #include "cli/tool.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/calculix_deck.h"
 #include "hexmesh/file/lattice_file.h"
-#include "hexmesh/lattice/embedded_points.h"
+#include "hexmesh/file/vtkhdf.h"
+#include "hexmesh/scan/image_io.h"
+#include "hexmesh/scan/transform_file.h"
+#include "hexmesh/surface/surface_file.h"
 #include "hexmesh/view/vtk_export.h"
 
 namespace {
 
 using namespace hextools;
+using hexmesh::Configuration;
 using hexmesh::Error;
 using hexmesh::ErrorKind;
 using hexmesh::Result;
+using nlohmann::json;
 
 struct Options {
-  std::string input, lattice, surface, csv, deck;
+  std::string input;
+  std::string lattice, surface, conditions, csv, deck, report, html;
+  std::vector<std::string> probes;
+  std::string scan, warped, segmentation, grid, transform, transform_points;
   int level = -1;
   bool deformed = false;
+
+  /// All names that are written to.
+  std::vector<std::string> outputs() const {
+    std::vector<std::string> out;
+    for (const std::string& name :
+         {lattice, surface, conditions, csv, deck, report, html, warped, segmentation, transform, transform_points})
+      if (!name.empty()) out.push_back(name);
+    return out;
+  }
+  /// Those that only a result has.
+  bool needs_a_result() const {
+    return deformed || !conditions.empty() || !csv.empty() || !deck.empty() || !report.empty() || !html.empty() ||
+           !probes.empty() || !warped.empty() || !segmentation.empty() || !transform.empty() ||
+           !transform_points.empty();
+  }
 };
 
 /// A result, or a level of a lattice file at rest.
@@ -32,8 +58,9 @@ Result read_input(const Options& o, const hexmesh::InputFile& input, const Conso
     if (o.level >= 0) throw Error(ErrorKind::usage, "--level goes with a lattice file, but the input is a result");
     return hexmesh::read_result(input.path());
   }
-  if (!o.csv.empty() || !o.deck.empty() || o.deformed)
-    throw Error(ErrorKind::usage, "--csv, --inp and --deformed go with a result, but the input is a lattice file");
+  if (o.needs_a_result())
+    throw Error(ErrorKind::usage,
+                "the input is a lattice file, expected a result for all but --lattice and --surface at rest");
   const int count = hexmesh::count_levels(input.path());
   const int level = std::max(o.level, 0);
   if (level >= count) throw Error(ErrorKind::input, fmt::format("level is {}, expected 0 to {}", level, count - 1));
@@ -41,17 +68,8 @@ Result read_input(const Options& o, const hexmesh::InputFile& input, const Conso
   return hexmesh::rest_state(hexmesh::read_lattice(input.path(), {level}), level);
 }
 
-void write_csv(const Result& result, const std::filesystem::path& path) {
-  std::ofstream file(path);
-  file << "node,x,y,z,ux,uy,uz\n";
-  for (std::size_t n = 0; n < result.nodes.size(); ++n) {
-    const hexmesh::Vec3 &x = result.nodes[n], &u = result.displacement[n];
-    file << fmt::format("{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", n, x[0], x[1], x[2], u[0], u[1], u[2]);
-  }
-}
-
 void write_deck(const Result& result, const std::filesystem::path& path) {
-  const auto report = nlohmann::json::parse(result.report);
+  const json report = json::parse(result.report);
   const auto expect = [&](bool holds, const char* what, const char* expected) {
     if (!holds) throw Error(ErrorKind::input, fmt::format("--inp: {}, expected {}", what, expected));
   };
@@ -66,34 +84,6 @@ void write_deck(const Result& result, const std::filesystem::path& path) {
          "a scene without");
   hexmesh::write_calculix_deck(result, path);
 }
-
-/// The result as it was at one of its steps; of the cell fields those that do not change.
-class Steps {
-public:
-  Steps(const hexmesh::InputFile& file, const Result& result)
-      : file_(file),
-        result_(result),
-        now_(result),
-        surface_(hexmesh::CellLocator(result.voxels, result.voxels_per_cell, now_.cells), result.cell_nodes,
-                 result.surface.points) {
-    const std::set<std::string> constant = {"fill", "parts", "young_modulus", "poisson_ratio", "island"};
-    std::erase_if(now_.cell_fields, [&](const auto& field) { return !constant.contains(field.first); });
-  }
-
-  const Result& at(std::size_t number) {
-    hexmesh::MotionStep step = hexmesh::read_step(file_.path(), result_, number);
-    now_.displacement = std::move(step.displacement);
-    now_.velocity = std::move(step.velocity);
-    surface_.interpolate({now_.displacement.front().data(), 3 * now_.displacement.size()}, now_.surface_displacement);
-    return now_;
-  }
-
-private:
-  const hexmesh::InputFile& file_;
-  const Result& result_;
-  Result now_;
-  hexmesh::EmbeddedPoints surface_;
-};
 
 /// Those of an earlier series of the name, which --force replaces as a whole.
 void remove_old_pieces(const std::filesystem::path& folder, const std::string& stem, const std::string& extension,
@@ -117,7 +107,8 @@ void write_series(const std::string& name, const char* extension, const Result& 
   std::filesystem::create_directories(folder, failed);
   if (failed) throw Error(ErrorKind::output, fmt::format("cannot make the folder '{}'", folder.string()));
   remove_old_pieces(folder, list.stem().string(), extension, common);
-  Steps steps(input, result);
+  const std::filesystem::path path = input.path();
+  ResultSteps steps(path, result);
   std::vector<std::pair<double, std::string>> files;
   for (std::size_t n = 0; n < result.times.size(); ++n) {
     const std::string piece = fmt::format("{}_{:04}{}", list.stem().string(), n, extension);
@@ -130,36 +121,165 @@ void write_series(const std::string& name, const char* extension, const Result& 
   file->commit();
 }
 
+/// The ending of a name, which the format is chosen by.
+/// @throws Error{usage} if it is none of those
+std::string ending_of(const std::string& name, const std::vector<std::string>& endings) {
+  for (const std::string& e : endings)
+    if (name.ends_with(e)) return e;
+  throw Error(ErrorKind::usage,
+              fmt::format("output '{}', expected a name that ends in {}", name, fmt::join(endings, ", ")));
+}
+
+/// Writes the outputs that were asked for, each whole or not at all.
+class Exporter {
+public:
+  Exporter(const Options& o, const hexmesh::InputFile& input, const Result& result, const CommonOptions& common,
+           const Console& console)
+      : o_(o), input_(input), result_(result), common_(common), console_(console) {}
+
+  void run() {
+    write_series_or(o_.lattice, {".vtu", ".hdf"}, [](const Result& r, Configuration c, const auto& path) {
+      if (path.extension() == ".hdf")
+        hexmesh::write_vtkhdf(r, c == Configuration::deformed, path);
+      else
+        hexmesh::write_vtu(r, c, path);
+    });
+    write_series_or(o_.surface, {".vtp", ".stl", ".obj", ".ply"}, write_surface);
+    write(o_.conditions, {".vtp"}, [&](const auto& path) {
+      hexmesh::write_conditions_vtp(result_, condition_forces(result_), configuration(), path);
+    });
+    write(o_.csv, {".csv"}, [&](const auto& path) { write_nodes_csv(result_, path); });
+    write(o_.deck, {".inp"}, [&](const auto& path) { write_deck(result_, path); });
+    write(o_.report, {".json", ".csv"}, [&](const auto& path) { write_report(result_, path); });
+    if (!o_.probes.empty()) {
+      const std::filesystem::path path = input_.path();
+      const std::string table = probe_table(path, result_, read_probes(o_.probes));
+      fmt::print("{}", table);
+    }
+    write_volumes();
+    write(o_.html, {".html"}, [&](const auto& path) { write_html_report(result_, scan(), command_line(), path); });
+  }
+
+private:
+  Configuration configuration() const { return o_.deformed ? Configuration::deformed : Configuration::rest; }
+
+  template <class Writer>
+  void write(const std::string& name, const std::vector<std::string>& endings, Writer&& writer) {
+    if (name.empty()) return;
+    const std::string ending = name == "-" ? endings.front() : ending_of(name, endings);
+    const auto file = open_output(name, ending, common_, {o_.input, o_.scan, o_.grid});
+    writer(file->path());
+    file->commit();
+    console_.note(fmt::format("wrote {}", name == "-" ? "standard output" : name));
+  }
+
+  template <class Writer>
+  void write_series_or(const std::string& name, const std::vector<std::string>& endings, Writer&& writer) {
+    if (!name.ends_with(".pvd"))
+      return write(name, endings, [&](const auto& path) { writer(result_, configuration(), path); });
+    write_series(name, endings.front().c_str(), result_, o_, input_, common_,
+                 [&](const Result& step, const auto& path) { writer(step, configuration(), path); });
+    console_.note(fmt::format("wrote {} and {} files beside it", name, result_.times.size()));
+  }
+
+  /// Formats that hold no displacement hold the deformed shape.
+  static void write_surface(const Result& result, Configuration configuration, const std::filesystem::path& path) {
+    if (path.extension() == ".vtp") return hexmesh::write_vtp(result, configuration, path);
+    hexmesh::TriangleSurface surface = result.surface;
+    for (std::size_t n = 0; n < result.surface_displacement.size(); ++n)
+      surface.points[n] += result.surface_displacement[n];
+    hexmesh::write_surface(surface, path);
+  }
+
+  const hexmesh::IntensityVolume* scan() {
+    if (!o_.scan.empty() && !scan_) scan_ = read_scan_of(result_, o_.scan, console_);
+    return scan_ ? &*scan_ : nullptr;
+  }
+
+  /// The voxels of --to and --segmentation.
+  hexmesh::Grid grid() {
+    if (o_.grid == "fitted" || (o_.grid.empty() && !scan())) return hexmesh::fitted_grid(result_);
+    if (o_.grid.empty()) return scan()->grid;
+    const hexmesh::InputFile file(o_.grid);
+    return hexmesh::read_intensity(file.path(), {.warn = warning_on(console_)}).grid;
+  }
+
+  void write_volumes() {
+    if (o_.warped.empty() && o_.segmentation.empty() && o_.transform.empty() && o_.transform_points.empty()) return;
+    const std::vector<std::string> volumes = {".nrrd", ".nii.gz", ".nii"};
+    const std::vector<std::string> transforms = {".h5", ".nrrd", ".nii.gz", ".nii", ".mha"};
+    for (const std::string& name : {o_.warped, o_.segmentation})
+      if (!name.empty()) ending_of(name, volumes);
+    for (const std::string& name : {o_.transform, o_.transform_points})
+      if (!name.empty()) ending_of(name, transforms);
+    if (!o_.warped.empty()) scan();
+
+    const hexmesh::Warp warp = hexmesh::make_warp(result_);
+    tell_consistency(warp);
+    if (!o_.warped.empty() || !o_.segmentation.empty()) {
+      const hexmesh::Grid voxels = grid();
+      warn_of_what_is_outside(voxels);
+      write(o_.warped, volumes,
+            [&](const auto& path) { hexmesh::write_intensity(hexmesh::deform(*scan(), warp.to_rest, voxels), path); });
+      write(o_.segmentation, volumes, [&](const auto& path) {
+        hexmesh::write_labels(hexmesh::deformed_labels(result_, warp.to_rest, voxels), path);
+      });
+    }
+    write(o_.transform, transforms, [&](const auto& path) { hexmesh::write_transform(warp.to_rest, path); });
+    write(o_.transform_points, transforms, [&](const auto& path) { hexmesh::write_transform(warp.from_rest, path); });
+  }
+
+  void tell_consistency(const hexmesh::Warp& warp) const {
+    const hexmesh::WarpCheck check = hexmesh::check_warp(result_, warp);
+    const std::string text = fmt::format(
+        "the transforms undo each other in the body to {:.2g} voxels on average, {:.2g} at worst; {} of {} voxels are "
+        "off by more than 0.1",
+        check.mean, check.largest, check.over_a_tenth, check.voxels);
+    if (static_cast<double>(check.over_a_tenth) > 1e-3 * static_cast<double>(check.voxels))
+      console_.warning(text + ": the body is folded or nearly flat there");
+    else
+      console_.note(text);
+  }
+
+  void warn_of_what_is_outside(const hexmesh::Grid& voxels) const {
+    std::size_t outside = 0;
+    for (std::size_t n = 0; n < result_.surface.points.size(); ++n) {
+      hexmesh::Vec3 p = result_.surface.points[n];
+      if (!result_.surface_displacement.empty()) p += result_.surface_displacement[n];
+      outside += !voxels.covers(voxels.continuous_index(p));
+    }
+    if (outside > 0)
+      console_.warning(
+          fmt::format("{} of {} surface points of the deformed body are outside the volume that is "
+                      "written: --grid fitted holds all of it",
+                      outside, result_.surface.points.size()));
+  }
+
+  const Options& o_;
+  const hexmesh::InputFile& input_;
+  const Result& result_;
+  const CommonOptions& common_;
+  const Console& console_;
+  std::optional<hexmesh::IntensityVolume> scan_;
+};
+
 int run(const Options& o, const CommonOptions& common, const Console& console) {
-  if (o.lattice.empty() && o.surface.empty() && o.csv.empty() && o.deck.empty())
-    throw Error(ErrorKind::usage, "nothing to write, expected --lattice, --surface, --csv or --inp");
-  if (!o.lattice.empty() && o.lattice == o.surface)
-    throw Error(ErrorKind::usage, fmt::format("--lattice and --surface are both '{}', expected two names", o.lattice));
+  std::vector<std::string> outputs = o.outputs();
+  if (outputs.empty() && o.probes.empty())
+    throw Error(ErrorKind::usage, "nothing to write, expected --lattice, --surface, --html or another output");
+  if (!o.probes.empty()) outputs.push_back("-");
+  std::sort(outputs.begin(), outputs.end());
+  if (const auto twice = std::adjacent_find(outputs.begin(), outputs.end()); twice != outputs.end())
+    throw Error(ErrorKind::usage, *twice == "-" ? "two outputs go to standard output, expected one at most"
+                                                : fmt::format("two outputs are both '{}', expected two names", *twice));
+  if (o.scan.empty() && !o.warped.empty())
+    throw Error(ErrorKind::usage, "--to is given without the scan to deform, expected --warp SCAN");
+  if (!o.scan.empty() && o.warped.empty() && o.html.empty() && o.segmentation.empty())
+    throw Error(ErrorKind::usage, "--warp is given without --to, expected the name of the deformed scan");
   const hexmesh::InputFile input(o.input);
   const Result result = read_input(o, input, console);
   warn_of_state(result, console);
-  const hexmesh::Configuration configuration =
-      o.deformed ? hexmesh::Configuration::deformed : hexmesh::Configuration::rest;
-  const auto write = [&](const std::string& name, const char* extension, auto&& writer) {
-    if (name.empty()) return;
-    if (name != "-" && !name.ends_with(extension))
-      throw Error(ErrorKind::usage, fmt::format("output '{}', expected a name that ends in {}", name, extension));
-    const auto file = open_output(name, extension, common, {o.input});
-    writer(file->path());
-    file->commit();
-    console.note(fmt::format("wrote {}", name == "-" ? "standard output" : name));
-  };
-  const auto write_steps = [&](const std::string& name, const char* extension, auto&& writer) {
-    if (!name.ends_with(".pvd"))
-      return write(name, extension, [&](const auto& path) { writer(result, configuration, path); });
-    write_series(name, extension, result, o, input, common,
-                 [&](const Result& step, const auto& path) { writer(step, configuration, path); });
-    console.note(fmt::format("wrote {} and {} files beside it", name, result.times.size()));
-  };
-  write_steps(o.lattice, ".vtu", hexmesh::write_vtu);
-  write_steps(o.surface, ".vtp", hexmesh::write_vtp);
-  write(o.csv, ".csv", [&](const auto& path) { write_csv(result, path); });
-  write(o.deck, ".inp", [&](const auto& path) { write_deck(result, path); });
+  Exporter(o, input, result, common, console).run();
   return 0;
 }
 
@@ -169,19 +289,39 @@ int main(int argc, char** argv) {
   auto o = std::make_shared<Options>();
   return run_tool(
       argc, argv,
-      {"hexexport", "Export a result, or a lattice before anything is solved, to the files that ParaView opens.",
-       "hexexport liver.hexresult --lattice liver.vtu --surface liver.vtp",
+      {"hexexport", "Export a result, or a lattice before anything is solved, to the files that other programs open.",
+       "hexexport liver.hexresult --lattice liver.vtu --surface liver.vtp --html liver.html --warp ct.nrrd",
        [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
          app.add_option("input", o->input, "Result file of hexsolve or lattice file of hexmesh; - is standard input")
              ->required();
          app.add_option("--level", o->level, "Level of a lattice file to export; 0 = voxels [default: 0]")
              ->check(CLI::Range(0, 30));
          app.add_option("--lattice", o->lattice,
-                        "Hexahedra (.vtu; .pvd: the steps of a motion): displacement, fill, parts, segment, "
-                        "strain_energy_density [N/mm^2]");
+                        "Hexahedra (.vtu; .hdf: VTKHDF; .pvd: the steps of a motion): displacement, segment, fill, "
+                        "stress, stretch, ...");
          app.add_option("--surface", o->surface,
-                        "Embedded surface (.vtp; .pvd: the steps of a motion): displacement, segment");
+                        "Embedded surface (.vtp; .pvd: the steps of a motion): displacement, segment; or the deformed "
+                        "shape alone (.stl, .obj, .ply)");
+         app.add_option("--conditions", o->conditions,
+                        "The points that conditions hold (.vtp): name, displacement [mm], reaction [N]");
          app.add_option("--csv", o->csv, "node,x,y,z,ux,uy,uz [mm, LPS] of the lattice nodes (.csv)");
+         add_repeated(app, "--probe", o->probes,
+                      "x,y,z [mm, LPS] at rest, or a markup file: where these points go, as CSV on standard output");
+         app.add_option("--report", o->report, "The report of the solution (.json, or .csv: key,value)");
+         app.add_option("--html", o->html,
+                        "The report with pictures in one file (.html); with the scan of --warp in them");
+         app.add_option("--warp", o->scan, "A scan to deform (NRRD, NIfTI, MetaImage, DICOM folder)");
+         app.add_option("--to", o->warped, "The deformed scan (.nrrd, .nii.gz); what is around the body fades to rest");
+         app.add_option("--segmentation", o->segmentation,
+                        "The deformed segmentation (.seg.nrrd with names and colours, .nii.gz)");
+         app.add_option("--grid", o->grid,
+                        "Voxels of --to and --segmentation: those of a file, or `fitted`: the lattice's, continued to "
+                        "hold the body [default: those of --warp, else fitted]");
+         app.add_option("--transform", o->transform,
+                        "Displacement field deformed -> rest, what resampling filters expect (ITK .h5, or vectors in "
+                        ".nrrd, .nii.gz, .mha)");
+         app.add_option("--transform-points", o->transform_points,
+                        "Displacement field rest -> deformed, what moves points (likewise)");
          app.add_option("--inp", o->deck,
                         "The same model as a CalculiX deck (.inp), for comparison: level 0, strain = \"cauchy\", "
                         "volumetric = \"full\", conditions on = \"nodes\"");

@@ -87,10 +87,11 @@ std::pair<std::string, hexmesh::MaterialChoice> parse_material(const std::string
   return {option.substr(0, colon), choice};
 }
 
-std::map<std::string, hexmesh::MaterialChoice> material_choices(const Options& o) {
+std::map<std::string, hexmesh::MaterialChoice> material_choices(const Options& o, std::vector<std::string>& read) {
   std::map<std::string, hexmesh::MaterialChoice> choices;
   if (!o.materials_file.empty()) {
     const hexmesh::InputFile file(o.materials_file);
+    read.push_back(checksum_line(o.materials_file, file.path()));
     choices = hexmesh::read_materials(file.path(), o.materials_file);
   }
   for (const std::string& option : o.materials)
@@ -168,8 +169,10 @@ private:
   std::map<std::uint16_t, std::vector<std::string>> files_;
 };
 
-hexmesh::LabelVolume read_voxels(const Options& o, Notes& notes, const Console& console) {
+hexmesh::LabelVolume read_voxels(const Options& o, Notes& notes, std::vector<std::string>& read,
+                                 const Console& console) {
   const hexmesh::InputFile file(o.input);
+  read.push_back(checksum_line(o.input, file.path()));
   hexmesh::LabelVolume labels = hexmesh::read_labels(file.path(), {.warn = warning_on(console)});
   if (o.cell_size == 0) return labels;
   const auto volume = [](const hexmesh::LabelVolume& v) {
@@ -187,9 +190,9 @@ hexmesh::LabelVolume read_voxels(const Options& o, Notes& notes, const Console& 
   return labels;
 }
 
-Lattice build(const Options& o, Notes& notes, const Console& console) {
-  const auto choices = material_choices(o);
-  const hexmesh::LabelVolume labels = read_voxels(o, notes, console);
+Lattice build(const Options& o, Notes& notes, std::vector<std::string>& read, const Console& console) {
+  const auto choices = material_choices(o, read);
+  const hexmesh::LabelVolume labels = read_voxels(o, notes, read, console);
   hexmesh::AssignedMaterials materials = hexmesh::assign_materials(labels, choices);
   notes.insert(notes.end(), materials.notes.begin(), materials.notes.end());
   if (materials.rules.empty()) {
@@ -202,6 +205,7 @@ Lattice build(const Options& o, Notes& notes, const Console& console) {
   if (o.intensity.empty())
     throw Error(ErrorKind::usage, "a material follows the grey values, expected --intensity SCAN");
   const hexmesh::InputFile file(o.intensity);
+  read.push_back(checksum_line(o.intensity, file.path()));
   const hexmesh::IntensityVolume intensity = hexmesh::read_intensity(file.path(), {.warn = warning_on(console)});
   const hexmesh::GreyMaterials grey{&intensity, std::move(materials.rules)};
   return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice, &grey);
@@ -221,13 +225,18 @@ int run_build(const Options& o, const CommonOptions& common, const Console& cons
   for (const std::string& text : o.embedded) inputs.push_back(text.substr(text.find('=') + 1));
   const auto output = open_output(o.output, "", common, inputs);
   Notes notes;
-  Lattice lattice = build(o, notes, console);
+  std::vector<std::string> read;  // checksum lines
+  Lattice lattice = build(o, notes, read, console);
   if (o.cell_size > 0)
     notes.push_back(fmt::format("level {} has cells of {:g} mm", level_of_size(lattice, o.cell_size), o.cell_size));
   const double levels_done = omp_get_wtime();
   lattice.surface = SurfaceMaker(o, lattice).make(notes);
+  for (const std::string& text : o.embedded) {
+    const std::string file = parse_pair(text, "--embed", "FILE").second;
+    read.push_back(checksum_line(file, file));
+  }
   const double surfaces_done = omp_get_wtime();
-  lattice.history.push_back(command_line());
+  lattice.history.push_back(history_entry(read));
   hexmesh::write_lattice(lattice, output->path());
   output->commit();
 

@@ -164,6 +164,16 @@ void add_effect_seconds(json& effects, const std::vector<hexsolver::Effect>& fro
   for (std::size_t n = 0; n < from.size(); ++n) effects[n]["seconds"] = from[n].seconds;
 }
 
+/// What differs from run to run, as the result file keeps it beside the report.
+json costs_of(const SolveReport& r, double read_seconds) {
+  json out;
+  for (const hexsolver::LevelReport& l : r.levels) out["levels"].push_back(l.seconds);
+  for (const hexsolver::Effect& e : r.effects) out["effects"].push_back(e.seconds);
+  out["seconds"] = {{"read", read_seconds}, {"setup", r.setup_seconds}, {"solve", r.solve_seconds}};
+  out["peak_memory_mb"] = peak_memory_mb();
+  return out;
+}
+
 /// What differs from run to run: not part of the report in the result file.
 void add_costs(json& out, const SolveReport& r) {
   for (std::size_t n = 0; n < r.levels.size(); ++n) out["levels"][n]["seconds"] = r.levels[n].seconds;
@@ -410,8 +420,13 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
 
   json summary = to_json(report, scene);
   result.history = lattice.history;
-  result.history.push_back(command_line());
+  std::vector<std::string> read = {checksum_line(o.lattice, lattice_file.path()),
+                                   checksum_line(o.scene, scene_file.path())};
+  if (scene.dynamics && !scene.dynamics->start.empty())
+    read.push_back(checksum_line(scene.dynamics->start.string(), scene.dynamics->start));
+  result.history.push_back(history_entry(read));
   result.report = summary.dump();
+  result.costs = costs_of(report, read_done - start).dump();
   const double solve_done = omp_get_wtime();
   if (writer)
     writer->finish(result);

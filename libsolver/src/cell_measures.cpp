@@ -65,7 +65,7 @@ CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u) {
     out.young_modulus.push_back(9 * kappa * mu / (3 * kappa + mu));
     out.poisson_ratio.push_back((3 * kappa - 2 * mu) / (2 * (3 * kappa + mu)));
     const double jacobian = cells.least_jacobian(c, u);
-    out.min_jacobian = std::min(out.min_jacobian, jacobian);
+    out.min_jacobian.push_back(jacobian);
     out.inverted_cells += jacobian <= 0;
   }
   smooth_pressure(cells, out);

@@ -40,10 +40,11 @@ Result make_result(const Lattice& lattice, const LevelProblem& problem, const No
 }
 
 void add_measures(CellMeasures measures, Result& result, SolveReport& report) {
-  report.min_jacobian = measures.min_jacobian;
+  report.min_jacobian = *std::min_element(measures.min_jacobian.begin(), measures.min_jacobian.end());
   report.inverted_cells = measures.inverted_cells;
   for (std::size_t d = 0; d < 3; ++d)
     result.cell_fields[fmt::format("principal_stretch_{}", d + 1)] = std::move(measures.principal_stretch[d]);
+  result.cell_fields["min_jacobian"] = std::move(measures.min_jacobian);
   result.cell_fields["rotation_degrees"] = std::move(measures.rotation_degrees);
   result.cell_fields["young_modulus"] = std::move(measures.young_modulus);
   result.cell_fields["poisson_ratio"] = std::move(measures.poisson_ratio);

@@ -3,11 +3,14 @@
 #include <vtkCell.h>
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
+#include <vtkFieldData.h>
+#include <vtkHDFReader.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
+#include <vtkStringArray.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLPolyDataReader.h>
 #include <vtkXMLUnstructuredGridReader.h>
@@ -15,6 +18,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
+#include "hexmesh/core/error.h"
+#include "hexmesh/file/vtkhdf.h"
 #include "hexmesh/surface/extract.h"
 #include "hexmesh/view/slice.h"
 #include "hexmesh/view/vtk_export.h"
@@ -26,24 +31,11 @@ using namespace testing_support;
 
 namespace {
 
-/// A lattice moved by an affine map as if it had been solved.
-Result moved(const Lattice& lattice, int level, const Mat3& gradient, const Vec3& shift) {
-  const Body body(lattice, level, hexsolver::Elasticity::cauchy);
-  Result r{lattice.voxels, lattice.labels, lattice.segments};
-  r.level = level;
-  r.voxels_per_cell = lattice.levels[static_cast<std::size_t>(level)].voxels_per_cell;
-  r.cells = body.mesh.cells();
-  r.cell_nodes = body.mesh.cell_nodes();
-  for (std::size_t n = 0; n < body.mesh.num_nodes(); ++n) {
-    r.nodes.push_back(body.mesh.position(n));
-    r.displacement.push_back(gradient * r.nodes.back() + shift);
-  }
-  r.segment = lattice.levels[static_cast<std::size_t>(level)].segment;
-  r.cell_fields["fill"].assign(r.cells.size(), 0.5);
+/// A lattice with the surfaces of its segments moved by an affine map as if it had been solved.
+Result moved(Lattice lattice, int level, const Mat3& gradient, const Vec3& shift) {
   for (const LatticeSegment& segment : lattice.segments)
-    append(r.surface, extract_surface(lattice, segment.segment.label));
-  for (const Vec3& p : r.surface.points) r.surface_displacement.push_back(gradient * p + shift);
-  return r;
+    append(lattice.surface, extract_surface(lattice, segment.segment.label));
+  return displaced(lattice, level, [&](const Vec3& x) -> Vec3 { return gradient * x + shift; });
 }
 
 }  // namespace
@@ -69,7 +61,7 @@ TEST(VtkExport, HexahedraReadBackWithPositiveJacobiansAndTheSameNumbers) {
     ASSERT_NEAR(edges.determinant(), lattice.cell_size(1).prod() * 1.1 * 1.1 * 1.1, 1e-9);
   }
   EXPECT_NEAR(grid->GetPointData()->GetArray("displacement")->GetTuple(3)[1], r.displacement[3][1], 1e-12);
-  EXPECT_NEAR(grid->GetCellData()->GetArray("fill")->GetTuple1(0), 0.5, 1e-12);
+  EXPECT_NEAR(grid->GetCellData()->GetArray("fill")->GetTuple1(0), r.cell_fields.at("fill")[0], 1e-12);
   EXPECT_NE(grid->GetCellData()->GetArray("segment"), nullptr);
 }
 
@@ -92,12 +84,12 @@ TEST(Slice, ABodyThatDidNotMoveLooksTheSameBeforeAndAfter) {
   IntensityVolume scan{lattice.voxels, std::vector<float>(lattice.labels.size())};
   for (std::size_t n = 0; n < scan.values.size(); ++n) scan.values[n] = static_cast<float>(n % 50);
   const SliceRenderer renderer(r, &scan, {});
-  const auto [low, high] = renderer.range(SliceAxis::axial);
-  const Canvas sheet = renderer.before_and_after(SliceAxis::axial, (low + high) / 2 + 0.01);
+  const auto [low, high] = renderer.range(Vec3::UnitZ());
+  const Canvas sheet = renderer.draw(plane_across(SliceAxis::axial, (low + high) / 2 + 0.01));
   const int half = (sheet.width() - 6) / 2;
   std::size_t differing = 0;
-  for (int y = 40; y < sheet.height() - 20; ++y)
-    for (int x = 20; x < half - 20; ++x) differing += sheet.at(x, y) != sheet.at(x + half + 6, y);
+  for (int y = 44; y < sheet.height() - 40; ++y)
+    for (int x = 22; x < half - 22; ++x) differing += sheet.at(x, y) != sheet.at(x + half + 6, y);
   EXPECT_LT(static_cast<double>(differing), 0.002 * half * sheet.height());
 }
 
@@ -114,11 +106,11 @@ TEST(Slice, AShiftedBodyIsFoundWhereItWentAndFrontIsUp) {
   options.pixel_mm = 0.25;
   options.level = 50;
   options.window = 100;
-  const Canvas sheet = SliceRenderer(r, &scan, options).before_and_after(SliceAxis::axial, 1.5);
-  // Letters of 16 pixels, a header of 22, margin 12 mm; the box's corner is at -0.5 mm.
+  const Canvas sheet = SliceRenderer(r, &scan, options).draw(plane_across(SliceAxis::axial, 1.5));
+  // Letters of 22 pixels, a header of 22, margin 12 mm; the box's corner is at -0.5 mm.
   const auto pixel = [&](double x, double y, bool after) {
     const int left = after ? (sheet.width() - 6) / 2 + 6 : 0;
-    return sheet.at(left + 16 + static_cast<int>((x + 12.5) / 0.25), 22 + 16 + static_cast<int>((y + 12.5) / 0.25))[0];
+    return sheet.at(left + 22 + static_cast<int>((x + 12.5) / 0.25), 22 + 22 + static_cast<int>((y + 12.5) / 0.25))[0];
   };
   EXPECT_GT(pixel(2.5, 1.5, false), 240);
   EXPECT_LT(pixel(2.5, 9.5, false), 60);
@@ -135,4 +127,135 @@ TEST(Canvas, APngReadsBackWithTheFirstRowOnTop) {
   reader->SetFileName((folder / "a.png").c_str());
   reader->Update();
   EXPECT_EQ(reader->GetOutput()->GetScalarComponentAsDouble(1, 2, 0, 1), 20);
+}
+
+TEST(VtkExport, NamesColoursAndUnitsSurvive) {
+  const TemporaryFolder folder;
+  const Result r = moved(bitten_ball({1, 1, 1}), 1, Mat3::Zero(), {1, 2, 3});
+  write_vtp(r, Configuration::deformed, folder / "a.vtp");
+  vtkNew<vtkXMLPolyDataReader> reader;
+  reader->SetFileName((folder / "a.vtp").c_str());
+  reader->Update();
+  vtkPolyData* surface = reader->GetOutput();
+  EXPECT_LT((Vec3::Map(surface->GetPoint(5)) - r.surface.points[5] - Vec3(1, 2, 3)).norm(), 1e-12);
+  auto* names = vtkStringArray::SafeDownCast(surface->GetFieldData()->GetAbstractArray("segments"));
+  ASSERT_NE(names, nullptr);
+  for (std::size_t s = 0; s < r.segments.size(); ++s) {
+    const Segment& segment = r.segments[s].segment;
+    EXPECT_EQ(names->GetValue(static_cast<vtkIdType>(s)), std::to_string(segment.label) + " = " + segment.name);
+  }
+  EXPECT_NE(surface->GetFieldData()->GetAbstractArray("units"), nullptr);
+  vtkDataArray* colors = surface->GetCellData()->GetArray("segment_color");
+  ASSERT_EQ(colors->GetDataType(), VTK_UNSIGNED_CHAR);
+  for (vtkIdType c = 0; c < surface->GetNumberOfCells(); c += 97) {
+    const auto label = static_cast<std::uint16_t>(surface->GetCellData()->GetArray("segment")->GetTuple1(c));
+    const Rgb expected = to_rgb(r.segments[label - 1U].segment.color);
+    for (int d = 0; d < 3; ++d) ASSERT_EQ(colors->GetComponent(c, d), expected[static_cast<std::size_t>(d)]);
+  }
+}
+
+TEST(VtkExport, ConditionsReadBackWithNamesAndReactions) {
+  const TemporaryFolder folder;
+  Result r = moved(bitten_ball({1, 1, 1}), 1, Mat3::Zero(), {1, 2, 3});
+  r.conditions = {{"held", {{1, 2, 3}, {4, 5, 6}}, {{0, 0, 0}, {0, 0, 0}}, {true, true, true}},
+                  {"pulled, a bit", {{7, 8, 9}}, {{0, 0, 2}}, {false, false, true}}};
+  write_conditions_vtp(r, {{"held", {1, 0, -1}}, {"pulled, a bit", {0, 0, 5}}}, Configuration::deformed,
+                       folder / "a.vtp");
+  vtkNew<vtkXMLPolyDataReader> reader;
+  reader->SetFileName((folder / "a.vtp").c_str());
+  reader->Update();
+  vtkPolyData* set = reader->GetOutput();
+  ASSERT_EQ(set->GetNumberOfPoints(), 3);
+  EXPECT_EQ(set->GetNumberOfVerts(), 3);
+  EXPECT_LT((Vec3::Map(set->GetPoint(2)) - Vec3(7, 8, 11)).norm(), 1e-12);
+  auto* names = vtkStringArray::SafeDownCast(set->GetPointData()->GetAbstractArray("name"));
+  ASSERT_NE(names, nullptr);
+  EXPECT_EQ(names->GetValue(1), "held");
+  EXPECT_EQ(names->GetValue(2), "pulled, a bit");
+  EXPECT_EQ(set->GetPointData()->GetArray("reaction")->GetComponent(0, 2), -1);
+  EXPECT_EQ(set->GetPointData()->GetArray("reaction")->GetComponent(2, 2), 5);
+  EXPECT_EQ(set->GetPointData()->GetArray("axes")->GetComponent(2, 0), 0);
+}
+
+TEST(VtkExport, VtkReadsTheHdfFileWithTheSameNumbersAsTheVtu) {
+  const TemporaryFolder folder;
+  const Result r = moved(bitten_ball({1, 1, 2}, {0, 0, 0}, random_rotation(9)), 1, 0.1 * Mat3::Identity(), {5, 6, 7});
+  write_vtu(r, Configuration::deformed, folder / "a.vtu");
+  write_vtkhdf(r, true, folder / "a.hdf");
+  vtkNew<vtkXMLUnstructuredGridReader> xml;
+  xml->SetFileName((folder / "a.vtu").c_str());
+  xml->Update();
+  vtkNew<vtkHDFReader> hdf;
+  ASSERT_TRUE(hdf->CanReadFile((folder / "a.hdf").c_str()));
+  hdf->SetFileName((folder / "a.hdf").c_str());
+  hdf->Update();
+  vtkUnstructuredGrid* a = xml->GetOutput();
+  auto* b = vtkUnstructuredGrid::SafeDownCast(hdf->GetOutput());
+  ASSERT_NE(b, nullptr);
+  ASSERT_EQ(a->GetNumberOfPoints(), b->GetNumberOfPoints());
+  ASSERT_EQ(a->GetNumberOfCells(), b->GetNumberOfCells());
+  for (vtkIdType p = 0; p < a->GetNumberOfPoints(); ++p)
+    for (int d = 0; d < 3; ++d) {
+      ASSERT_EQ(a->GetPoint(p)[d], b->GetPoint(p)[d]);
+      ASSERT_EQ(a->GetPointData()->GetArray("displacement")->GetComponent(p, d),
+                b->GetPointData()->GetArray("displacement")->GetComponent(p, d));
+    }
+  for (vtkIdType c = 0; c < a->GetNumberOfCells(); ++c) {
+    ASSERT_EQ(b->GetCellType(c), VTK_HEXAHEDRON);
+    for (int n = 0; n < 8; ++n) ASSERT_EQ(a->GetCell(c)->GetPointId(n), b->GetCell(c)->GetPointId(n));
+    for (const char* name : {"segment", "fill"})
+      ASSERT_EQ(a->GetCellData()->GetArray(name)->GetTuple1(c), b->GetCellData()->GetArray(name)->GetTuple1(c));
+  }
+}
+
+TEST(Slice, LettersNameWhereDirectionsPointTo) {
+  EXPECT_EQ(orientation_letters({1, 0, 0}), "L");
+  EXPECT_EQ(orientation_letters({-1, 0, 0.1}), "R");
+  EXPECT_EQ(orientation_letters({0, -1, 0}), "A");
+  EXPECT_EQ(orientation_letters({0.5, 0, -1}), "IL");
+}
+
+TEST(Slice, AnObliquePlaneAlongAnAxisIsThatSlice) {
+  for (const SliceAxis axis : {SliceAxis::axial, SliceAxis::coronal, SliceAxis::sagittal})
+    for (const double sign : {1.0, -1.0}) {
+      const SlicePlane expected = plane_across(axis, 3);
+      const SlicePlane plane = oblique_plane({1, 2, 3}, sign * Vec3::Unit(static_cast<int>(axis)));
+      EXPECT_LT((plane.right - expected.right).norm() + (plane.down - expected.down).norm(), 1e-12);
+    }
+  const SlicePlane plane = oblique_plane({1, 2, 3}, {1, 2, 0.5});
+  EXPECT_NEAR(plane.right.dot(Vec3(1, 2, 0.5)), 0, 1e-12);
+  EXPECT_NEAR(plane.down.dot(Vec3(1, 2, 0.5)), 0, 1e-12);
+  EXPECT_GT(plane.right[0], 0.5) << "the patient's left stays on the right";
+  EXPECT_LT(plane.down[2], -0.5) << "head up";
+}
+
+TEST(Slice, ColoursShowTheFieldAndAreNamedWhereThereIsNone) {
+  const Lattice lattice = box({12, 12, 4}, {1, 1, 1});
+  const Result r = moved(lattice, 0, 0.5 * Vec3::UnitX() * Vec3::UnitX().transpose(), {0, 0, 0});
+  SliceOptions options;
+  options.color_by = "displacement";
+  options.before = false;
+  options.pixel_mm = 0.5;
+  const Canvas sheet = SliceRenderer(r, nullptr, options).draw(plane_across(SliceAxis::axial, 1.5));
+  // The deformed body reaches from -0.75 to 17.25 mm: violet where it stayed, yellow where it went farthest.
+  const auto pixel = [&](double x) { return sheet.at(22 + static_cast<int>((x + 12.75) / 0.5), 44 + 36); };
+  EXPECT_GT(pixel(1)[2], pixel(1)[1]);
+  EXPECT_GT(pixel(16.5)[1], pixel(16.5)[2] + 40);
+  options.color_by = "temperature";
+  try {
+    SliceRenderer(r, nullptr, options);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_EQ(e.kind(), ErrorKind::usage);
+    EXPECT_NE(std::string(e.what()).find("displacement, fill"), std::string::npos) << e.what();
+  }
+}
+
+TEST(Canvas, PicturesOfOneSheetStandInRows) {
+  Canvas red(10, 6, {255, 0, 0}), blue(10, 6, {0, 0, 255});
+  const Canvas sheet = contact_sheet({red, blue, red});
+  EXPECT_EQ(sheet.at(5, 3), (Rgb{255, 0, 0}));
+  EXPECT_EQ(sheet.at(21, 3), (Rgb{0, 0, 255}));
+  EXPECT_EQ(sheet.at(5, 15), (Rgb{255, 0, 0}));
+  EXPECT_EQ(sheet.at(12, 3), (Rgb{0, 0, 0}));
 }

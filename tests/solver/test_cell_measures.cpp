@@ -31,6 +31,6 @@ TEST(CellMeasures, AreThoseOfAHomogeneousDeformation) {
     const double expected = 2 * mu * std::sqrt((0.15 * 0.15 + 0.15 * 0.15 + 0.3 * 0.3) / 2);
     EXPECT_NEAR(m.von_mises_stress[c], expected, 1e-9 * expected);
   }
-  EXPECT_NEAR(m.min_jacobian, 0.9 * 1.2 * 1.05, 1e-9);
+  for (const double jacobian : m.min_jacobian) EXPECT_NEAR(jacobian, 0.9 * 1.2 * 1.05, 1e-9);
   EXPECT_EQ(m.inverted_cells, 0U);
 }

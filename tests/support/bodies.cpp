@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 
+#include "hexmesh/lattice/embedded_points.h"
 
 namespace testing_support {
 
@@ -97,6 +98,15 @@ Lattice box(const Index3& extent, const Vec3& spacing, double young_kpa, double 
   const hexmesh::LabelVolume volume = make_volume(extent, spacing, [](const Index3&) { return 1; });
   return hexmesh::build_lattice(
       volume, {{volume.segments[0], hexmesh::material_from_units(young_kpa, poisson, 1000), 0, ""}}, {3, {0, 0, 0}});
+}
+
+hexmesh::Result displaced(const Lattice& lattice, int level, const std::function<Vec3(const Vec3&)>& field) {
+  hexmesh::Result r = hexmesh::rest_state(lattice, level);
+  for (const Vec3& x : r.nodes) r.displacement.push_back(field(x));
+  const hexmesh::CellLocator locator(r.voxels, r.voxels_per_cell, r.cells);
+  hexmesh::EmbeddedPoints(locator, r.cell_nodes, r.surface.points)
+      .interpolate({r.displacement.front().data(), 3 * r.displacement.size()}, r.surface_displacement);
+  return r;
 }
 
 Body::Body(const Lattice& lattice, int level, hexsolver::Elasticity elasticity, hexsolver::Volumetric volumetric,

@@ -4,6 +4,7 @@
 #include <functional>
 #include <random>
 
+#include "hexmesh/file/result_file.h"
 #include "hexmesh/lattice/lattice.h"
 #include "hexsolver/constraints.h"
 #include "hexsolver/elastic.h"
@@ -33,6 +34,9 @@ Lattice grey_ball(const Vec3& spacing, const Index3& offset = {0, 0, 0}, const M
 
 /// A solid box of one material.
 Lattice box(const Index3& extent, const Vec3& spacing, double young_kpa = 100, double poisson = 0.3);
+
+/// A level with its nodes and surface displaced by `field` of the rest position, as if it had been solved.
+hexmesh::Result displaced(const Lattice& lattice, int level, const std::function<Vec3(const Vec3&)>& field);
 
 /// The mechanical mesh and the elastic energy of one level.
 struct Body {

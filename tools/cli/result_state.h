@@ -1,22 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <fmt/format.h>
-
-#include <nlohmann/json.hpp>
+#include <optional>
 
 #include "cli/tool.h"
 #include "hexmesh/file/result_file.h"
+#include "hexmesh/scan/label_volume.h"
 
 namespace hextools {
 
 /// Say so if a result is not the solution of its scene.
-inline void warn_of_state(const hexmesh::Result& result, const Console& console) {
-  if (result.report.empty()) return;
-  const auto report = nlohmann::json::parse(result.report);
-  if (!report.value("converged", true))
-    console.warning(fmt::format("the result is not converged, it is the state at {:.3g} of the load: {}",
-                                report.value("load_fraction", 0.0), report.value("reason", "")));
-}
+void warn_of_state(const hexmesh::Result& result, const Console& console);
+
+/// The scan of a result, if a name is given.
+/// @throws Error{input} if it covers no part of the body
+std::optional<hexmesh::IntensityVolume> read_scan_of(const hexmesh::Result& result, const std::string& name,
+                                                     const Console& console);
 
 }  // namespace hextools

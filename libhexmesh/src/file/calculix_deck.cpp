@@ -78,11 +78,11 @@ void write_calculix_deck(const Result& result, const std::filesystem::path& path
 
   auto out = fmt::output_file(path.string());
   out.print("** mm, N, MPa; positions are patient LPS\n");
-  for (const std::string& line : result.history) out.print("** {}\n", line.substr(0, 120));
+  for (const std::string& line : result.history)
+    out.print("** {}\n", line.substr(0, std::min<std::size_t>(120, line.find('\n'))));
   out.print("*NODE, NSET=ALL\n");
   for (std::size_t n = 0; n < result.nodes.size(); ++n)
     out.print("{}, {:.9g}, {:.9g}, {:.9g}\n", n + 1, result.nodes[n][0], result.nodes[n][1], result.nodes[n][2]);
-  constexpr std::array<std::size_t, 8> order = {0, 1, 3, 2, 4, 5, 7, 6};  // corners run around each face
   for (std::size_t s = 0; s < result.segments.size(); ++s) {
     const LatticeSegment& segment = result.segments[s];
     if (!segment.material) continue;
@@ -91,7 +91,7 @@ void write_calculix_deck(const Result& result, const std::filesystem::path& path
     for (std::size_t c = 0; c < result.cells.size(); ++c) {
       if (result.segment[c] != segment.segment.label) continue;
       out.print("{}", c + 1);
-      for (const std::size_t corner : order) out.print(", {}", result.cell_nodes[c][corner] + 1);
+      for (const std::size_t corner : corners_around_faces) out.print(", {}", result.cell_nodes[c][corner] + 1);
       out.print("\n");
     }
     out.print("*MATERIAL, NAME={0}\n*ELASTIC\n{1:.9g}, {2:.9g}\n*SOLID SECTION, ELSET={0}, MATERIAL={0}\n", set,

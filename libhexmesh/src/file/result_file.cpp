@@ -80,6 +80,7 @@ void ResultWriter::finish(const Result& result) {
   }
   file.write("/condition_names", names);
   file.write("/report", std::vector<std::string>{result.report});
+  if (!result.costs.empty()) file.write("/costs", std::vector<std::string>{result.costs});
   file.close();
   file_.reset();  // only a file that is closed may be copied
 }
@@ -120,6 +121,8 @@ Result read_result(const std::filesystem::path& path) {
   const std::vector<std::string> report = file.read_strings("/report");
   if (report.size() != 1) file.fail(fmt::format("has {} reports, expected 1", report.size()));
   r.report = report.front();
+  if (file.has("/costs"))
+    for (const std::string& text : file.read_strings("/costs")) r.costs = text;
   return r;
 }
 

@@ -2,15 +2,13 @@
 #include "hexmesh/scan/image_io.h"
 
 #include <fmt/format.h>
-#include <itkImage.h>
-#include <itkImageFileWriter.h>
 #include <itkMetaDataObject.h>
-#include <itkNrrdImageIO.h>
 
 #include <map>
 
 #include "dicom.h"
 #include "hexmesh/core/error.h"
+#include "itk_image.h"
 #include "stored_volume.h"
 
 namespace hexmesh {
@@ -52,35 +50,11 @@ Segmentation read_dicom(const std::vector<fs::path>& paths, const ReadOptions& o
 }
 
 template <class Pixel>
-void write_nrrd(const Grid& grid, const std::vector<Pixel>& values, const Keys& keys, const fs::path& path) {
-  using Out = itk::Image<Pixel, 3>;
-  auto image = Out::New();
-  typename Out::SizeType size;
-  typename Out::SpacingType spacing;
-  typename Out::PointType origin;
-  typename Out::DirectionType direction;
-  for (unsigned d = 0; d < 3; ++d) {
-    size[d] = static_cast<itk::SizeValueType>(grid.extent()[d]);
-    spacing[d] = grid.spacing()[d];
-    origin[d] = grid.origin()[d];
-    for (unsigned e = 0; e < 3; ++e) direction(d, e) = grid.direction()(d, e);
-  }
-  image->SetRegions(typename Out::RegionType(size));
-  image->SetSpacing(spacing);
-  image->SetOrigin(origin);
-  image->SetDirection(direction);
+void write_image(const Grid& grid, const std::vector<Pixel>& values, const Keys& keys, const fs::path& path) {
+  auto image = make_itk_image<itk::Image<Pixel, 3>>(grid);
   image->GetPixelContainer()->SetImportPointer(const_cast<Pixel*>(values.data()), values.size(), false);
   for (const auto& [key, value] : keys) itk::EncapsulateMetaData(image->GetMetaDataDictionary(), key, value);
-  try {
-    auto writer = itk::ImageFileWriter<Out>::New();
-    writer->SetImageIO(itk::NrrdImageIO::New());
-    writer->SetFileName(path.string());
-    writer->SetInput(image);
-    writer->SetUseCompression(true);
-    writer->Update();
-  } catch (const itk::ExceptionObject& e) {
-    throw Error(ErrorKind::output, fmt::format("cannot write '{}': {}", path.string(), e.GetDescription()));
-  }
+  write_itk_image(*image, path);
 }
 
 }  // namespace
@@ -114,6 +88,11 @@ IntensityVolume read_intensity(const fs::path& path, const ReadOptions& options,
   return read_intensity(std::vector{path}, options, stored);
 }
 
+bool is_writable_volume_name(const fs::path& path) {
+  const std::string name = path.string();
+  return name.ends_with(".nrrd") || name.ends_with(".nii") || name.ends_with(".nii.gz");
+}
+
 void write_labels(const LabelVolume& volume, const fs::path& path) {
   Keys keys;
   keys["Segmentation_ContainedRepresentationNames"] = "Binary labelmap|";
@@ -133,11 +112,11 @@ void write_labels(const LabelVolume& volume, const fs::path& path) {
     if (!segment.terminology.empty()) keys[key + "Tags"] = "TerminologyEntry:" + segment.terminology + "|";
     keys[key + "Extent"] = fmt::format("0 {} 0 {} 0 {}", n[0] - 1, n[1] - 1, n[2] - 1);
   }
-  write_nrrd(volume.grid, volume.labels, keys, path);
+  write_image(volume.grid, volume.labels, keys, path);
 }
 
 void write_intensity(const IntensityVolume& volume, const fs::path& path) {
-  write_nrrd(volume.grid, volume.values, {}, path);
+  write_image(volume.grid, volume.values, {}, path);
 }
 
 }  // namespace hexmesh

@@ -36,6 +36,17 @@ double value_at(const IntensityVolume& volume, const Vec3& position) {
   return value;
 }
 
+std::uint16_t label_at(const Grid& grid, std::span<const std::uint16_t> labels, const Vec3& position) {
+  const Vec3 index = grid.continuous_index(position);
+  if (!grid.covers(index)) return 0;
+  Index3 voxel;
+  for (std::size_t d = 0; d < 3; ++d) {
+    const long nearest = std::lround(index[static_cast<Eigen::Index>(d)]);
+    voxel[d] = static_cast<std::int32_t>(std::clamp(nearest, 0L, grid.extent()[d] - 1L));
+  }
+  return labels[grid.offset(voxel)];
+}
+
 std::vector<std::size_t> count_voxels(const LabelVolume& volume) {
   std::vector<std::size_t> by_label(65536);
   for (const std::uint16_t label : volume.labels) ++by_label[label];

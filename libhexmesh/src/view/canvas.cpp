@@ -6,14 +6,24 @@
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPNGWriter.h>
+#include <vtkSmartPointer.h>
 #include <vtkStdString.h>
 #include <vtkTextProperty.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "hexmesh/core/error.h"
 
 namespace hexmesh {
+
+Rgb to_rgb(const std::array<double, 3>& color) {
+  Rgb out;
+  for (std::size_t c = 0; c < 3; ++c)
+    out[c] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(color[c], 0.0, 1.0)));
+  return out;
+}
 
 Canvas::Canvas(int width, int height, Rgb background)
     : width_(width),
@@ -26,6 +36,14 @@ void Canvas::paste(const Canvas& picture, int x, int y) {
 }
 
 void Canvas::text(const std::string& words, int x, int y, int size, Rgb color) {
+  add_text(words, x, y, size, color, false);
+}
+
+void Canvas::text_ending_at(const std::string& words, int x, int y, int size, Rgb color) {
+  add_text(words, x, y, size, color, true);
+}
+
+void Canvas::add_text(const std::string& words, int x, int y, int size, Rgb color, bool ends_there) {
   vtkNew<vtkTextProperty> style;
   style->SetFontSize(size);
   style->SetColor(1, 1, 1);
@@ -33,10 +51,10 @@ void Canvas::text(const std::string& words, int x, int y, int size, Rgb color) {
   std::array<int, 2> dimensions{};
   if (!vtkFreeTypeTools::GetInstance()->RenderString(style, vtkStdString(words), 72, image, dimensions.data())) return;
   const int* extent = image->GetExtent();
-  const int height = extent[3] - extent[2] + 1;
+  const int width = extent[1] - extent[0] + 1, height = extent[3] - extent[2] + 1;
   for (int j = 0; j < height; ++j)
-    for (int i = 0; i <= extent[1] - extent[0]; ++i) {
-      const int px = x + i, py = y + height - 1 - j;  // VTK counts rows from below
+    for (int i = 0; i < width; ++i) {
+      const int px = x + i - (ends_there ? width : 0), py = y + height - 1 - j;  // VTK counts rows from below
       if (px < 0 || py < 0 || px >= width_ || py >= height_) continue;
       const auto* rgba = static_cast<const unsigned char*>(image->GetScalarPointer(extent[0] + i, extent[2] + j, 0));
       for (std::size_t c = 0; c < 3; ++c)
@@ -44,18 +62,55 @@ void Canvas::text(const std::string& words, int x, int y, int size, Rgb color) {
     }
 }
 
-void Canvas::write_png(const std::filesystem::path& path) const {
+void Canvas::line(int x0, int y0, int x1, int y1, Rgb color) {
+  const int steps = std::max({std::abs(x1 - x0), std::abs(y1 - y0), 1});
+  for (int n = 0; n <= steps; ++n) {
+    const double t = static_cast<double>(n) / steps;
+    const auto x = static_cast<int>(std::lround(x0 + t * (x1 - x0)));
+    const auto y = static_cast<int>(std::lround(y0 + t * (y1 - y0)));
+    if (x >= 0 && y >= 0 && x < width_ && y < height_) at(x, y) = color;
+  }
+}
+
+void Canvas::arrow(int x0, int y0, int x1, int y1, Rgb color) {
+  line(x0, y0, x1, y1, color);
+  const double length = std::hypot(x1 - x0, y1 - y0);
+  if (length < 2) return;
+  const double head = std::min(6.0, length / 2), x = (x1 - x0) / length, y = (y1 - y0) / length;
+  for (const double side : {-0.5, 0.5})
+    line(x1, y1, x1 + static_cast<int>(std::lround(head * (-x - side * y))),
+         y1 + static_cast<int>(std::lround(head * (-y + side * x))), color);
+}
+
+namespace {
+
+vtkSmartPointer<vtkPNGWriter> png_writer(const Canvas& canvas) {
   vtkNew<vtkImageData> image;
-  image->SetDimensions(width_, height_, 1);
+  image->SetDimensions(canvas.width(), canvas.height(), 1);
   image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
-  for (int y = 0; y < height_; ++y)
-    for (int x = 0; x < width_; ++x) {
-      auto* to = static_cast<unsigned char*>(image->GetScalarPointer(x, height_ - 1 - y, 0));
-      std::copy_n(at(x, y).begin(), 3, to);
+  for (int y = 0; y < canvas.height(); ++y)
+    for (int x = 0; x < canvas.width(); ++x) {
+      auto* to = static_cast<unsigned char*>(image->GetScalarPointer(x, canvas.height() - 1 - y, 0));
+      std::copy_n(canvas.at(x, y).begin(), 3, to);
     }
-  vtkNew<vtkPNGWriter> writer;
-  writer->SetFileName(path.c_str());
+  auto writer = vtkSmartPointer<vtkPNGWriter>::New();
   writer->SetInputData(image);
+  return writer;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> Canvas::png() const {
+  const auto writer = png_writer(*this);
+  writer->WriteToMemoryOn();
+  writer->Write();
+  vtkUnsignedCharArray* bytes = writer->GetResult();
+  return {bytes->GetPointer(0), bytes->GetPointer(0) + bytes->GetNumberOfValues()};
+}
+
+void Canvas::write_png(const std::filesystem::path& path) const {
+  const auto writer = png_writer(*this);
+  writer->SetFileName(path.c_str());
   writer->Write();
   if (writer->GetErrorCode() != 0) throw Error(ErrorKind::output, fmt::format("cannot write '{}'", path.string()));
 }

@@ -2,238 +2,318 @@
 #include "hexmesh/view/slice.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <map>
 
-#include "hexmesh/lattice/shape.h"
+#include "hexmesh/core/error.h"
+#include "hexmesh/view/color_map.h"
 
 namespace hexmesh {
 namespace {
 
-const Vec3 nowhere = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
 constexpr double surroundings_brightness = 0.45;
 constexpr double rest_grid_mm = 10;
+constexpr double field_opacity = 0.6;
+constexpr int arrow_distance = 22;  // [pixels]
+constexpr double longest_side = 420;
+constexpr int header = 22, gap = 6, letters = 22, font = 13, footer = 18, legend_width = 92;
+constexpr Rgb paper = {24, 24, 24}, yellow = {255, 230, 60}, lattice_color = {110, 170, 255};
 
-/// A cell's node positions and their inverse trilinear map.
-struct DeformedCell {
-  Eigen::Matrix<double, 3, 8> corners;
+/// The frame's layout; see SliceRenderer::frame.
+int width_of(const Grid& frame) { return frame.extent()[0]; }
+int height_of(const Grid& frame) { return frame.extent()[1]; }
 
-  /// Local coordinates of x, if the cell holds it; Newton's method from the centre.
-  std::optional<Vec3> locate(const Vec3& x) const {
-    Vec3 s = Vec3::Constant(0.5);
-    for (int iteration = 0; iteration < 12; ++iteration) {
-      const Vec3 miss = x - corners * shape_functions(s);
-      const Mat3 jacobian = corners * shape_gradients(s);
-      if (!(std::abs(jacobian.determinant()) > 1e-12)) return std::nullopt;
-      const Vec3 step = jacobian.inverse() * miss;
-      s += step;
-      if (!(s.lpNorm<Eigen::Infinity>() < 10)) return std::nullopt;
-      if (step.lpNorm<Eigen::Infinity>() < 1e-6) break;
-    }
-    constexpr double tolerance = 1e-4;
-    if (s.minCoeff() < -tolerance || s.maxCoeff() > 1 + tolerance) return std::nullopt;
-    return s;
-  }
-};
+std::size_t number_of(const Grid& frame, int column, int row) { return frame.offset({column, row, 0}); }
+
+Vec3 pixel_center(const Grid& frame, int column, int row) { return frame.position(Vec3(column, row, 0)); }
+
+/// The largest of 1, 2, 5, 10, ... mm that is at most `limit`.
+double round_length(double limit) {
+  const double power = std::pow(10, std::floor(std::log10(limit)));
+  for (const double digit : {5.0, 2.0})
+    if (digit * power <= limit) return digit * power;
+  return power;
+}
+
+void add_scale_bar(const Grid& frame, int left, int top, Canvas& sheet) {
+  const double pixel = frame.spacing()[0];
+  const double length = round_length(width_of(frame) * pixel / 4);
+  const int right = left + static_cast<int>(length / pixel);
+  for (int y = top + 7; y < top + 10; ++y) sheet.line(left, y, right, y, {255, 255, 255});
+  sheet.line(left, top + 4, left, top + 12, {255, 255, 255});
+  sheet.line(right, top + 4, right, top + 12, {255, 255, 255});
+  sheet.text(length < 1 ? fmt::format("{:g} um", 1000 * length) : fmt::format("{:g} mm", length), right + 6, top + 2,
+             font);
+}
 
 }  // namespace
 
-/// Where the pixels of a picture are: x = origin + column right + row down.
-struct SliceRenderer::Frame {
-  int width, height;
-  Vec3 origin, right, down;  ///< [mm]; right and down per pixel
-
-  Vec3 at(int column, int row) const { return origin + column * right + row * down; }
-  std::size_t number(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column);
+std::string orientation_letters(const Vec3& direction) {
+  constexpr std::array<std::array<char, 2>, 3> names = {{{'R', 'L'}, {'A', 'P'}, {'I', 'S'}}};  // towards -, +
+  std::array<std::size_t, 3> order = {0, 1, 2};
+  const Vec3 d = direction.normalized();
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return std::abs(d[static_cast<Eigen::Index>(a)]) > std::abs(d[static_cast<Eigen::Index>(b)]);
+  });
+  std::string out;
+  for (const std::size_t axis : order) {
+    const double part = d[static_cast<Eigen::Index>(axis)];
+    if (out.empty() || std::abs(part) > 0.26) out += names[axis][part > 0 ? 1 : 0];  // sin 15 degrees
   }
-};
+  return out;
+}
+
+SlicePlane plane_across(SliceAxis axis, double position) {
+  const auto across = static_cast<Eigen::Index>(axis);
+  SlicePlane plane;
+  plane.name = axis == SliceAxis::axial ? "axial" : axis == SliceAxis::coronal ? "coronal" : "sagittal";
+  plane.point = position * Vec3::Unit(across);
+  plane.right = axis == SliceAxis::sagittal ? Vec3::UnitY() : Vec3::UnitX();
+  plane.down = axis == SliceAxis::axial ? Vec3(Vec3::UnitY()) : Vec3(-Vec3::UnitZ());
+  return plane;
+}
+
+SlicePlane oblique_plane(const Vec3& point, const Vec3& normal) {
+  Eigen::Index nearest = 0;
+  normal.cwiseAbs().maxCoeff(&nearest);
+  const SlicePlane like = plane_across(static_cast<SliceAxis>(nearest), 0);
+  Vec3 view = normal.normalized();
+  if (view.dot(like.right.cross(like.down)) < 0) view = -view;
+  SlicePlane plane{"oblique", point, {}, {}};
+  plane.down = (like.down - like.down.dot(view) * view).normalized();
+  plane.right = plane.down.cross(view);
+  return plane;
+}
+
+std::string unit_of_field(const std::string& name) {
+  static const std::map<std::string, std::string> units = {
+      {"displacement", "mm"},  {"strain_energy_density", "N/mm^2"}, {"von_mises_stress", "MPa"},
+      {"pressure", "MPa"},     {"smoothed_pressure", "MPa"},        {"rotation_degrees", "degrees"},
+      {"young_modulus", "MPa"}};
+  const auto unit = units.find(name);
+  return unit == units.end() ? "" : unit->second;
+}
 
 SliceRenderer::SliceRenderer(const Result& result, const IntensityVolume* scan, const SliceOptions& options)
-    : result_(result), scan_(scan), options_(options), color_of_label_(65536) {
-  for (const LatticeSegment& s : result.segments) {
-    Rgb color;
-    for (std::size_t c = 0; c < 3; ++c)
-      color[c] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(s.segment.color[c], 0.0, 1.0)));
-    color_of_label_[s.segment.label] = color;
-  }
-  low_ = high_ = result.nodes.front();
-  const auto include = [&](const Vec3& p) {
-    low_ = low_.cwiseMin(p);
-    high_ = high_.cwiseMax(p);
-  };
-  // The surface rather than the nodes: those of slivers move without meaning.
-  for (std::size_t n = 0; n < result.surface.points.size(); ++n) {
-    if (n == 0) low_ = high_ = result.surface.points[0];
-    include(result.surface.points[n]);
-    include(result.surface.points[n] + result.surface_displacement[n]);
-  }
-  if (result.surface.points.empty())
-    for (std::size_t n = 0; n < result.nodes.size(); ++n) {
-      include(result.nodes[n]);
-      include(result.nodes[n] + result.displacement[n]);
+    : result_(result),
+      scan_(scan),
+      options_(options),
+      locator_(result.voxels, result.voxels_per_cell, result.cells),
+      color_of_label_(65536),
+      bounds_(options.bounds.value_or(bounds_of(result))) {
+  for (const LatticeSegment& s : result.segments) color_of_label_[s.segment.label] = to_rgb(s.segment.color);
+
+  if (options.color_by == "displacement") {
+    field_low_ = 0;
+    for (const Vec3& u : result.surface_displacement.empty() ? result.displacement : result.surface_displacement)
+      field_high_ = std::max(field_high_, u.norm());
+  } else if (!options.color_by.empty()) {
+    const auto field = result.cell_fields.find(options.color_by);
+    if (field == result.cell_fields.end()) {
+      std::vector<std::string> names = {"displacement"};
+      for (const auto& [name, values] : result.cell_fields) names.push_back(name);
+      throw Error(ErrorKind::usage, fmt::format("no field '{}' in the result, expected one of: {}", options.color_by,
+                                                fmt::join(names, ", ")));
     }
+    field_ = &field->second;
+    std::vector<double> sorted = *field_;
+    std::sort(sorted.begin(), sorted.end());
+    field_low_ = sorted[sorted.size() / 100];
+    field_high_ = sorted[sorted.size() - 1 - sorted.size() / 100];
+  }
+  if (!(field_high_ > field_low_)) field_high_ = field_low_ + 1;
 
-  if (!scan) return;
-  // All of the body is told apart; what is darker or brighter has the outer thirds of the grey range.
-  std::vector<float> inside;
-  for (std::size_t n = 0; n < result.labels.size(); n += 7) {
-    if (result.labels[n] == 0) continue;
-    const Index3 v = result.voxels.index(n);
-    inside.push_back(static_cast<float>(value_at(*scan_, result.voxels.position(Vec3(v[0], v[1], v[2])))));
-  }
-  double low = 0, high = 1;
-  if (!inside.empty()) {
-    std::sort(inside.begin(), inside.end());
-    low = inside[inside.size() / 500];
-    high = std::max<double>(inside[inside.size() - 1 - inside.size() / 500], low + 1);
-  }
-  const double level = options.level.value_or((low + high) / 2);
-  const double window = options.window.value_or(3 * (high - low));
-  black_ = level - window / 2;
-  white_ = level + window / 2;
+  if (scan) window_ = grey_window(result, *scan, options.level, options.window);
 }
 
-std::pair<double, double> SliceRenderer::range(SliceAxis axis) const {
-  return {low_[static_cast<int>(axis)], high_[static_cast<int>(axis)]};
+std::pair<double, double> SliceRenderer::range(const Vec3& direction) const {
+  std::pair<double, double> out = {INFINITY, -INFINITY};
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 p;
+    for (int d = 0; d < 3; ++d) p[d] = corner_bit(corner, d) == 1 ? bounds_.high[d] : bounds_.low[d];
+    out = {std::min(out.first, p.dot(direction)), std::max(out.second, p.dot(direction))};
+  }
+  return out;
 }
 
-std::uint16_t SliceRenderer::label_at(const Vec3& rest) const {
-  const Vec3 index = result_.voxels.continuous_index(rest);
-  Index3 voxel;
-  for (int d = 0; d < 3; ++d) voxel[static_cast<std::size_t>(d)] = static_cast<std::int32_t>(std::lround(index[d]));
-  return result_.voxels.contains(voxel) ? result_.labels[result_.voxels.offset(voxel)] : std::uint16_t{0};
+/// One layer of voxels, the picture's pixels: columns along the first axis, rows along the second.
+Grid SliceRenderer::frame(const SlicePlane& plane) const {
+  const auto [left, right] = range(plane.right);
+  const auto [top, bottom] = range(plane.down);
+  const double margin = options_.margin_mm;
+  const Vec3 size(right - left + 2 * margin, bottom - top + 2 * margin, 0);
+  const double pixel = options_.pixel_mm > 0 ? options_.pixel_mm : size.maxCoeff() / longest_side;
+  Mat3 axes;
+  axes << plane.right, plane.down, plane.right.cross(plane.down);
+  const Vec3 origin = axes * Vec3(left - margin, top - margin, plane.point.dot(axes.col(2)));
+  return Grid({std::clamp(static_cast<int>(size[0] / pixel), 1, 8192),
+               std::clamp(static_cast<int>(size[1] / pixel), 1, 8192), 1},
+              Vec3::Constant(pixel), origin, axes);
 }
 
 std::uint8_t SliceRenderer::grey(double value) const {
   if (std::isnan(value)) return 0;
-  return static_cast<std::uint8_t>(std::lround(255 * std::clamp((value - black_) / (white_ - black_), 0.0, 1.0)));
+  return static_cast<std::uint8_t>(std::lround(255 * window_.brightness(value)));
 }
 
-SliceRenderer::Frame SliceRenderer::frame(SliceAxis axis, double position) const {
-  const Vec3 low = low_ - Vec3::Constant(options_.margin_mm), high = high_ + Vec3::Constant(options_.margin_mm);
-  const int across = static_cast<int>(axis);
-  const int right = axis == SliceAxis::sagittal ? 1 : 0;
-  const int down = axis == SliceAxis::axial ? 1 : 2;
-  const bool head_up = down == 2;
-  const double pixel = options_.pixel_mm > 0 ? options_.pixel_mm : (high - low).maxCoeff() / 420;
-  Frame f;
-  f.width = std::clamp(static_cast<int>((high - low)[right] / pixel), 1, 8192);
-  f.height = std::clamp(static_cast<int>((high - low)[down] / pixel), 1, 8192);
-  f.right = pixel * Vec3::Unit(right);
-  f.down = (head_up ? -pixel : pixel) * Vec3::Unit(down);
-  f.origin = low;
-  f.origin[across] = position;
-  if (head_up) f.origin[down] = high[down];
-  return f;
+std::int32_t SliceRenderer::cell_at(const Vec3& rest) const {
+  const Vec3 index = result_.voxels.continuous_index(rest);
+  return locator_.cell_of_voxel({static_cast<std::int32_t>(std::lround(index[0])),
+                                 static_cast<std::int32_t>(std::lround(index[1])),
+                                 static_cast<std::int32_t>(std::lround(index[2]))});
 }
 
-std::vector<Vec3> SliceRenderer::rest_positions_before(const Frame& f) const {
-  std::vector<Vec3> rest;
-  for (int row = 0; row < f.height; ++row)
-    for (int column = 0; column < f.width; ++column) rest.push_back(f.at(column, row));
-  return rest;
+double SliceRenderer::color_value(const Vec3& rest, const Vec3& displacement) const {
+  if (!field_) return displacement.norm();
+  const std::int32_t cell = cell_at(rest);
+  return cell < 0 ? field_low_ : (*field_)[static_cast<std::size_t>(cell)];
 }
 
-std::vector<Vec3> SliceRenderer::rest_positions_after(const Frame& f) const {
-  std::vector<Vec3> rest(f.number(0, f.height), nowhere);
-  const Vec3 normal = f.right.cross(f.down).normalized();
-  const double pixel = f.right.norm();
-  for (std::size_t c = 0; c < result_.cells.size(); ++c) {
-    DeformedCell cell;
-    for (int a = 0; a < num_cell_nodes; ++a) {
-      const auto node = static_cast<std::size_t>(result_.cell_nodes[c][static_cast<std::size_t>(a)]);
-      cell.corners.col(a) = result_.nodes[node] + result_.displacement[node] - f.origin;
-    }
-    const Eigen::Matrix<double, 1, 8> height = normal.transpose() * cell.corners;
-    if (height.minCoeff() > 0 || height.maxCoeff() < 0) continue;
-    const Eigen::Matrix<double, 1, 8> columns = f.right.transpose() * cell.corners / (pixel * pixel);
-    const Eigen::Matrix<double, 1, 8> rows = f.down.transpose() * cell.corners / (pixel * pixel);
-    const int first_column = std::max(0, static_cast<int>(std::ceil(columns.minCoeff())));
-    const int last_column = std::min(f.width - 1, static_cast<int>(std::floor(columns.maxCoeff())));
-    const int first_row = std::max(0, static_cast<int>(std::ceil(rows.minCoeff())));
-    const int last_row = std::min(f.height - 1, static_cast<int>(std::floor(rows.maxCoeff())));
-    for (int row = first_row; row <= last_row; ++row)
-      for (int column = first_column; column <= last_column; ++column) {
-        const std::optional<Vec3> s = cell.locate(column * f.right + row * f.down);
-        if (!s) continue;
-        // Cells are axis-aligned boxes of voxels at rest.
-        Vec3 index;
-        for (int d = 0; d < 3; ++d) {
-          const auto e = static_cast<std::size_t>(d);
-          index[d] = (result_.cells[c][e] + (*s)[d]) * result_.voxels_per_cell[e] - 0.5;
-        }
-        const Vec3 x = result_.voxels.position(index);
-        // Where deformed cells overlap, material wins over the empty part of a boundary cell.
-        Vec3& there = rest[f.number(column, row)];
-        if (std::isnan(there[0]) || label_at(there) == 0) there = x;
-      }
-  }
-  // The empty part of boundary cells is not material.
-  for (Vec3& x : rest)
-    if (!std::isnan(x[0]) && label_at(x) == 0) x = nowhere;
-  return rest;
-}
-
-Canvas SliceRenderer::draw(const Frame& f, const std::vector<Vec3>& rest) const {
-  Canvas canvas(f.width, f.height);
-  std::vector<std::uint16_t> labels(rest.size());
-  for (std::size_t n = 0; n < rest.size(); ++n)
-    labels[n] = std::isnan(rest[n][0]) ? std::uint16_t{0} : label_at(rest[n]);
-  for (int row = 0; row < f.height; ++row)
-    for (int column = 0; column < f.width; ++column) {
-      const std::size_t n = f.number(column, row);
+Canvas SliceRenderer::paint(const Grid& f, const DisplacementField& field, bool deformed) const {
+  const int width = width_of(f), height = height_of(f);
+  Canvas canvas(width, height);
+  std::vector<std::uint16_t> labels(f.num_voxels());
+  std::vector<std::int32_t> cells(f.num_voxels(), -1);
+  for (int row = 0; row < height; ++row)
+    for (int column = 0; column < width; ++column) {
+      const std::size_t n = number_of(f, column, row);
       Rgb& pixel = canvas.at(column, row);
-      const Vec3 here = f.at(column, row);
+      const Vec3 here = pixel_center(f, column, row);
+      const Vec3 step = field.values[n].cast<double>();
+      const bool is_material = !std::isnan(step[0]);
+      const Vec3 rest = deformed && is_material ? Vec3(here + step) : here;
+      const std::uint16_t label_here = label_at(result_.voxels, result_.labels, here);
+      labels[n] = !deformed     ? label_here
+                  : is_material ? label_at(result_.voxels, result_.labels, rest)
+                                : std::uint16_t{0};
+      if (is_material) cells[n] = cell_at(rest);
+      const bool left_by_the_body = deformed && !is_material && label_here != 0 && cell_at(here) >= 0;
       if (labels[n] != 0 && scan_) {
-        pixel.fill(grey(value_at(*scan_, rest[n])));
+        pixel.fill(grey(value_at(*scan_, rest)));
       } else if (labels[n] != 0) {
-        const Vec3 lines = rest[n] / rest_grid_mm;
+        const Vec3 lines = rest / rest_grid_mm;
         const double from_line = (lines - lines.array().round().matrix()).cwiseAbs().minCoeff() * rest_grid_mm;
         const double brightness = from_line < 0.6 ? 0.35 : 0.9;
         const Rgb color = color_of_label_[labels[n]].value_or(Rgb{200, 200, 200});
         for (std::size_t c = 0; c < 3; ++c) pixel[c] = static_cast<std::uint8_t>(brightness * color[c]);
-      } else if (scan_ && label_at(here) == 0) {
+      } else if (scan_ && !left_by_the_body) {
         pixel.fill(static_cast<std::uint8_t>(surroundings_brightness * grey(value_at(*scan_, here))));
       }
+      if (is_material && !options_.color_by.empty()) {
+        const Rgb color = viridis((color_value(rest, step) - field_low_) / (field_high_ - field_low_));
+        for (std::size_t c = 0; c < 3; ++c)
+          pixel[c] = static_cast<std::uint8_t>(field_opacity * color[c] + (1 - field_opacity) * pixel[c]);
+      }
     }
-  // Outlines: pixels whose label differs from the one to the right or below.
-  for (int row = 0; row + 1 < f.height; ++row)
-    for (int column = 0; column + 1 < f.width; ++column) {
-      const std::uint16_t a = labels[f.number(column, row)];
-      for (const std::uint16_t b : {labels[f.number(column + 1, row)], labels[f.number(column, row + 1)]})
-        if (a != b) canvas.at(column, row) = color_of_label_[std::max(a, b)].value_or(Rgb{255, 255, 255});
+  // Borders: pixels that differ from the one to the right or below.
+  const auto differs = [&](const auto& what, int column, int row) {
+    const auto& here = what[number_of(f, column, row)];
+    return here != what[number_of(f, column + 1, row)] || here != what[number_of(f, column, row + 1)];
+  };
+  for (int row = 0; row + 1 < height; ++row)
+    for (int column = 0; column + 1 < width; ++column) {
+      if (options_.lattice && differs(cells, column, row)) canvas.at(column, row) = lattice_color;
+      if (options_.outlines && differs(labels, column, row)) {
+        const std::uint16_t label = std::max({labels[number_of(f, column, row)], labels[number_of(f, column + 1, row)],
+                                              labels[number_of(f, column, row + 1)]});
+        canvas.at(column, row) = color_of_label_[label].value_or(Rgb{255, 255, 255});
+      }
     }
+  if (options_.arrows) add_arrows(f, field, deformed, canvas);
   return canvas;
 }
 
-Canvas SliceRenderer::before_and_after(SliceAxis axis, double position) const {
-  const Frame f = frame(axis, position);
-  const Canvas before = draw(f, rest_positions_before(f));
-  const Canvas after = draw(f, rest_positions_after(f));
+void SliceRenderer::add_arrows(const Grid& f, const DisplacementField& field, bool deformed, Canvas& canvas) const {
+  for (int row = arrow_distance / 2; row < height_of(f); row += arrow_distance)
+    for (int column = arrow_distance / 2; column < width_of(f); column += arrow_distance) {
+      const Vec3 step = field.values[number_of(f, column, row)].cast<double>();
+      if (std::isnan(step[0])) continue;
+      // The field leads to the rest shape in the deformed picture, and from it in the other.
+      const Vec3 pixels = f.direction().transpose() * step / f.spacing()[0];
+      const int other_column = column + static_cast<int>(std::lround(pixels[0]));
+      const int other_row = row + static_cast<int>(std::lround(pixels[1]));
+      if (deformed)
+        canvas.arrow(other_column, other_row, column, row, yellow);
+      else
+        canvas.arrow(column, row, other_column, other_row, yellow);
+    }
+}
 
-  constexpr int header = 22, gap = 6, letters = 16, font = 13;
-  Canvas sheet(2 * (f.width + 2 * letters) + gap, f.height + header + 2 * letters, {24, 24, 24});
-  constexpr std::array<const char*, 3> names = {"sagittal", "coronal", "axial"};
-  constexpr std::array<std::array<const char*, 4>, 3> sides = {
-      {{"A", "P", "S", "I"}, {"R", "L", "S", "I"}, {"R", "L", "A", "P"}}};  // left, right, top, bottom
-  const auto number = static_cast<std::size_t>(axis);
-  int left = 0;
-  for (const auto& [picture, caption] : {std::pair{&before, "before"}, std::pair{&after, "deformed"}}) {
-    sheet.paste(*picture, left + letters, header + letters);
-    sheet.text(fmt::format("{}: {} {} = {:.1f} mm", caption, names[number], "LPS"[number], position), left + letters, 5,
-               font);
-    const int middle_x = left + letters + f.width / 2, middle_y = header + letters + f.height / 2;
-    sheet.text(sides[number][0], left + 3, middle_y - font / 2, font);
-    sheet.text(sides[number][1], left + letters + f.width + 3, middle_y - font / 2, font);
-    sheet.text(sides[number][2], middle_x - 4, header + 2, font);
-    sheet.text(sides[number][3], middle_x - 4, header + letters + f.height + 2, font);
-    left += f.width + 2 * letters + gap;
+void SliceRenderer::add_legend(Canvas& sheet, int left, int top, int height) const {
+  constexpr int bar = 14;
+  for (int y = 0; y < height; ++y) {
+    const Rgb color = viridis(1 - static_cast<double>(y) / std::max(1, height - 1));
+    for (int x = 0; x < bar; ++x) sheet.at(left + x, top + y) = color;
   }
+  constexpr int ticks = 4;
+  for (int n = 0; n <= ticks; ++n) {
+    const int y = top + (height - 1) * n / ticks;
+    const double value = field_high_ + (field_low_ - field_high_) * n / ticks;
+    sheet.line(left + bar, y, left + bar + 3, y, {255, 255, 255});
+    sheet.text(fmt::format("{:.3g}", value), left + bar + 6, std::clamp(y - font / 2, top, top + height - font), font);
+  }
+}
+
+Canvas SliceRenderer::draw(const SlicePlane& plane, const std::string& note) const {
+  const Grid f = frame(plane);
+  struct Picture {
+    Canvas canvas;
+    const char* caption;
+  };
+  std::vector<Picture> pictures;
+  if (options_.before) pictures.push_back({paint(f, displacement_from_rest(result_, f), false), "before"});
+  if (options_.deformed) pictures.push_back({paint(f, displacement_to_rest(result_, f), true), "deformed"});
+
+  const int width = width_of(f), height = height_of(f), count = static_cast<int>(pictures.size());
+  const bool has_legend = !options_.color_by.empty();
+  Canvas sheet(count * (width + 2 * letters) + (count - 1) * gap + (has_legend ? legend_width : 0),
+               height + header + 2 * letters + footer, paper);
+  const Vec3 view = plane.right.cross(plane.down);
+  Eigen::Index across = 0;
+  const bool along_axis = view.cwiseAbs().maxCoeff(&across) > 1 - 1e-12;
+  std::string place = along_axis ? fmt::format("{} {} = {:.1f} mm", plane.name, "LPS"[across], plane.point[across])
+                                 : fmt::format("{} at ({:.0f}, {:.0f}, {:.0f}) mm", plane.name, plane.point[0],
+                                               plane.point[1], plane.point[2]);
+  if (!note.empty()) place += ", " + note;
+  int left = 0;
+  for (const Picture& p : pictures) {
+    const int x = left + letters, y = header + letters;
+    sheet.paste(p.canvas, x, y);
+    sheet.text(fmt::format("{}: {}", p.caption, place), x, 5, font);
+    sheet.text(orientation_letters(-plane.right), left + 3, y + height / 2 - font / 2, font);
+    sheet.text(orientation_letters(plane.right), x + width + 3, y + height / 2 - font / 2, font);
+    sheet.text(orientation_letters(-plane.down), x + width / 2 - 4, header + 4, font);
+    sheet.text(orientation_letters(plane.down), x + width / 2 - 4, y + height + 3, font);
+    add_scale_bar(f, x, y + height + letters - 2, sheet);
+    left = x + width + letters + gap;
+  }
+  if (has_legend) {
+    add_legend(sheet, left, header + letters, height);
+    const std::string unit = unit_of_field(options_.color_by);
+    std::string name = options_.color_by;
+    std::replace(name.begin(), name.end(), '_', ' ');
+    sheet.text_ending_at(name + (unit.empty() ? "" : " [" + unit + "]"), sheet.width() - 4,
+                         header + letters + height + 4, font);
+  }
+  return sheet;
+}
+
+Canvas contact_sheet(const std::vector<Canvas>& pictures) {
+  int width = 1, height = 1;
+  for (const Canvas& p : pictures) {
+    width = std::max(width, p.width());
+    height = std::max(height, p.height());
+  }
+  const double count = static_cast<double>(pictures.size());
+  const int columns = std::max(1, static_cast<int>(std::ceil(std::sqrt(count * height / width))));
+  const int rows = static_cast<int>(std::ceil(count / columns));
+  Canvas sheet(columns * (width + gap) - gap, rows * (height + gap) - gap, {0, 0, 0});
+  for (int n = 0; n < static_cast<int>(pictures.size()); ++n)
+    sheet.paste(pictures[static_cast<std::size_t>(n)], n % columns * (width + gap), n / columns * (height + gap));
   return sheet;
 }
 

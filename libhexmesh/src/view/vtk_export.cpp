@@ -7,25 +7,26 @@
 #include <vtkCellType.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
+#include <vtkIntArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkStringArray.h>
+#include <vtkUnsignedCharArray.h>
 #include <vtkUnsignedShortArray.h>
 #include <vtkUnstructuredGrid.h>
 #include <vtkXMLPolyDataWriter.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
 #include <fstream>
+#include <map>
 
 #include "hexmesh/core/error.h"
+#include "hexmesh/view/canvas.h"
 
 namespace hexmesh {
 namespace {
-
-/// VTK_HEXAHEDRON walks each face in a circle.
-constexpr std::array<std::size_t, 8> vtk_order = {0, 1, 3, 2, 4, 5, 7, 6};
 
 void add_vectors(vtkPointSet& set, const char* name, const std::vector<Vec3>& values) {
   vtkNew<vtkDoubleArray> array;
@@ -53,12 +54,23 @@ void set_points(vtkPointSet& set, const std::vector<Vec3>& rest, const std::vect
   set.GetPointData()->SetActiveVectors("displacement");
 }
 
-void add_segment(vtkDataSet& set, const std::vector<std::uint16_t>& labels) {
+void add_segment(vtkDataSet& set, const std::vector<std::uint16_t>& labels,
+                 const std::vector<LatticeSegment>& segments) {
   vtkNew<vtkUnsignedShortArray> array;
   array->SetName("segment");
   array->SetNumberOfTuples(static_cast<vtkIdType>(labels.size()));
   for (std::size_t n = 0; n < labels.size(); ++n) array->SetValue(static_cast<vtkIdType>(n), labels[n]);
   set.GetCellData()->AddArray(array);
+
+  std::map<std::uint16_t, Rgb> color_of;
+  for (const LatticeSegment& s : segments) color_of[s.segment.label] = to_rgb(s.segment.color);
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetName("segment_color");
+  colors->SetNumberOfComponents(3);
+  colors->SetNumberOfTuples(static_cast<vtkIdType>(labels.size()));
+  for (std::size_t n = 0; n < labels.size(); ++n)
+    colors->SetTypedTuple(static_cast<vtkIdType>(n), color_of[labels[n]].data());
+  set.GetCellData()->AddArray(colors);
 }
 
 /// Names of the labels and the units, where ParaView's Information tab shows them.
@@ -71,7 +83,9 @@ void add_notes(vtkDataSet& set, const Result& result) {
   vtkNew<vtkStringArray> units;
   units->SetName("units");
   units->InsertNextValue(
-      "mm, N, MPa, s; patient LPS; strain_energy_density in N/mm^2; von_mises_stress in MPa; fill 0 to 1");
+      "mm, N, MPa, s; patient LPS; displacement in mm; velocity in mm/s; reaction in N; strain_energy_density in "
+      "N/mm^2; "
+      "von_mises_stress, pressure, smoothed_pressure, young_modulus in MPa; rotation_degrees in degrees; all else 1");
   set.GetFieldData()->AddArray(units);
 }
 
@@ -109,11 +123,11 @@ void write_vtu(const Result& result, Configuration configuration, const std::fil
   cells->AllocateEstimate(static_cast<vtkIdType>(result.cells.size()), 8);
   for (const auto& nodes : result.cell_nodes) {
     std::array<vtkIdType, 8> ids;
-    for (std::size_t a = 0; a < 8; ++a) ids[a] = nodes[vtk_order[a]];
+    for (std::size_t a = 0; a < 8; ++a) ids[a] = nodes[corners_around_faces[a]];
     cells->InsertNextCell(8, ids.data());
   }
   grid->SetCells(VTK_HEXAHEDRON, cells);
-  add_segment(*grid, result.segment);
+  add_segment(*grid, result.segment, result.segments);
   for (const auto& [name, values] : result.cell_fields) {
     vtkNew<vtkDoubleArray> array;
     array->SetName(name.c_str());
@@ -134,9 +148,41 @@ void write_vtp(const Result& result, Configuration configuration, const std::fil
     triangles->InsertNextCell(3, ids.data());
   }
   surface->SetPolys(triangles);
-  add_segment(*surface, result.surface.segment);
+  add_segment(*surface, result.surface.segment, result.segments);
   add_notes(*surface, result);
   write<vtkXMLPolyDataWriter>(*surface, path);
+}
+
+void write_conditions_vtp(const Result& result, const std::vector<ConditionForce>& forces, Configuration configuration,
+                          const std::filesystem::path& path) {
+  std::vector<Vec3> points, displacement, reaction, axes;
+  vtkNew<vtkStringArray> names;
+  names->SetName("name");
+  vtkNew<vtkIntArray> numbers;
+  numbers->SetName("condition");
+  vtkNew<vtkCellArray> vertices;
+  for (std::size_t c = 0; c < result.conditions.size(); ++c) {
+    const ConditionPoints& condition = result.conditions[c];
+    for (std::size_t p = 0; p < condition.points.size(); ++p) {
+      const vtkIdType id = std::ssize(points);
+      vertices->InsertNextCell(1, &id);
+      points.push_back(condition.points[p]);
+      displacement.push_back(condition.displacement[p]);
+      reaction.push_back(forces[c].reaction);
+      axes.emplace_back(condition.axes[0], condition.axes[1], condition.axes[2]);
+      names->InsertNextValue(condition.name);
+      numbers->InsertNextValue(static_cast<int>(c));
+    }
+  }
+  vtkNew<vtkPolyData> set;
+  set_points(*set, points, displacement, configuration);
+  set->SetVerts(vertices);
+  set->GetPointData()->AddArray(names);
+  set->GetPointData()->AddArray(numbers);
+  add_vectors(*set, "reaction", reaction);
+  add_vectors(*set, "axes", axes);
+  add_notes(*set, result);
+  write<vtkXMLPolyDataWriter>(*set, path);
 }
 
 void write_pvd(const std::vector<std::pair<double, std::string>>& files, const std::filesystem::path& path) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <limits>
 #include <vector>
 
 #include "hexsolver/elastic.h"
@@ -16,8 +15,8 @@ struct CellMeasures {
   std::vector<double> pressure;                          ///< -tr(Cauchy stress) / 3, compression positive [MPa]
   std::vector<double> smoothed_pressure;                 ///< averaged to the nodes by volume and back [MPa]
   std::vector<double> young_modulus, poisson_ratio;      ///< of the mean moduli over the filled part [MPa], [1]
-  double min_jacobian = std::numeric_limits<double>::infinity();  ///< least ElasticCells::least_jacobian
-  std::size_t inverted_cells = 0;                                 ///< where that is <= 0
+  std::vector<double> min_jacobian;                      ///< ElasticCells::least_jacobian
+  std::size_t inverted_cells = 0;                        ///< where that is <= 0
   /// Root mean square, over the nodes with eight cells, of the part of their pressure that changes sign from cell to
   /// cell [MPa]: mean dilatation on a regular grid cannot tell it from none (Q1-P0; Hughes, The Finite Element Method,
   /// 1987, section 4.3).

@@ -43,6 +43,7 @@ struct Result {
   std::vector<ConditionPoints> conditions;
   std::vector<double> times;         ///< of the steps of a motion that the file keeps [s]
   std::string report;                ///< JSON
+  std::string costs;                 ///< JSON: seconds and memory, which differ from run to run; may be empty
   std::vector<std::string> history;  ///< command lines, oldest first
 };
 

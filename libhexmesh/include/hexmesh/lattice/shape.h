@@ -8,8 +8,10 @@
 namespace hexmesh {
 
 /// Node a of a cell sits at corner (a & 1, a >> 1 & 1, a >> 2).
-/// VTK_HEXAHEDRON swaps nodes 2 <-> 3 and 6 <-> 7: convert at export only.
 inline constexpr int num_cell_nodes = 8;
+
+/// The nodes of a cell as VTK and CalculiX order them, around each of two faces. For exports only.
+inline constexpr std::array<std::size_t, 8> corners_around_faces = {0, 1, 3, 2, 4, 5, 7, 6};
 
 inline constexpr int corner_bit(int node, int axis) { return node >> axis & 1; }
 

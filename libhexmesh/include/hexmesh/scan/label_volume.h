@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,9 @@ struct IntensityVolume {
 /// The grey value at a position [mm]: trilinear between voxel centres, constant beyond the outermost ones, NaN outside
 /// the volume. Within a thousandth of a voxel of a centre it is that voxel's own.
 double value_at(const IntensityVolume& volume, const Vec3& position);
+
+/// The label of the voxel that holds a position [mm]; 0 outside the grid.
+std::uint16_t label_at(const Grid& grid, std::span<const std::uint16_t> labels, const Vec3& position);
 
 /// Voxels of each segment, in the order of `volume.segments`.
 std::vector<std::size_t> count_voxels(const LabelVolume& volume);

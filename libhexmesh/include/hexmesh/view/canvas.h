@@ -11,6 +11,9 @@ namespace hexmesh {
 
 using Rgb = std::array<std::uint8_t, 3>;
 
+/// From parts of 1.
+Rgb to_rgb(const std::array<double, 3>& color);
+
 /// An RGB picture; (0, 0) is the upper left pixel.
 class Canvas {
 public:
@@ -29,10 +32,24 @@ public:
   /// Text with its upper left corner at (x, y), in pixels of the given height.
   void text(const std::string& words, int x, int y, int size, Rgb color = {255, 255, 255});
 
+  /// The same with its upper right corner at (x, y).
+  void text_ending_at(const std::string& words, int x, int y, int size, Rgb color = {255, 255, 255});
+
+  /// A straight line between two pixels; what lies outside is left out.
+  void line(int x0, int y0, int x1, int y1, Rgb color);
+
+  /// A line with a head at its end.
+  void arrow(int x0, int y0, int x1, int y1, Rgb color);
+
+  /// The bytes of a PNG.
+  std::vector<std::uint8_t> png() const;
+
   /// Write a PNG. @throws Error{output}
   void write_png(const std::filesystem::path& path) const;
 
 private:
+  void add_text(const std::string& words, int x, int y, int size, Rgb color, bool ends_there);
+
   int width_, height_;
   std::vector<Rgb> pixels_;
 };

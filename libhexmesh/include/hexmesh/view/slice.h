@@ -2,9 +2,13 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
-#include "hexmesh/file/result_file.h"
+#include "hexmesh/lattice/locator.h"
 #include "hexmesh/view/canvas.h"
+#include "hexmesh/view/grey_window.h"
+#include "hexmesh/warp/displacement_field.h"
 
 namespace hexmesh {
 
@@ -12,45 +16,77 @@ namespace hexmesh {
 /// axial, head up in coronal and sagittal ones, front on the left of sagittal ones.
 enum class SliceAxis { sagittal = 0, coronal = 1, axial = 2 };  ///< = the LPS axis across the slice
 
+/// A plane and how it lies on the picture.
+struct SlicePlane {
+  std::string name;  ///< for captions, e.g. "axial"
+  Vec3 point;        ///< on it [mm]
+  Vec3 right, down;  ///< unit vectors; right x down is the direction of view
+};
+
+/// @param position  LPS coordinate across the slice [mm]
+SlicePlane plane_across(SliceAxis axis, double position);
+
+/// Any plane, turned as the one of the three that it is nearest to.
+/// @pre normal is not zero
+SlicePlane oblique_plane(const Vec3& point, const Vec3& normal);
+
+/// "R", "LA", ...: where a direction points to in the patient; a second letter where it is oblique.
+std::string orientation_letters(const Vec3& direction);
+
 struct SliceOptions {
-  double pixel_mm = 0;           ///< 0: such that the longer side has about 420 pixels
-  std::optional<double> level;   ///< middle of the grey window; nothing: chosen from the body's values
-  std::optional<double> window;  ///< its width
-  double margin_mm = 12;         ///< shown around the body
+  double pixel_mm = 0;                  ///< 0: such that the longer side has about 420 pixels
+  std::optional<double> level;          ///< middle of the grey window; nothing: chosen from the body's values
+  std::optional<double> window;         ///< its width
+  double margin_mm = 12;                ///< shown around the body
+  bool before = true, deformed = true;  ///< which of the two pictures; side by side where both
+  bool outlines = true;                 ///< of the segments, in their colours
+  bool lattice = false;                 ///< borders between cells
+  bool arrows = false;                  ///< the part of the displacement within the plane, from where to where
+  std::string color_by;                 ///< "displacement" [mm] or a cell field, over the scan, with a legend
+  std::optional<Bounds> bounds;         ///< what to show; nothing: the body at rest and deformed
 };
 
 /// Draws slices of the scan before and after the deformation.
 ///
-/// A pixel at x shows the scan at the rest position X of the material that is there now: the deformed cell that holds x
-/// is found and its trilinear map inverted. Places that the body left are black; the surroundings, which are not
-/// simulated, are shown where they were, darkened.
+/// A pixel at x shows the scan at the rest position X of the material that is there now (see displacement_to_rest).
+/// Places that the body left are black; the surroundings, which are not simulated, are shown where they were, darkened.
 class SliceRenderer {
 public:
   /// @param scan  without it, the body is shown in its segments' colours with a 10 mm grid of the rest shape
+  /// @throws Error{usage} where options.color_by is no field of the result, naming those that there are
   SliceRenderer(const Result& result, const IntensityVolume* scan, const SliceOptions& options);
 
-  /// Extent of the body along an LPS axis, at rest and deformed together [mm].
-  std::pair<double, double> range(SliceAxis axis) const;
+  /// Extent of what is shown along a direction [mm].
+  std::pair<double, double> range(const Vec3& direction) const;
 
-  /// Before (left) and after (right), with segment outlines in their colours.
-  /// @param position  LPS coordinate of the plane [mm]
-  Canvas before_and_after(SliceAxis axis, double position) const;
+  /// The picture with its caption, letters of orientation, scale bar and legend.
+  /// @param note  added to the caption
+  Canvas draw(const SlicePlane& plane, const std::string& note = "") const;
 
 private:
-  struct Frame;
-  Frame frame(SliceAxis axis, double position) const;
-  Canvas draw(const Frame& frame, const std::vector<Vec3>& rest) const;
-  std::vector<Vec3> rest_positions_before(const Frame& frame) const;
-  std::vector<Vec3> rest_positions_after(const Frame& frame) const;
-  std::uint16_t label_at(const Vec3& rest) const;
+  Grid frame(const SlicePlane& plane) const;
+  Canvas paint(const Grid& frame, const DisplacementField& to_rest, bool deformed) const;
+  void add_arrows(const Grid& frame, const DisplacementField& to_rest, bool deformed, Canvas& canvas) const;
+  void add_legend(Canvas& sheet, int left, int top, int height) const;
+  std::int32_t cell_at(const Vec3& rest) const;
+  double color_value(const Vec3& rest, const Vec3& displacement) const;
   std::uint8_t grey(double value) const;
 
   const Result& result_;
   const IntensityVolume* scan_;
   SliceOptions options_;
+  CellLocator locator_;
   std::vector<std::optional<Rgb>> color_of_label_;
-  Vec3 low_, high_;  ///< box of the body at rest and deformed [mm]
-  double black_ = 0, white_ = 1;
+  Bounds bounds_;
+  GreyWindow window_;
+  const std::vector<double>* field_ = nullptr;  ///< of color_by, if it is one of the cells
+  double field_low_ = 0, field_high_ = 1;
 };
+
+/// Pictures of one size in rows and columns.
+Canvas contact_sheet(const std::vector<Canvas>& pictures);
+
+/// The unit that a field of a result is stored in, "" for plain numbers.
+std::string unit_of_field(const std::string& name);
 
 }  // namespace hexmesh

@@ -11,16 +11,31 @@ namespace hexmesh {
 enum class Configuration { rest, deformed };
 
 /// The mechanical level as hexahedra (.vtu, VTK XML): point data `displacement` [mm] unless at rest and `velocity`
-/// [mm/s] of a motion; cell data `segment` (label) and every cell field of the result.
+/// [mm/s] of a motion; cell data `segment` (label), `segment_color` (RGB, 0 to 255) and every cell field of the result;
+/// field data `segments` and `units`.
 /// @param path  ends in .vtu
 /// @throws Error{output}
 void write_vtu(const Result& result, Configuration configuration, const std::filesystem::path& path);
 
 /// The embedded surface as triangles (.vtp, VTK XML): point data `displacement` [mm] unless at rest, cell data
-/// `segment` (label).
+/// `segment` (label) and `segment_color`.
 /// @param path  ends in .vtp
 /// @throws Error{output}
 void write_vtp(const Result& result, Configuration configuration, const std::filesystem::path& path);
+
+/// What a condition came to.
+struct ConditionForce {
+  std::string name;
+  Vec3 reaction;  ///< force of the support on the body [N]
+};
+
+/// The points that conditions hold (.vtp, VTK XML), as vertices: point data `name`, `condition` (number),
+/// `displacement` [mm], `axes` (1 = this component is prescribed) and `reaction` [N], that of the whole condition.
+/// @param forces  in the order of the result's conditions
+/// @param path  ends in .vtp
+/// @throws Error{output}
+void write_conditions_vtp(const Result& result, const std::vector<ConditionForce>& forces, Configuration configuration,
+                          const std::filesystem::path& path);
 
 /// A list of files and the times that they show (.pvd, ParaView's), which names them relative to its own folder.
 /// @throws Error{output}

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "hexmesh/view/canvas.h"
+#include "hexmesh/warp/displacement_field.h"
+
+namespace hexmesh {
+
+/// The number of planes that opacities are given for.
+inline constexpr int reference_planes = 101;
+
+/// How a segment looks.
+struct Appearance {
+  std::array<double, 3> color = {0.8, 0.5, 0.4};  ///< RGB, each in [0, 1]
+  double opacity = 0.03;                          ///< of one of `reference_planes` planes, in [0, 1]
+};
+
+struct VolumeOptions {
+  Vec3 view = {0, 1, 0};   ///< direction of view, LPS; not zero
+  Vec3 up = {0, 0, 1};     ///< what is up on the picture; not along the view
+  double perspective = 0;  ///< vertical angle of view [degrees], below 120; 0 = orthographic
+  int width = 512, height = 512;
+  int planes = reference_planes;
+  bool linear_opacity =
+      false;           ///< the paper's correction alpha n_old / n_new instead of 1 - (1 - alpha)^(n_old / n_new)
+  bool shaded = true;  ///< surfaces lit from the viewer's upper left
+  std::optional<double> level;   ///< middle of the grey window; nothing: chosen from the body's values
+  std::optional<double> window;  ///< its width
+  Rgb background = {24, 24, 24};
+  std::map<std::uint16_t, Appearance> appearance;  ///< by label; others as default_appearance says
+};
+
+/// Each segment in its colour, translucent; what is smaller than the largest segment six times as opaque.
+std::map<std::uint16_t, Appearance> default_appearance(const Result& result);
+
+/// Draws a deformed scan as planes across the view, blended from the farthest to the nearest.
+///
+/// Each plane cuts the deformed cells in polygons; their corners lie on the cells' edges and carry the rest positions
+/// interpolated between the edges' ends, which place the scan on them. So the scan is never resampled, and a motion
+/// costs no more than a still. Source: Nesme, Faure, Payan 2010, section "Volumetric Rendering".
+///
+/// The scan is classified before it is interpolated: a voxel of a segment has the segment's colour, times its
+/// brightness in the grey window, and its opacity; all others are clear. Beside a voxel's centre the product of colour
+/// and opacity and the opacity are trilinear.
+class VolumeRenderer {
+public:
+  /// @param scan  without it all of a segment has one colour
+  VolumeRenderer(const Result& result, const IntensityVolume* scan, const VolumeOptions& options);
+
+  /// @param displacement  of the nodes; empty = at rest
+  Canvas draw(const std::vector<Vec3>& displacement) const;
+
+  /// Distance between two planes [mm].
+  double plane_distance() const { return (far_ - near_) / options_.planes; }
+
+private:
+  struct Corner {
+    float x, y;  ///< [pixels]
+    std::array<float, 3> texture;
+  };
+  struct Polygon {
+    std::int32_t first, count;  ///< of the plane's corners
+    float top, bottom;
+    std::array<float, 3> light;  ///< towards the light, in the rest shape, per voxel
+  };
+  struct Plane {
+    std::vector<Corner> corners;
+    std::vector<Polygon> polygons;
+  };
+  struct Texel {
+    std::array<std::uint16_t, 4> rgba;  ///< colour times opacity, opacity; of 1
+  };
+  struct Normal {
+    std::array<std::int16_t, 4> xyz0;  ///< against the gradient of the opacity, per voxel; of at most 1
+  };
+  struct Moved;
+
+  void classify(const IntensityVolume* scan);
+  void find_normals();
+  void place_camera();
+  void cut(const Moved& moved, int plane, const std::vector<std::int32_t>& cells, Plane& out) const;
+  void paint(const Plane& plane, int first_row, int last_row, std::vector<std::array<float, 4>>& picture) const;
+  template <bool shaded>
+  void paint_triangle(const Corner& a, const Corner& b, const Corner& c, const std::array<float, 3>& light,
+                      int first_row, int last_row, std::vector<std::array<float, 4>>& picture) const;
+
+  const Result& result_;
+  VolumeOptions options_;
+  std::array<std::int32_t, 3> size_;  ///< of the textures: the voxels with one clear layer around
+  std::vector<Texel> texture_;
+  std::vector<Normal> normals_;
+  Vec3 right_, down_, view_, center_;  ///< positions are taken from the centre
+  double near_ = 0, far_ = 1;          ///< depths of the body along the view [mm]
+  double pixel_ = 1;                   ///< [mm] on the picture's plane
+  double focal_ = 0;                   ///< distance of the eye from where a pixel is that large [mm]; 0 = orthographic
+};
+
+}  // namespace hexmesh

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/view/grey_window.h"
+
+#include <cmath>
+
+namespace hexmesh {
+
+GreyWindow grey_window(const Result& result, const IntensityVolume& scan, std::optional<double> level,
+                       std::optional<double> window) {
+  std::vector<double> inside;
+  for (std::size_t n = 0; n < result.labels.size(); n += 7) {
+    if (result.labels[n] == 0) continue;
+    const Index3 v = result.voxels.index(n);
+    const double value = value_at(scan, result.voxels.position(Vec3(v[0], v[1], v[2])));
+    if (!std::isnan(value)) inside.push_back(value);
+  }
+  double low = 0, high = 1;
+  if (!inside.empty()) {
+    std::sort(inside.begin(), inside.end());
+    low = inside[inside.size() / 500];
+    high = std::max(inside[inside.size() - 1 - inside.size() / 500], low + 1);
+  }
+  const double middle = level.value_or((low + high) / 2), width = window.value_or(3 * (high - low));
+  return {middle - width / 2, middle + width / 2};
+}
+
+}  // namespace hexmesh

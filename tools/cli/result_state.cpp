@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/result_state.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "hexmesh/core/error.h"
+#include "hexmesh/scan/image_io.h"
+
+namespace hextools {
+
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+
+void warn_of_state(const hexmesh::Result& result, const Console& console) {
+  if (result.report.empty()) return;
+  const auto report = nlohmann::json::parse(result.report);
+  if (!report.value("converged", true))
+    console.warning(fmt::format("the result is not converged, it is the state at {:.3g} of the load: {}",
+                                report.value("load_fraction", 0.0), report.value("reason", "")));
+}
+
+std::optional<hexmesh::IntensityVolume> read_scan_of(const hexmesh::Result& result, const std::string& name,
+                                                     const Console& console) {
+  if (name.empty()) return std::nullopt;
+  const hexmesh::InputFile file(name);
+  hexmesh::IntensityVolume scan = hexmesh::read_intensity(file.path(), {.warn = warning_on(console)});
+  const auto covered = [&](const hexmesh::Vec3& p) { return scan.grid.covers(scan.grid.continuous_index(p)); };
+  if (std::none_of(result.nodes.begin(), result.nodes.end(), covered))
+    throw Error(ErrorKind::input,
+                fmt::format("scan '{}' covers no part of the body, expected the scan it was segmented on", name));
+  return scan;
+}
+
+}  // namespace hextools

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <set>
+
+#include "hexmesh/file/result_file.h"
+#include "hexmesh/lattice/embedded_points.h"
+
+namespace hextools {
+
+/// The result of a motion as it was at each of its steps; of the cell fields those that do not change.
+class ResultSteps {
+public:
+  /// @param path, result  the file and what was read from it; both must outlive this
+  ResultSteps(const std::filesystem::path& path, const hexmesh::Result& result)
+      : path_(path),
+        result_(result),
+        now_(result),
+        surface_(hexmesh::CellLocator(result.voxels, result.voxels_per_cell, now_.cells), result.cell_nodes,
+                 result.surface.points) {
+    const std::set<std::string> constant = {"fill", "parts", "young_modulus", "poisson_ratio", "island"};
+    std::erase_if(now_.cell_fields, [&](const auto& field) { return !constant.contains(field.first); });
+  }
+
+  /// Valid until the next call.
+  const hexmesh::Result& at(std::size_t number) {
+    hexmesh::MotionStep step = hexmesh::read_step(path_, result_, number);
+    now_.displacement = std::move(step.displacement);
+    now_.velocity = std::move(step.velocity);
+    surface_.interpolate({now_.displacement.front().data(), 3 * now_.displacement.size()}, now_.surface_displacement);
+    return now_;
+  }
+
+private:
+  const std::filesystem::path& path_;
+  const hexmesh::Result& result_;
+  hexmesh::Result now_;
+  hexmesh::EmbeddedPoints surface_;
+};
+
+}  // namespace hextools

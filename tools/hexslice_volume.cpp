@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexslice_volume.h"
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <Eigen/Geometry>
+#include <charconv>
+
+#include "cli/result_state.h"
+#include "cli/result_steps.h"
+#include "hexmesh/core/error.h"
+#include "hexmesh/view/volume.h"
+
+namespace hextools {
+namespace {
+
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+using hexmesh::Vec3;
+
+struct View {
+  const char* name;
+  Vec3 view, up;
+};
+
+/// From where the body is seen.
+const std::array<View, 7> views = {{{"anterior", {0, 1, 0}, {0, 0, 1}},
+                                    {"posterior", {0, -1, 0}, {0, 0, 1}},
+                                    {"left", {-1, 0, 0}, {0, 0, 1}},
+                                    {"right", {1, 0, 0}, {0, 0, 1}},
+                                    {"superior", {0, 0, -1}, {0, -1, 0}},
+                                    {"inferior", {0, 0, 1}, {0, -1, 0}},
+                                    {"oblique", {0.6, 1, -0.5}, {0, 0, 1}}}};
+
+struct Options {
+  std::string input, scan, output, preset = "anterior", highlight;
+  std::vector<std::string> show;
+  std::vector<double> view, up;
+  std::vector<int> size = {512};
+  bool at_rest = false, flat = false;
+  hexmesh::VolumeOptions volume;
+};
+
+double number(const std::string& text, const std::string& of, double low, double high) {
+  double value = 0;
+  const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (failed != std::errc() || end != text.data() + text.size() || !(value >= low && value <= high))
+    throw Error(ErrorKind::usage, fmt::format("{} is '{}', expected a number from {:g} to {:g}", of, text, low, high));
+  return value;
+}
+
+std::vector<std::string> split(const std::string& text, char at) {
+  std::vector<std::string> out(1);
+  for (const char c : text)
+    if (c == at)
+      out.emplace_back();
+    else
+      out.back() += c;
+  return out;
+}
+
+/// "liver:opacity=0.05,color=0.8/0.3/0.2"; "*" is every segment.
+void apply(const std::string& text, const hexmesh::Result& result,
+           std::map<std::uint16_t, hexmesh::Appearance>& looks) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string::npos)
+    throw Error(ErrorKind::usage, fmt::format("--show is '{}', expected SEGMENT:opacity=0.05,color=R/G/B", text));
+  const std::string name = text.substr(0, colon);
+  std::vector<std::uint16_t> labels;
+  if (name == "*")
+    for (const auto& [label, look] : looks) labels.push_back(label);
+  else
+    labels.push_back(hexmesh::segment_named(result.segments, name).segment.label);
+  for (const std::string& setting : split(text.substr(colon + 1), ',')) {
+    const std::size_t equals = setting.find('=');
+    const std::string key = setting.substr(0, equals);
+    const std::string value = equals == std::string::npos ? "" : setting.substr(equals + 1);
+    for (const std::uint16_t label : labels) {
+      hexmesh::Appearance& look = looks[label];
+      if (key == "opacity") {
+        look.opacity = number(value, fmt::format("opacity of '{}'", name), 0, 1);
+      } else if (key == "color") {
+        const std::vector<std::string> parts = split(value, '/');
+        if (parts.size() != 3)
+          throw Error(ErrorKind::usage, fmt::format("color of '{}' is '{}', expected R/G/B, each 0 to 1", name, value));
+        for (std::size_t c = 0; c < 3; ++c) look.color[c] = number(parts[c], fmt::format("color of '{}'", name), 0, 1);
+      } else {
+        throw Error(ErrorKind::usage, fmt::format("unknown key '{}' in --show, expected opacity or color", key));
+      }
+    }
+  }
+}
+
+void set_view(Options& o) {
+  for (const View& v : views)
+    if (o.preset == v.name) {
+      o.volume.view = v.view;
+      o.volume.up = v.up;
+    }
+  if (!o.view.empty()) o.volume.view = {o.view[0], o.view[1], o.view[2]};
+  if (o.volume.view.norm() == 0) throw Error(ErrorKind::usage, "--direction is 0,0,0, expected a direction of view");
+  if (!o.up.empty()) o.volume.up = {o.up[0], o.up[1], o.up[2]};
+  const auto is_along = [&](const Vec3& up) {
+    return o.volume.view.cross(up).norm() <= 1e-6 * o.volume.view.norm() * up.norm();
+  };
+  if (is_along(o.volume.up)) {
+    if (!o.up.empty()) throw Error(ErrorKind::usage, "--up is along the direction of view, expected another one");
+    o.volume.up = {0, -1, 0};
+  }
+}
+
+int run_volume(Options& o, const CommonOptions& common, const Console& console) {
+  set_view(o);
+  o.volume.width = o.size[0];
+  o.volume.height = o.size.size() > 1 ? o.size[1] : o.size[0];
+  o.volume.shaded = !o.flat;
+  const hexmesh::InputFile input(o.input);
+  const hexmesh::Result result = hexmesh::read_result(input.path());
+  warn_of_state(result, console);
+  const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, o.scan, console);
+  o.volume.appearance = hexmesh::default_appearance(result);
+  for (const std::string& text : o.show) apply(text, result, o.volume.appearance);
+  if (!o.highlight.empty())
+    o.volume.appearance[hexmesh::segment_named(result.segments, o.highlight).segment.label] = {{1, 0.85, 0.1}, 0.5};
+
+  const double start = omp_get_wtime();
+  const hexmesh::VolumeRenderer renderer(result, scan ? &*scan : nullptr, o.volume);
+  const double ready = omp_get_wtime();
+  const auto file = open_output(o.output, ".png", common, {o.input, o.scan});
+  const hexmesh::Canvas picture = renderer.draw(o.at_rest ? std::vector<Vec3>{} : result.displacement);
+  const double drawn = omp_get_wtime();
+  picture.write_png(file->path());
+  file->commit();
+  console.note(fmt::format("{} x {} pixels, {} planes {:.3g} mm apart, {} cells: ready in {:.3f} s, drawn in {:.3f} s",
+                           o.volume.width, o.volume.height, o.volume.planes, renderer.plane_distance(),
+                           result.cells.size(), ready - start, drawn - ready));
+  return 0;
+}
+
+}  // namespace
+
+std::function<int()> declare_volume(CLI::App& app, const CommonOptions& common, const Console& console) {
+  auto o = std::make_shared<Options>();
+  app.add_option("result", o->input, "Result file of hexsolve; - is standard input")->required();
+  app.add_option("--scan", o->scan,
+                 "Grey values (NRRD, NIfTI, MetaImage, DICOM folder); without it each segment has one colour");
+  app.add_option("--view", o->preset, "Seen from: anterior, posterior, left, right, superior, inferior or oblique")
+      ->check(CLI::IsMember({"anterior", "posterior", "left", "right", "superior", "inferior", "oblique"}))
+      ->capture_default_str();
+  app.add_option("--direction", o->view, "Direction of view instead, x,y,z LPS")->delimiter(',')->expected(3);
+  app.add_option("--up", o->up, "What is up on the picture, x,y,z LPS")->delimiter(',')->expected(3);
+  app.add_option("--perspective", o->volume.perspective, "Vertical angle of view [degrees]; 0 = orthographic")
+      ->check(CLI::Range(0.0, 119.0))
+      ->capture_default_str();
+  app.add_option("--size", o->size, "Pixels, N or WIDTH,HEIGHT [default: 512]")
+      ->delimiter(',')
+      ->expected(1, 2)
+      ->check(CLI::Range(1, 4096));
+  app.add_option("--planes", o->volume.planes, "Planes across the view; opacities are those of one of 101")
+      ->check(CLI::Range(1, 10000))
+      ->capture_default_str();
+  add_repeated(app, "--show", o->show,
+               "SEGMENT:opacity=0.05,color=0.8/0.3/0.2: how a segment looks; * is every segment, opacity 0 hides it");
+  app.add_option("--highlight", o->highlight, "A segment to show bright and dense, e.g. tumour");
+  app.add_option("--level", o->volume.level, "Middle of the grey window, in the scan's unit");
+  app.add_option("--window", o->volume.window, "Width of the grey window")->check(CLI::PositiveNumber);
+  app.add_flag("--rest", o->at_rest, "The body at rest, in the same frame");
+  app.add_flag("--flat", o->flat, "Without light on surfaces");
+  app.add_flag("--linear-opacity", o->volume.linear_opacity,
+               "Opacity of N planes as alpha 101 / N, as in the paper, instead of 1 - (1 - alpha)^(101 / N)");
+  app.add_option("-o,--output", o->output, "Picture (.png); - is standard output")->required();
+  return [o, &common, &console] { return run_volume(*o, common, console); };
+}
+
+}  // namespace hextools
