@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/lattice_report.h"
+#include "cli/checksum.h"
 #include "cli/tool.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/lattice_file.h"

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "cli/checksum.h"
 #include "cli/tool.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/lattice_file.h"

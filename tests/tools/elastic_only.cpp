@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <memory>
 
+#include "cli/checksum.h"
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/file/result_file.h"
 #include "hexmesh/lattice/locator.h"
@@ -88,6 +89,7 @@ int main(int argc, char** argv) {
   coarser->potential->gradient(u, gradient, magnitude);
   const std::vector<Vec3> reactions = coarser->constraints->multipliers(gradient);
   hexmesh::Result result = hexmesh::rest_state(lattice, 0);
+  result.history.push_back(hextools::checksum_line(argv[1], argv[1]));
   const NodeVector rest = Eigen::Map<const NodeVector>(result.nodes[0].data(), u.size());
   result.displacement = to_points(u);
   const CellMeasures measures = measure_cells(*coarser->elastic, u);

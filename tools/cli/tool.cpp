@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <omp.h>
-#include <openssl/evp.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -55,29 +54,6 @@ std::string one_line(std::string text) {
 int fail(const std::string& tool, int code, const std::string& message) {
   fmt::print(stderr, "{}: error: {}\n", tool, one_line(message));
   return code;
-}
-
-/// Of a file, or of all files of a folder.
-std::string sha256(const std::filesystem::path& path) {
-  std::vector<std::filesystem::path> files = {path};
-  if (std::filesystem::is_directory(path)) {
-    files.clear();
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(path))
-      if (entry.is_regular_file()) files.push_back(entry.path());
-    std::sort(files.begin(), files.end());
-  }
-  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), EVP_MD_CTX_free);
-  EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr);
-  std::vector<char> block(1 << 20);
-  for (const std::filesystem::path& file : files) {
-    std::ifstream in(file, std::ios::binary);
-    while (in.read(block.data(), std::ssize(block)), in.gcount() > 0)
-      EVP_DigestUpdate(context.get(), block.data(), static_cast<std::size_t>(in.gcount()));
-  }
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned size = 0;
-  EVP_DigestFinal_ex(context.get(), digest.data(), &size);
-  return fmt::format("{:02x}", fmt::join(digest.begin(), digest.begin() + size, ""));
 }
 
 }  // namespace
@@ -151,10 +127,6 @@ CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<st
 }
 
 std::string command_line() { return quoted_command_line; }
-
-std::string checksum_line(const std::string& name, const std::filesystem::path& path) {
-  return sha256(path) + "  " + name;
-}
 
 std::string history_entry(const std::vector<std::string>& checksum_lines) {
   std::string out = quoted_command_line;

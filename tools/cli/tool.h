@@ -61,12 +61,7 @@ CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<st
 /// The command line of this run, quoted for a shell.
 std::string command_line();
 
-/// SHA-256, two blanks and the name of a file, as sha256sum prints them. A folder's is that of its files' contents one
-/// after the other, sorted by name.
-/// @param name  as on the command line
-std::string checksum_line(const std::string& name, const std::filesystem::path& path);
-
-/// The command line of this run, then a line for each file that it read.
+/// The command line of this run, then a line for each file that it read (see checksum.h).
 std::string history_entry(const std::vector<std::string>& checksum_lines);
 
 /// Opens an output that must not be one of the inputs.

@@ -5,6 +5,7 @@
 #include <vtkFreeTypeTools.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
+#include <vtkPNGReader.h>
 #include <vtkPNGWriter.h>
 #include <vtkSmartPointer.h>
 #include <vtkStdString.h>
@@ -113,6 +114,25 @@ void Canvas::write_png(const std::filesystem::path& path) const {
   writer->SetFileName(path.c_str());
   writer->Write();
   if (writer->GetErrorCode() != 0) throw Error(ErrorKind::output, fmt::format("cannot write '{}'", path.string()));
+}
+
+Canvas read_png(const std::filesystem::path& path) {
+  vtkNew<vtkPNGReader> reader;
+  if (!reader->CanReadFile(path.c_str()))
+    throw Error(ErrorKind::input, fmt::format("'{}' is no PNG file, expected one", path.string()));
+  reader->SetFileName(path.c_str());
+  reader->Update();
+  vtkImageData* image = reader->GetOutput();
+  const int channels = image->GetNumberOfScalarComponents();
+  if (image->GetScalarType() != VTK_UNSIGNED_CHAR || channels < 3)
+    throw Error(ErrorKind::input, fmt::format("'{}' is no picture of 8 bits a channel in colour", path.string()));
+  const int* size = image->GetDimensions();
+  Canvas canvas(size[0], size[1]);
+  for (int y = 0; y < size[1]; ++y)
+    for (int x = 0; x < size[0]; ++x)
+      std::copy_n(static_cast<const unsigned char*>(image->GetScalarPointer(x, size[1] - 1 - y, 0)), 3,
+                  canvas.at(x, y).begin());
+  return canvas;
 }
 
 }  // namespace hexmesh

@@ -11,6 +11,7 @@ namespace {
 using Vector = Eigen::Vector3f;
 
 constexpr int sweeps = 12;
+constexpr float relaxation = 1.6F;
 constexpr int sweeps_on_coarsest = 200;
 constexpr std::size_t coarsest_samples = 500;
 
@@ -28,7 +29,7 @@ struct Stage {
     return out;
   }
 
-  /// One sweep of Gauss and Seidel over the samples that are not known, first one colour of a chessboard, then the
+  /// One sweep of successive over-relaxation over the samples that are not known, first one colour of a chessboard, then the
   /// other, so that the order of the rows does not matter. Outside the grid it is zero.
   void sweep() {
     const std::size_t row = stride(1), layer = stride(2);
@@ -52,7 +53,7 @@ struct Stage {
             add(1, j + 1 < extent[1], n + row);
             add(2, k > 0, n - layer);
             add(2, k + 1 < extent[2], n + layer);
-            values[n] = sum / diagonal;
+            values[n] += relaxation * (sum / diagonal - values[n]);
           }
         }
     }

@@ -54,4 +54,7 @@ private:
   std::vector<Rgb> pixels_;
 };
 
+/// A PNG of 8 bits a channel as a picture. @throws Error{input}
+Canvas read_png(const std::filesystem::path& path);
+
 }  // namespace hexmesh
