@@ -242,16 +242,16 @@ private:
   }
 
   void warn_of_what_is_outside(const hexmesh::Grid& voxels) const {
+    const auto holds = [&](const hexmesh::Vec3& p) { return voxels.covers(voxels.continuous_index(p)); };
     std::size_t outside = 0;
-    for (std::size_t n = 0; n < result_.surface.points.size(); ++n) {
-      hexmesh::Vec3 p = result_.surface.points[n];
-      if (!result_.surface_displacement.empty()) p += result_.surface_displacement[n];
-      outside += !voxels.covers(voxels.continuous_index(p));
+    for (std::size_t n = 0; n < result_.surface_displacement.size(); ++n) {
+      const hexmesh::Vec3& p = result_.surface.points[n];
+      outside += holds(p) && !holds(p + result_.surface_displacement[n]);
     }
     if (outside > 0)
       console_.warning(
-          fmt::format("{} of {} surface points of the deformed body are outside the volume that is "
-                      "written: --grid fitted holds all of it",
+          fmt::format("{} of {} surface points of the body move out of the volume that is written: "
+                      "--grid fitted holds all of it",
                       outside, result_.surface.points.size()));
   }
 

@@ -6,8 +6,8 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 
-#include "cli/lattice_report.h"
 #include "cli/checksum.h"
+#include "cli/lattice_report.h"
 #include "cli/tool.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/lattice_file.h"

@@ -60,6 +60,14 @@ std::vector<std::string> split(const std::string& text, char at) {
   return out;
 }
 
+std::uint16_t label_of(const hexmesh::Result& result, const std::string& name) {
+  const hexmesh::LatticeSegment& segment = hexmesh::segment_named(result.segments, name);
+  if (!segment.material)
+    throw Error(ErrorKind::input,
+                fmt::format("segment '{}' has no material, and so no cells to show, expected one that has", name));
+  return segment.segment.label;
+}
+
 /// "liver:opacity=0.05,color=0.8/0.3/0.2"; "*" is every segment.
 void apply(const std::string& text, const hexmesh::Result& result,
            std::map<std::uint16_t, hexmesh::Appearance>& looks) {
@@ -71,7 +79,7 @@ void apply(const std::string& text, const hexmesh::Result& result,
   if (name == "*")
     for (const auto& [label, look] : looks) labels.push_back(label);
   else
-    labels.push_back(hexmesh::segment_named(result.segments, name).segment.label);
+    labels.push_back(label_of(result, name));
   for (const std::string& setting : split(text.substr(colon + 1), ',')) {
     const std::size_t equals = setting.find('=');
     const std::string key = setting.substr(0, equals);
@@ -121,8 +129,7 @@ int run_volume(Options& o, const CommonOptions& common, const Console& console) 
   const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, o.scan, console);
   o.volume.appearance = hexmesh::default_appearance(result);
   for (const std::string& text : o.show) apply(text, result, o.volume.appearance);
-  if (!o.highlight.empty())
-    o.volume.appearance[hexmesh::segment_named(result.segments, o.highlight).segment.label] = {{1, 0.85, 0.1}, 0.5};
+  if (!o.highlight.empty()) o.volume.appearance[label_of(result, o.highlight)] = {{1, 0.85, 0.1}, 0.5};
 
   const double start = omp_get_wtime();
   const hexmesh::VolumeRenderer renderer(result, scan ? &*scan : nullptr, o.volume);

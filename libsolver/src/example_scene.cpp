@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "hexmesh/core/error.h"
+#include "hexmesh/core/partition.h"
 #include "hexsolver/scene.h"
 
 namespace hexsolver {
@@ -11,6 +12,33 @@ namespace hexsolver {
 using hexmesh::Error;
 using hexmesh::ErrorKind;
 using hexmesh::Lattice;
+
+namespace {
+
+/// The exposed faces of the largest part that hangs together by its voxels' faces.
+std::vector<hexmesh::ExposedFace> faces_of_largest_part(const Lattice& lattice) {
+  std::vector<hexmesh::ExposedFace> faces = hexmesh::exposed_faces(lattice);
+  const std::vector<hexmesh::VoxelClass> classes = hexmesh::classify_voxels(lattice);
+  const auto is_material = [&](std::size_t n) { return classes[n] != hexmesh::VoxelClass::outside; };
+  hexmesh::Partition parts(classes.size());
+  std::vector<std::size_t> size(classes.size());
+  for (std::size_t n = 0; n < classes.size(); ++n)
+    for (std::size_t d = 0; d < 3 && is_material(n); ++d) {
+      hexmesh::Index3 lower = lattice.voxels.index(n);
+      if (--lower[d] < 0) continue;
+      if (const std::size_t m = lattice.voxels.offset(lower); is_material(m))
+        parts.join(static_cast<std::int32_t>(n), static_cast<std::int32_t>(m));
+    }
+  for (std::size_t n = 0; n < classes.size(); ++n)
+    if (is_material(n)) ++size[static_cast<std::size_t>(parts.root(static_cast<std::int32_t>(n)))];
+  const auto largest = static_cast<std::int32_t>(std::max_element(size.begin(), size.end()) - size.begin());
+  std::erase_if(faces, [&](const hexmesh::ExposedFace& f) {
+    return parts.root(static_cast<std::int32_t>(lattice.voxels.offset(f.voxel))) != largest;
+  });
+  return faces;
+}
+
+}  // namespace
 
 std::string example_scene(const Lattice& lattice) {
   // Extreme points of the surface, each at least three patch radii from those chosen before.
@@ -28,7 +56,7 @@ std::string example_scene(const Lattice& lattice) {
                                         {"lower right", {-1, 0, -1}},
                                         {"upper right", {-1, 0, 1}}}};
   std::vector<std::pair<std::string, Vec3>> chosen;
-  const std::vector<hexmesh::ExposedFace> faces = hexmesh::exposed_faces(lattice);
+  const std::vector<hexmesh::ExposedFace> faces = faces_of_largest_part(lattice);
   for (const Place& place : places) {
     const hexmesh::ExposedFace* best = nullptr;
     double most = 0;

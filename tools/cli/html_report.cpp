@@ -147,7 +147,11 @@ std::string pictures(const Result& result, const hexmesh::IntensityVolume* scan)
     }
   hexmesh::SliceOptions options;
   options.color_by = "displacement";
-  options.lattice = true;
+  // Cells that are large enough to be told apart.
+  const hexmesh::Bounds bounds = hexmesh::bounds_of(result);
+  const Vec3 cell = result.voxels.spacing().cwiseProduct(
+      Vec3(result.voxels_per_cell[0], result.voxels_per_cell[1], result.voxels_per_cell[2]));
+  options.lattice = (bounds.high - bounds.low).maxCoeff() < 60 * cell.minCoeff();
   const hexmesh::SliceRenderer slices(result, scan, options);
   for (const SliceAxis axis : {SliceAxis::axial, SliceAxis::coronal, SliceAxis::sagittal}) {
     const auto across = static_cast<Eigen::Index>(axis);

@@ -104,8 +104,12 @@ SliceRenderer::SliceRenderer(const Result& result, const IntensityVolume* scan, 
       options_(options),
       locator_(result.voxels, result.voxels_per_cell, result.cells),
       color_of_label_(65536),
+      has_material_(65536),
       bounds_(options.bounds.value_or(bounds_of(result))) {
-  for (const LatticeSegment& s : result.segments) color_of_label_[s.segment.label] = to_rgb(s.segment.color);
+  for (const LatticeSegment& s : result.segments) {
+    color_of_label_[s.segment.label] = to_rgb(s.segment.color);
+    has_material_[s.segment.label] = s.material.has_value();
+  }
 
   if (options.color_by == "displacement") {
     field_low_ = 0;
@@ -191,7 +195,7 @@ Canvas SliceRenderer::paint(const Grid& f, const DisplacementField& field, bool 
                   : is_material ? label_at(result_.voxels, result_.labels, rest)
                                 : std::uint16_t{0};
       if (is_material) cells[n] = cell_at(rest);
-      const bool left_by_the_body = deformed && !is_material && label_here != 0 && cell_at(here) >= 0;
+      const bool left_by_the_body = deformed && !is_material && has_material_[label_here] && cell_at(here) >= 0;
       if (labels[n] != 0 && scan_) {
         pixel.fill(grey(value_at(*scan_, rest)));
       } else if (labels[n] != 0) {

@@ -76,9 +76,10 @@ struct VolumeRenderer::Moved {
 std::map<std::uint16_t, Appearance> default_appearance(const Result& result) {
   std::map<std::uint16_t, Appearance> out;
   std::size_t most = 0;
-  for (const LatticeSegment& s : result.segments) most = std::max(most, s.num_voxels);
   for (const LatticeSegment& s : result.segments)
-    out[s.segment.label] = {s.segment.color, s.num_voxels == most ? 0.03 : 0.18};
+    if (s.material) most = std::max(most, s.num_voxels);
+  for (const LatticeSegment& s : result.segments)
+    if (s.material) out[s.segment.label] = {s.segment.color, s.num_voxels == most ? 0.03 : 0.18};
   return out;
 }
 

@@ -77,6 +77,7 @@ private:
   SliceOptions options_;
   CellLocator locator_;
   std::vector<std::optional<Rgb>> color_of_label_;
+  std::vector<bool> has_material_;  ///< by label
   Bounds bounds_;
   GreyWindow window_;
   const std::vector<double>* field_ = nullptr;  ///< of color_by, if it is one of the cells

@@ -34,7 +34,8 @@ struct VolumeOptions {
   std::map<std::uint16_t, Appearance> appearance;  ///< by label; others as default_appearance says
 };
 
-/// Each segment in its colour, translucent; what is smaller than the largest segment six times as opaque.
+/// Each segment with material in its colour, translucent; what is smaller than the largest one six times as opaque.
+/// Segments without material have no cells and are not seen.
 std::map<std::uint16_t, Appearance> default_appearance(const Result& result);
 
 /// Draws a deformed scan as planes across the view, blended from the farthest to the nearest.
