@@ -81,6 +81,8 @@ print(f'{sys.argv[2]:<5} {r["lattice"]["level"]:<6} {r["lattice"]["cells"]:>8} {
 TEXT
   done
   hexslice planes "$name.hexresult" ${ct:+--scan "$ct"} "${force[@]}" -o "$out/pictures-nu$nu"
+  hexslice volume "$name.hexresult" ${ct:+--scan "$ct"} --view oblique "${force[@]}" -o "$out/pictures-nu$nu/volume.png"
+  hexexport -q "$name.hexresult" ${ct:+--scan "$ct"} --html "$out/report-nu$nu.html" "${force[@]}"
 done
 
 # The same once more as one pipe, nothing written in between.
@@ -89,5 +91,6 @@ read_scan - 2>/dev/null | hexmesh -q build - --material "*:young_kpa=100,poisson
   hexsolve -q - "$scene" --level "$level" "${settings[@]}" -o - | hexexport - --lattice "$out/pipe.vtu" "${force[@]}"
 
 cat "$table"
-echo "pictures: $(ls -d "$out"/pictures-nu*)"
+echo "pictures: $(ls -d "$out"/pictures-nu* | tr '\n' ' ')"
+echo "reports: $(ls "$out"/report-nu*.html | tr '\n' ' ')"
 echo "ParaView: $(ls "$out"/*.vtu "$out"/*.vtp | tr '\n' ' ')"

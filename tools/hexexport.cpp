@@ -5,6 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "cli/checksum.h"
 #include "cli/export_tables.h"
 #include "cli/html_report.h"
 #include "cli/result_state.h"
@@ -64,7 +65,7 @@ Result read_input(const Options& o, const hexmesh::InputFile& input, const Conso
   const int count = hexmesh::count_levels(input.path());
   const int level = std::max(o.level, 0);
   if (level >= count) throw Error(ErrorKind::input, fmt::format("level is {}, expected 0 to {}", level, count - 1));
-  console.note(fmt::format("level {} of {}", level, count));
+  console.note(fmt::format("level {} of 0 to {}", level, count - 1));
   return hexmesh::rest_state(hexmesh::read_lattice(input.path(), {level}), level);
 }
 
@@ -85,11 +86,10 @@ void write_deck(const Result& result, const std::filesystem::path& path) {
   hexmesh::write_calculix_deck(result, path);
 }
 
-/// Those of an earlier series of the name, which --force replaces as a whole.
-void remove_old_pieces(const std::filesystem::path& folder, const std::string& stem, const std::string& extension,
-                       const CommonOptions& common) {
-  if (!common.force) return;
-  for (std::size_t n = 0;; ++n)
+/// Those of an earlier, longer series of the name, which --force replaces as a whole.
+void remove_surplus_pieces(const std::filesystem::path& folder, const std::string& stem, const std::string& extension,
+                           std::size_t first) {
+  for (std::size_t n = first;; ++n)
     if (!std::filesystem::remove(folder / fmt::format("{}_{:04}{}", stem, n, extension))) return;
 }
 
@@ -106,7 +106,6 @@ void write_series(const std::string& name, const char* extension, const Result& 
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
   if (failed) throw Error(ErrorKind::output, fmt::format("cannot make the folder '{}'", folder.string()));
-  remove_old_pieces(folder, list.stem().string(), extension, common);
   const std::filesystem::path path = input.path();
   ResultSteps steps(path, result);
   std::vector<std::pair<double, std::string>> files;
@@ -119,6 +118,7 @@ void write_series(const std::string& name, const char* extension, const Result& 
   }
   hexmesh::write_pvd(files, file->path());
   file->commit();
+  if (common.force) remove_surplus_pieces(folder, list.stem().string(), extension, files.size());
 }
 
 /// The ending of a name, which the format is chosen by.
@@ -138,30 +138,66 @@ public:
       : o_(o), input_(input), result_(result), common_(common), console_(console) {}
 
   void run() {
-    write_series_or(o_.lattice, {".vtu", ".hdf"}, [](const Result& r, Configuration c, const auto& path) {
+    check_names();
+    write_series_or(o_.lattice, lattices, [](const Result& r, Configuration c, const auto& path) {
       if (path.extension() == ".hdf")
         hexmesh::write_vtkhdf(r, c == Configuration::deformed, path);
       else
         hexmesh::write_vtu(r, c, path);
     });
-    write_series_or(o_.surface, {".vtp", ".stl", ".obj", ".ply"}, write_surface);
+    write_series_or(o_.surface, surfaces, write_surface);
     write(o_.conditions, {".vtp"}, [&](const auto& path) {
       hexmesh::write_conditions_vtp(result_, condition_forces(result_), configuration(), path);
     });
-    write(o_.csv, {".csv"}, [&](const auto& path) { write_nodes_csv(result_, path); });
+    write(o_.csv, {".csv"}, [&](const auto& path) { write_whole(path, nodes_csv(result_)); });
     write(o_.deck, {".inp"}, [&](const auto& path) { write_deck(result_, path); });
-    write(o_.report, {".json", ".csv"}, [&](const auto& path) { write_report(result_, path); });
+    write(o_.report, reports, [&](const auto& path) {
+      write_whole(path, path.extension() == ".csv" ? report_csv(result_) : report_json(result_));
+    });
     if (!o_.probes.empty()) {
       const std::filesystem::path path = input_.path();
-      const std::string table = probe_table(path, result_, read_probes(o_.probes));
-      fmt::print("{}", table);
+      fmt::print("{}", probe_table(path, result_, read_probes(o_.probes)));
     }
     write_volumes();
-    write(o_.html, {".html"}, [&](const auto& path) { write_html_report(result_, scan(), command_line(), path); });
+    write(o_.html, {".html"}, [&](const auto& path) { write_whole(path, html_report(result_, scan(), made_by())); });
   }
 
 private:
   Configuration configuration() const { return o_.deformed ? Configuration::deformed : Configuration::rest; }
+
+  using Endings = std::vector<std::string>;
+  const Endings lattices = {".vtu", ".hdf"}, surfaces = {".vtp", ".stl", ".obj", ".ply"}, reports = {".json", ".csv"};
+  const Endings volumes = {".nrrd", ".nii.gz", ".nii"}, transforms = {".h5", ".nrrd", ".nii.gz", ".nii", ".mha"};
+
+  /// All names are good and free before the first file is written.
+  void check_names() const {
+    const auto check = [&](const std::string& name, const Endings& endings) {
+      if (name.empty()) return;
+      if (name != "-") ending_of(name, endings);
+      open_output(name, "", common_, {o_.input, o_.scan, o_.grid});
+    };
+    const auto with_series = [](Endings endings) {
+      endings.push_back(".pvd");
+      return endings;
+    };
+    check(o_.lattice, with_series(lattices));
+    check(o_.surface, with_series(surfaces));
+    check(o_.conditions, {".vtp"});
+    check(o_.csv, {".csv"});
+    check(o_.deck, {".inp"});
+    check(o_.report, reports);
+    check(o_.html, {".html"});
+    for (const std::string& name : {o_.warped, o_.segmentation}) check(name, volumes);
+    for (const std::string& name : {o_.transform, o_.transform_points}) check(name, transforms);
+    if (!o_.grid.empty() && o_.grid != "fitted") hexmesh::InputFile(std::string(o_.grid));
+  }
+
+  /// The command that makes the report, with what it reads.
+  std::string made_by() const {
+    std::vector<std::string> read = {checksum_line(o_.input, input_.path())};
+    if (!o_.scan.empty() && o_.scan != "-") read.push_back(checksum_line(o_.scan, o_.scan));
+    return history_entry(read);
+  }
 
   template <class Writer>
   void write(const std::string& name, const std::vector<std::string>& endings, Writer&& writer) {
@@ -206,21 +242,16 @@ private:
 
   void write_volumes() {
     if (o_.warped.empty() && o_.segmentation.empty() && o_.transform.empty() && o_.transform_points.empty()) return;
-    const std::vector<std::string> volumes = {".nrrd", ".nii.gz", ".nii"};
-    const std::vector<std::string> transforms = {".h5", ".nrrd", ".nii.gz", ".nii", ".mha"};
-    for (const std::string& name : {o_.warped, o_.segmentation})
-      if (!name.empty()) ending_of(name, volumes);
-    for (const std::string& name : {o_.transform, o_.transform_points})
-      if (!name.empty()) ending_of(name, transforms);
     if (!o_.warped.empty()) scan();
 
     const hexmesh::Warp warp = hexmesh::make_warp(result_);
-    tell_consistency(warp);
+    if (!o_.transform.empty() || !o_.transform_points.empty()) tell_consistency(warp);
     if (!o_.warped.empty() || !o_.segmentation.empty()) {
       const hexmesh::Grid voxels = grid();
       warn_of_what_is_outside(voxels);
-      write(o_.warped, volumes,
-            [&](const auto& path) { hexmesh::write_intensity(hexmesh::deform(*scan(), warp.to_rest, voxels), path); });
+      write(o_.warped, volumes, [&](const auto& path) {
+        hexmesh::write_intensity(hexmesh::deform(result_, *scan(), warp.to_rest, voxels), path);
+      });
       write(o_.segmentation, volumes, [&](const auto& path) {
         hexmesh::write_labels(hexmesh::deformed_labels(result_, warp.to_rest, voxels), path);
       });
@@ -235,13 +266,40 @@ private:
         "the transforms undo each other in the body to {:.2g} voxels on average, {:.2g} at worst; {} of {} voxels are "
         "off by more than 0.1",
         check.mean, check.largest, check.over_a_tenth, check.voxels);
-    if (static_cast<double>(check.over_a_tenth) > 1e-3 * static_cast<double>(check.voxels))
+    const double share =
+        static_cast<double>(check.over_a_tenth) / static_cast<double>(std::max<std::size_t>(check.voxels, 1));
+    const hexmesh::Vec3& samples = warp.to_rest.grid.spacing();
+    if (share > 0.1)
+      throw Error(ErrorKind::geometry,
+                  fmt::format("{}: a field of samples every {:.3g} x {:.3g} x {:.3g} mm cannot hold this deformation, "
+                              "expected less motion or a smaller body",
+                              text, samples[0], samples[1], samples[2]));
+    if (share > 1e-3)
       console_.warning(text + ": the body is folded or nearly flat there");
     else
       console_.note(text);
+    if (check.ghost_ml > 0.01 * body_ml())
+      console_.warning(
+          fmt::format("{:.3g} mL around the body are led into it by the transform, because it moves farther "
+                      "than it is thick: filters show the body there a second time (--to and "
+                      "--segmentation do not)",
+                      check.ghost_ml));
+  }
+
+  double body_ml() const {
+    double voxels = 0;
+    for (const hexmesh::LatticeSegment& s : result_.segments)
+      if (s.material) voxels += static_cast<double>(s.num_voxels);
+    return voxels * result_.voxels.voxel_volume() / 1000;
   }
 
   void warn_of_what_is_outside(const hexmesh::Grid& voxels) const {
+    const hexmesh::Bounds b = hexmesh::bounds_of(result_);
+    const hexmesh::Vec3 last = voxels.corner(7), middle = voxels.continuous_index((b.low + b.high) / 2);
+    const double reach = (b.high - b.low).norm() / 2;
+    for (int d = 0; d < 3; ++d)
+      if ((middle[d] - last[d]) * voxels.spacing()[d] > reach || -middle[d] * voxels.spacing()[d] > reach)
+        throw Error(ErrorKind::input, "the grid to write on holds no part of the body, expected one around it");
     const auto holds = [&](const hexmesh::Vec3& p) { return voxels.covers(voxels.continuous_index(p)); };
     std::size_t outside = 0;
     for (std::size_t n = 0; n < result_.surface_displacement.size(); ++n) {
@@ -267,11 +325,17 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
   std::vector<std::string> outputs = o.outputs();
   if (outputs.empty() && o.probes.empty())
     throw Error(ErrorKind::usage, "nothing to write, expected --lattice, --surface, --html or another output");
+  for (std::string& name : outputs)
+    if (name != "-") name = std::filesystem::weakly_canonical(std::filesystem::absolute(name)).string();
   if (!o.probes.empty()) outputs.push_back("-");
   std::sort(outputs.begin(), outputs.end());
   if (const auto twice = std::adjacent_find(outputs.begin(), outputs.end()); twice != outputs.end())
     throw Error(ErrorKind::usage, *twice == "-" ? "two outputs go to standard output, expected one at most"
                                                 : fmt::format("two outputs are both '{}', expected two names", *twice));
+  for (const std::string& name : {o.warped, o.segmentation, o.transform, o.transform_points, o.html})
+    if (name == "-") throw Error(ErrorKind::usage, "volumes, transforms and --html are written to files, not to -");
+  if (o.scan == "-" && o.input == "-")
+    throw Error(ErrorKind::usage, "the input and --scan are both -, expected one of them at most");
   if (o.scan.empty() && !o.warped.empty())
     throw Error(ErrorKind::usage, "--to is given without the scan to deform, expected --warp SCAN");
   if (!o.scan.empty() && o.warped.empty() && o.html.empty() && o.segmentation.empty())
@@ -290,7 +354,7 @@ int main(int argc, char** argv) {
   return run_tool(
       argc, argv,
       {"hexexport", "Export a result, or a lattice before anything is solved, to the files that other programs open.",
-       "hexexport liver.hexresult --lattice liver.vtu --surface liver.vtp --html liver.html --warp ct.nrrd",
+       "hexexport liver.hexresult --lattice liver.vtu --surface liver.vtp --html liver.html --scan ct.nrrd",
        [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
          app.add_option("input", o->input, "Result file of hexsolve or lattice file of hexmesh; - is standard input")
              ->required();
@@ -309,8 +373,9 @@ int main(int argc, char** argv) {
                       "x,y,z [mm, LPS] at rest, or a markup file: where these points go, as CSV on standard output");
          app.add_option("--report", o->report, "The report of the solution (.json, or .csv: key,value)");
          app.add_option("--html", o->html,
-                        "The report with pictures in one file (.html); with the scan of --warp in them");
-         app.add_option("--warp", o->scan, "A scan to deform (NRRD, NIfTI, MetaImage, DICOM folder)");
+                        "The report with pictures, of --scan where it is given, in one file (.html)");
+         app.add_option("--warp,--scan", o->scan,
+                        "A scan (NRRD, NIfTI, MetaImage, DICOM folder): to deform with --to, to show with --html");
          app.add_option("--to", o->warped, "The deformed scan (.nrrd, .nii.gz); what is around the body fades to rest");
          app.add_option("--segmentation", o->segmentation,
                         "The deformed segmentation (.seg.nrrd with names and colours, .nii.gz)");

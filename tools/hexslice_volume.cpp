@@ -10,6 +10,7 @@
 #include "cli/result_state.h"
 #include "cli/result_steps.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/view/slice.h"
 #include "hexmesh/view/volume.h"
 
 namespace hextools {
@@ -118,8 +119,25 @@ void set_view(Options& o) {
   }
 }
 
+/// Where the sides of the picture are in the patient, and what it shows.
+void annotate(hexmesh::Canvas& picture, const Options& o, std::string caption, const std::string& note) {
+  const Vec3 right = o.volume.view.cross(o.volume.up).normalized(), down = o.volume.view.normalized().cross(right);
+  constexpr int font = 13, edge = 5;
+  const int middle_x = picture.width() / 2, middle_y = picture.height() / 2;
+  picture.text(hexmesh::orientation_letters(-right), edge, middle_y, font);
+  picture.text_ending_at(hexmesh::orientation_letters(right), picture.width() - edge, middle_y, font);
+  picture.text(hexmesh::orientation_letters(-down), middle_x, edge, font);
+  picture.text(hexmesh::orientation_letters(down), middle_x, picture.height() - font - edge, font);
+  if (!note.empty()) caption += ", " + note;
+  picture.text(caption, edge, edge, font);
+}
+
 int run_volume(Options& o, const CommonOptions& common, const Console& console) {
   set_view(o);
+  if (o.output != "-" && !o.output.ends_with(".png"))
+    throw Error(ErrorKind::usage, fmt::format("output '{}', expected a name that ends in .png", o.output));
+  if (o.scan.empty() && (o.volume.level || o.volume.window))
+    throw Error(ErrorKind::usage, "--level and --window are given without --scan: they choose its grey values");
   o.volume.width = o.size[0];
   o.volume.height = o.size.size() > 1 ? o.size[1] : o.size[0];
   o.volume.shaded = !o.flat;
@@ -135,8 +153,9 @@ int run_volume(Options& o, const CommonOptions& common, const Console& console) 
   const hexmesh::VolumeRenderer renderer(result, scan ? &*scan : nullptr, o.volume);
   const double ready = omp_get_wtime();
   const auto file = open_output(o.output, ".png", common, {o.input, o.scan});
-  const hexmesh::Canvas picture = renderer.draw(o.at_rest ? std::vector<Vec3>{} : result.displacement);
+  hexmesh::Canvas picture = renderer.draw(o.at_rest ? std::vector<Vec3>{} : result.displacement);
   const double drawn = omp_get_wtime();
+  annotate(picture, o, o.at_rest ? "at rest" : "deformed", state_note(result));
   picture.write_png(file->path());
   file->commit();
   console.note(fmt::format("{} x {} pixels, {} planes {:.3g} mm apart, {} cells: ready in {:.3f} s, drawn in {:.3f} s",
@@ -155,11 +174,18 @@ std::function<int()> declare_volume(CLI::App& app, const CommonOptions& common, 
   app.add_option("--view", o->preset, "Seen from: anterior, posterior, left, right, superior, inferior or oblique")
       ->check(CLI::IsMember({"anterior", "posterior", "left", "right", "superior", "inferior", "oblique"}))
       ->capture_default_str();
-  app.add_option("--direction", o->view, "Direction of view instead, x,y,z LPS")->delimiter(',')->expected(3);
-  app.add_option("--up", o->up, "What is up on the picture, x,y,z LPS")->delimiter(',')->expected(3);
+  app.add_option("--direction", o->view, "Direction of view instead, x,y,z LPS")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(finite_number);
+  app.add_option("--up", o->up, "What is up on the picture, x,y,z LPS")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(finite_number);
   app.add_option("--perspective", o->volume.perspective, "Vertical angle of view [degrees]; 0 = orthographic")
       ->check(CLI::Range(0.0, 119.0))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->check(finite_number);
   app.add_option("--size", o->size, "Pixels, N or WIDTH,HEIGHT [default: 512]")
       ->delimiter(',')
       ->expected(1, 2)
@@ -170,8 +196,10 @@ std::function<int()> declare_volume(CLI::App& app, const CommonOptions& common, 
   add_repeated(app, "--show", o->show,
                "SEGMENT:opacity=0.05,color=0.8/0.3/0.2: how a segment looks; * is every segment, opacity 0 hides it");
   app.add_option("--highlight", o->highlight, "A segment to show bright and dense, e.g. tumour");
-  app.add_option("--level", o->volume.level, "Middle of the grey window, in the scan's unit");
-  app.add_option("--window", o->volume.window, "Width of the grey window")->check(CLI::PositiveNumber);
+  app.add_option("--level", o->volume.level, "Middle of the grey window, in the scan's unit")->check(finite_number);
+  app.add_option("--window", o->volume.window, "Width of the grey window")
+      ->check(CLI::PositiveNumber)
+      ->check(finite_number);
   app.add_flag("--rest", o->at_rest, "The body at rest, in the same frame");
   app.add_flag("--flat", o->flat, "Without light on surfaces");
   app.add_flag("--linear-opacity", o->volume.linear_opacity,

@@ -443,7 +443,7 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
   for (const std::string& w : report.warnings) console.warning(w);
   summarize(report, console);
   if (report_file) {
-    std::ofstream(report_file->path()) << summary.dump(2) << '\n';
+    write_whole(report_file->path(), summary.dump(2) + "\n");
     report_file->commit();
   }
   if (report.accuracy_missed) {

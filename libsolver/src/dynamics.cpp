@@ -621,7 +621,9 @@ Result solve_dynamics(const Lattice& whole, const Scene& scene, int level, Solve
   newton.relative_residual = counts.relative_residual;
   report.levels.push_back(
       {level, motion.mesh().num_cells(), motion.mesh().num_nodes(), report.solve_seconds, newton, {}});
-  return motion.conclude(report);
+  hexmesh::Result result = motion.conclude(report);
+  result.labels = whole.labels;  // with the islands that were left out
+  return result;
 }
 
 }  // namespace hexsolver

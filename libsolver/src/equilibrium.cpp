@@ -403,7 +403,9 @@ Result solve_equilibrium(const Lattice& whole, const Scene& scene, int level, So
   report.bytes = {{"lattice", hexmesh::bytes_of(lattice)},
                   {"meshes", problem.hierarchy().bytes()},
                   {"multigrid", solved.newton.preconditioner_bytes}};
-  return conclude(lattice, problem, solved.u, report);
+  hexmesh::Result result = conclude(lattice, problem, solved.u, report);
+  result.labels = whole.labels;  // with the islands that were left out
+  return result;
 }
 
 }  // namespace hexsolver

@@ -16,7 +16,8 @@ using hexmesh::Lattice;
 namespace {
 
 /// The exposed faces of the largest part that hangs together by its voxels' faces.
-std::vector<hexmesh::ExposedFace> faces_of_largest_part(const Lattice& lattice) {
+/// @param others  receives the number of other parts
+std::vector<hexmesh::ExposedFace> faces_of_largest_part(const Lattice& lattice, std::ptrdiff_t& others) {
   std::vector<hexmesh::ExposedFace> faces = hexmesh::exposed_faces(lattice);
   const std::vector<hexmesh::VoxelClass> classes = hexmesh::classify_voxels(lattice);
   const auto is_material = [&](std::size_t n) { return classes[n] != hexmesh::VoxelClass::outside; };
@@ -31,6 +32,7 @@ std::vector<hexmesh::ExposedFace> faces_of_largest_part(const Lattice& lattice) 
     }
   for (std::size_t n = 0; n < classes.size(); ++n)
     if (is_material(n)) ++size[static_cast<std::size_t>(parts.root(static_cast<std::int32_t>(n)))];
+  others = std::count_if(size.begin(), size.end(), [](std::size_t n) { return n > 0; }) - 1;
   const auto largest = static_cast<std::int32_t>(std::max_element(size.begin(), size.end()) - size.begin());
   std::erase_if(faces, [&](const hexmesh::ExposedFace& f) {
     return parts.root(static_cast<std::int32_t>(lattice.voxels.offset(f.voxel))) != largest;
@@ -56,7 +58,8 @@ std::string example_scene(const Lattice& lattice) {
                                         {"lower right", {-1, 0, -1}},
                                         {"upper right", {-1, 0, 1}}}};
   std::vector<std::pair<std::string, Vec3>> chosen;
-  const std::vector<hexmesh::ExposedFace> faces = faces_of_largest_part(lattice);
+  std::ptrdiff_t others = 0;
+  const std::vector<hexmesh::ExposedFace> faces = faces_of_largest_part(lattice, others);
   for (const Place& place : places) {
     const hexmesh::ExposedFace* best = nullptr;
     double most = 0;
@@ -82,6 +85,8 @@ std::string example_scene(const Lattice& lattice) {
       "[solve]\nkind = \"equilibrium\"\nstrain = \"corotational\"   # or \"cauchy\", \"green-lagrange\", \"auto\"; or "
       "law = \"neo-hookean\"\n"
       "volumetric = \"mean\"        # or \"full\", the paper's\ntolerance = 1e-8\n";
+  if (others > 0)
+    text += fmt::format("islands = \"drop\"           # of the {} smaller parts those that nothing holds\n", others);
   for (std::size_t n = 1; n < 4; ++n)
     text += fmt::format("\n[[fix]]\nname = \"{}\"\npoint_mm = [{:.3f}, {:.3f}, {:.3f}]\nradius_mm = {:g}\n",
                         chosen[n].first, chosen[n].second[0], chosen[n].second[1], chosen[n].second[2], radius);

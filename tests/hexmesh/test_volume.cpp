@@ -162,6 +162,41 @@ TEST(Volume, OpacityDoesNotDependOnTheNumberOfPlanesAndIsThatOfTheReference) {
               1.5);
 }
 
+TEST(Volume, FaintSegmentsAreSeenAlsoWithManyPlanes) {
+  const Lattice lattice = box({16, 16, 16}, {1, 1, 1});
+  const Result r = rest_state(lattice, 1);
+  VolumeOptions o;
+  o.shaded = false;
+  o.background = {255, 255, 255};
+  o.width = o.height = 33;
+  o.planes = 10000;
+  for (const double opacity : {0.0007, 0.0022}) {
+    o.appearance[lattice.segments.front().segment.label] = {{0, 0, 0}, opacity};
+    EXPECT_NEAR(VolumeRenderer(r, nullptr, o).draw({}).at(16, 16)[0], 255 * std::pow(1 - opacity, 101 * 15.75 / 16),
+                1.5);
+  }
+}
+
+TEST(Volume, FlatVoxelsAreLitAsCubes) {
+  // The same ball of voxels four times as high as wide, and of cubes.
+  const auto picture = [](double height) {
+    const LabelVolume volume =
+        make_volume({28, 28, static_cast<std::int32_t>(28 / height)}, {1, 1, height}, [&](const Index3& v) {
+          return (Vec3(v[0] + 0.5, v[1] + 0.5, height * (v[2] + 0.5)) - Vec3::Constant(14)).norm() < 12 ? 1 : 0;
+        });
+    std::vector<LatticeSegment> segments;
+    for (const Segment& s : volume.segments) segments.push_back({s, Material{0.1, 0.3, 1e-9}});
+    const Lattice lattice = build_lattice(volume, segments);
+    VolumeOptions o;
+    o.width = o.height = 100;
+    o.appearance[1] = {{0.6, 0.6, 0.6}, 1};
+    return VolumeRenderer(rest_state(lattice, 1), nullptr, o).draw({});
+  };
+  const Canvas cubes = picture(1), flat = picture(4);
+  // Down the middle of the ball, away from its jagged rim.
+  for (const int y : {20, 30, 50, 70}) EXPECT_NEAR(flat.at(50, y)[0], cubes.at(50, y)[0], 25) << y;
+}
+
 TEST(Volume, AMovedBodyIsSeenWhereItWentFromEverySide) {
   // A bright bead in a dim block; the block is shifted and squeezed, and the bead is found where that takes it.
   const LabelVolume volume = make_volume({24, 20, 16}, {1, 1, 1}, [](const Index3& v) {

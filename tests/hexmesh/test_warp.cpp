@@ -95,7 +95,7 @@ TEST(Warp, AShiftByWholeVoxelsShiftsLabelsAndGreyValues) {
   const Grid grid = fitted_grid(r);
   const Warp warp = make_warp(r);
   const LabelVolume labels = deformed_labels(r, warp.to_rest, grid);
-  const IntensityVolume moved = deform(scan, warp.to_rest, grid);
+  const IntensityVolume moved = deform(r, scan, warp.to_rest, grid);
   std::size_t count = 0;
   for (std::size_t n = 0; n < lattice.labels.size(); ++n) {
     if (lattice.labels[n] == 0) continue;
@@ -156,10 +156,55 @@ TEST(Warp, TheContinuationIsTheSolutionOfLaplacesEquationToAFewPerCent) {
 TEST(Warp, TheWarpsGridHoldsTheBodyAndAMarginOfItsMotion) {
   Lattice lattice = bitten_ball({1, 1, 1});
   append(lattice.surface, extract_surface(lattice, lattice.segments.front().segment.label));
-  const Result r = displaced(lattice, 0, [](const Vec3&) -> Vec3 { return {0, 20, 0}; });
-  const Grid grid = warp_grid(r);
-  EXPECT_TRUE(same_lattice_of_voxels(lattice.voxels, grid));
-  for (const Vec3& p : r.surface.points)
-    for (const Vec3& away : {Vec3(29, 0, 0), Vec3(0, 49, 0), Vec3(0, -29, 0), Vec3(0, 0, -29)})
-      ASSERT_TRUE(grid.covers(grid.continuous_index(p + away)));
+  // Half the body at most, else one and a half the motion.
+  const Bounds still = bounds_of(displaced(lattice, 0, [](const Vec3&) -> Vec3 { return Vec3::Zero(); }));
+  const double half = (still.high - still.low).maxCoeff() / 2 - 1;
+  for (const double motion : {8.0, 40.0}) {
+    const Result r = displaced(lattice, 0, [&](const Vec3&) -> Vec3 { return {0, motion, 0}; });
+    const Grid grid = warp_grid(r);
+    EXPECT_TRUE(same_lattice_of_voxels(lattice.voxels, grid));
+    const double margin = std::max(10.0, std::min(1.5 * motion, half)) - 0.5;
+    for (const Vec3& p : r.surface.points)
+      for (const Vec3& away :
+           {Vec3(margin, 0, 0), Vec3(0, motion + margin, 0), Vec3(0, -margin, 0), Vec3(0, 0, -margin)})
+        ASSERT_TRUE(grid.covers(grid.continuous_index(p + away)));
+  }
+}
+
+TEST(Warp, ABodyThatMovesFartherThanItIsThickIsThereOnce) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  const auto size = [](const std::vector<std::uint16_t>& labels) {
+    return std::count_if(labels.begin(), labels.end(), [](std::uint16_t l) { return l != 0; });
+  };
+  for (const double motion : {15.0, 40.0, 150.0}) {
+    const Result r = displaced(lattice, 1, [&](const Vec3&) -> Vec3 { return {0, motion, 0}; });
+    const Warp warp = make_warp(r);
+    const LabelVolume labels = deformed_labels(r, warp.to_rest, fitted_grid(r));
+    EXPECT_EQ(size(labels.labels), size(lattice.labels)) << motion;
+    EXPECT_LT(check_warp(r, warp).largest, 0.1) << motion;
+    EXPECT_EQ(check_warp(r, warp).ghost_ml > 0, motion > 14) << "said where resampling filters would show it twice";
+  }
+}
+
+TEST(Warp, BoundsAreThoseOfTheBodyAndNotOfItsPicture) {
+  Lattice lattice = bitten_ball({1, 1, 1});
+  append(lattice.surface, extract_surface(lattice, lattice.segments.back().segment.label));  // of a part of it
+  const auto shift = [](const Vec3&) -> Vec3 { return {12, 0, 0}; };
+  const Bounds with_part = bounds_of(displaced(lattice, 1, shift));
+  lattice.surface = {};
+  const Bounds without = bounds_of(displaced(lattice, 1, shift));
+  EXPECT_LT((with_part.low - without.low).norm() + (with_part.high - without.high).norm(), 1e-12);
+  const Vec3 box = lattice.voxels.corner(7).array() + 1;
+  EXPECT_NEAR(with_part.high[0] - with_part.low[0], box[0] + 12, 1e-9) << "the box fits the voxels";
+}
+
+TEST(Warp, WhatIsOutsideTheScanHasItsLowestValue) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  const Result r = displaced(lattice, 1, [](const Vec3&) -> Vec3 { return Vec3::Zero(); });
+  IntensityVolume scan{Grid({6, 6, 6}, {1, 1, 1}, lattice.voxels.position(Vec3(4, 4, 4))), std::vector<float>(216, 50)};
+  scan.values[0] = NAN;
+  scan.values[7] = -1000;
+  const IntensityVolume out = deform(r, scan, make_warp(r).to_rest, lattice.voxels);
+  EXPECT_EQ(out.values[0], -1000);
+  EXPECT_TRUE(std::all_of(out.values.begin(), out.values.end(), [](float v) { return std::isfinite(v); }));
 }

@@ -203,6 +203,29 @@ TEST_F(Outputs, ProbesTellWherePointsGo) {
   EXPECT_EQ(run("hexexport liver.hexresult --probe 1,2,3 --lattice -").exit_code, 2);
 }
 
+TEST_F(Outputs, NamesAreCheckedBeforeAnythingIsWritten) {
+  const auto refuses = [&](const std::string& options, int code, const char* word) {
+    const CommandResult r = run("hexexport liver.hexresult " + options);
+    EXPECT_EQ(r.exit_code, code) << options << "\n" << r.errors;
+    EXPECT_NE(r.errors.find(word), std::string::npos) << r.errors;
+    EXPECT_FALSE(std::filesystem::exists(*folder / "early.vtu")) << options;
+  };
+  refuses("--lattice early.vtu --html late.txt", 2, ".html");
+  refuses("--lattice early.vtu --segmentation x.xyz", 2, ".nrrd");
+  refuses("--lattice early.vtu --report liver.json", 6, "exists");
+  refuses("--lattice early.vtu --csv same.csv --report ./same.csv", 2, "two names");
+  refuses("--lattice early.vtu --segmentation seg.nrrd --grid nowhere.nrrd", 3, "nowhere.nrrd");
+  refuses("--lattice early.vtu --to x.nrrd", 2, "--warp");
+  refuses("--lattice early.vtu --transform -", 2, "written to files");
+  // A disk that is full.
+  const CommandResult full = run("bash -c \"trap '' XFSZ; ulimit -f 16; hexexport liver.hexresult --csv full.csv\"");
+  EXPECT_EQ(full.exit_code, 6) << full.errors;
+  EXPECT_FALSE(std::filesystem::exists(*folder / "full.csv"));
+  const CommandResult hdf = run("bash -c \"trap '' XFSZ; ulimit -f 16; hexexport liver.hexresult --lattice full.hdf\"");
+  EXPECT_EQ(hdf.exit_code, 6) << hdf.errors;
+  EXPECT_FALSE(std::filesystem::exists(*folder / "full.hdf"));
+}
+
 TEST_F(Outputs, TheReportIsThatOfTheSolution) {
   ASSERT_EQ(
       run("hexexport -q liver.hexresult --report r.json && hexexport -q liver.hexresult --report r.csv").exit_code, 0);
@@ -269,19 +292,24 @@ TEST_F(Outputs, SlicesAndVolumesAreDrawnAsAskedFor) {
   EXPECT_EQ(volume.width(), 200);
   EXPECT_EQ(volume.height(), 100);
   const auto refuses = [&](const std::string& options, const char* word) {
-    const CommandResult refused = run("hexslice " + options + " -o refused");
+    const CommandResult refused = run("hexslice " + options);
     EXPECT_EQ(refused.exit_code, 2) << refused.errors;
     EXPECT_NE(refused.errors.find(word), std::string::npos) << refused.errors;
     EXPECT_EQ(std::count(refused.errors.begin(), refused.errors.end(), '\n'), 1) << refused.errors;
     EXPECT_FALSE(std::filesystem::exists(*folder / "refused"));
   };
-  refuses("planes liver.hexresult --color temperature", "von_mises_stress");
-  refuses("planes liver.hexresult --at 3", "--axis");
-  refuses("planes liver.hexresult --normal 0,0,0", "direction");
-  refuses("planes liver.hexresult --every 0.01", "2000");
-  refuses("steps liver.hexresult", "no motion");
-  refuses("volume liver.hexresult --show liver:colour=1", "opacity or color");
-  refuses("volume liver.hexresult --direction 0,0,1 --up 0,0,1", "--up");
+  refuses("planes liver.hexresult --color temperature -o refused", "von_mises_stress");
+  refuses("planes liver.hexresult --at 3 -o refused", "--axis");
+  refuses("planes liver.hexresult --axis axial --at 999 -o refused", "within the body");
+  refuses("planes liver.hexresult --normal 0,0,0 -o refused", "direction");
+  refuses("planes liver.hexresult --every 1e-8 -o refused", "2000");
+  refuses("planes liver.hexresult --pixel-mm nan -o refused", "nan");
+  refuses("planes liver.hexresult --pixel-mm 0.001 -o refused", "8192");
+  refuses("planes liver.hexresult --level 3 -o refused", "--scan");
+  refuses("steps liver.hexresult -o refused", "no motion");
+  refuses("volume liver.hexresult -o refused", ".png");
+  refuses("volume liver.hexresult --show liver:colour=1 -o refused.png", "opacity or color");
+  refuses("volume liver.hexresult --direction 0,0,1 --up 0,0,1 -o refused.png", "--up");
 }
 
 TEST_F(Outputs, AMotionIsShownStepByStepInOneFrame) {

@@ -11,6 +11,8 @@
 #include <memory>
 #include <vector>
 
+#include "hexmesh/core/error.h"
+
 namespace hextools {
 namespace {
 
@@ -28,6 +30,7 @@ std::string sha256(const std::filesystem::path& path) {
   std::vector<char> block(1 << 20);
   for (const std::filesystem::path& file : files) {
     std::ifstream in(file, std::ios::binary);
+    if (!in) throw hexmesh::Error(hexmesh::ErrorKind::input, fmt::format("cannot read '{}'", file.string()));
     while (in.read(block.data(), std::ssize(block)), in.gcount() > 0)
       EVP_DigestUpdate(context.get(), block.data(), static_cast<std::size_t>(in.gcount()));
   }

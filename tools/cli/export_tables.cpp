@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "cli/result_steps.h"
@@ -31,27 +30,24 @@ std::string csv_field(const std::string& text) {
 
 }  // namespace
 
-void write_nodes_csv(const Result& result, const std::filesystem::path& path) {
-  std::ofstream file(path);
-  file << "node,x,y,z,ux,uy,uz\n";
+std::string nodes_csv(const Result& result) {
+  std::string out = "node,x,y,z,ux,uy,uz\n";
   for (std::size_t n = 0; n < result.nodes.size(); ++n) {
     const Vec3 &x = result.nodes[n], &u = result.displacement[n];
-    file << fmt::format("{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", n, x[0], x[1], x[2], u[0], u[1], u[2]);
+    out += fmt::format("{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", n, x[0], x[1], x[2], u[0], u[1], u[2]);
   }
+  return out;
 }
 
-void write_report(const Result& result, const std::filesystem::path& path) {
-  const json report = json::parse(result.report);
-  std::ofstream file(path);
-  if (path.extension() != ".csv") {
-    file << report.dump(2) << '\n';
-    return;
-  }
-  file << "key,value\n";
-  const json flat = report.flatten();
+std::string report_json(const Result& result) { return json::parse(result.report).dump(2) + "\n"; }
+
+std::string report_csv(const Result& result) {
+  const json flat = json::parse(result.report).flatten();
+  std::string out = "key,value\n";
   for (const auto& [key, value] : flat.items())
-    file << csv_field(key.substr(1)) << ',' << csv_field(value.is_string() ? value.get<std::string>() : value.dump())
-         << '\n';
+    out +=
+        csv_field(key.substr(1)) + ',' + csv_field(value.is_string() ? value.get<std::string>() : value.dump()) + '\n';
+  return out;
 }
 
 std::vector<hexmesh::ConditionForce> condition_forces(const Result& result) {
@@ -83,7 +79,9 @@ std::vector<Probe> read_probes(const std::vector<std::string>& texts) {
       continue;
     }
     if (!std::filesystem::exists(text))
-      throw Error(ErrorKind::usage, fmt::format("--probe is '{}', expected x,y,z in mm or a markup file", text));
+      throw Error(
+          ErrorKind::usage,
+          fmt::format("--probe is '{}', expected x,y,z in mm or the name of a markup file that is there", text));
     const hexmesh::Markup markup = hexmesh::read_markup(text);
     if (markup.points.empty())
       throw Error(ErrorKind::input, fmt::format("markup '{}' has no points, expected those to probe", text));

@@ -11,10 +11,11 @@
 namespace hextools {
 
 /// node,x,y,z,ux,uy,uz [mm, LPS] of the lattice nodes.
-void write_nodes_csv(const hexmesh::Result& result, const std::filesystem::path& path);
+std::string nodes_csv(const hexmesh::Result& result);
 
-/// The report: JSON, or where the name ends in .csv its numbers and texts as key,value.
-void write_report(const hexmesh::Result& result, const std::filesystem::path& path);
+/// The report as it is, and its numbers and texts as key,value.
+std::string report_json(const hexmesh::Result& result);
+std::string report_csv(const hexmesh::Result& result);
 
 /// Reactions by the report, in the order of the conditions.
 std::vector<hexmesh::ConditionForce> condition_forces(const hexmesh::Result& result);

@@ -4,9 +4,7 @@
 #include <fmt/format.h>
 #include <openssl/evp.h>
 
-#include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "cli/svg_chart.h"
 #include "hexmesh/view/slice.h"
@@ -112,15 +110,18 @@ std::string summary(const Result& result, const json& report) {
   add("least Jacobian", "/min_jacobian");
   add("inverted cells", "/inverted_cells");
   add("steps", "/motion/steps");
-  double largest = 0, sum = 0;
-  for (const Vec3& u : result.surface_displacement) {
-    largest = std::max(largest, u.norm());
-    sum += u.norm();
+  double largest = 0, sum = 0, count = 0;
+  const hexmesh::CellLocator locator(result.voxels, result.voxels_per_cell, result.cells);
+  for (std::size_t n = 0; n < result.surface_displacement.size(); ++n) {
+    if (locator.locate_position(result.surface.points[n]).cell < 0) continue;  // of a part left out
+    const double u = result.surface_displacement[n].norm();
+    largest = std::max(largest, u);
+    sum += u;
+    ++count;
   }
-  if (!result.surface_displacement.empty()) {
+  if (count > 0) {
     rows.emplace_back("largest displacement of the surface", fmt::format("{:.4g} mm", largest));
-    rows.emplace_back("mean displacement of the surface points",
-                      fmt::format("{:.4g} mm", sum / static_cast<double>(result.surface_displacement.size())));
+    rows.emplace_back("mean displacement of the surface points", fmt::format("{:.4g} mm", sum / count));
   }
   std::string out = "<table>";
   for (const auto& [name, value] : rows) out += fmt::format("<tr><th>{}</th><td>{}</td></tr>\n", name, value);
@@ -216,18 +217,17 @@ std::string motion(const json& report) {
   return "<h2>Energies of the motion</h2>\n" + svg_chart({"time [s]"}, {"energy [N mm]"}, series);
 }
 
-std::string provenance(const Result& result, const std::string& command) {
+std::string provenance(const Result& result, const std::string& made_by) {
   std::string out =
       "<h2>Where it comes from</h2>\n<p>Commands, each with the SHA-256 and the name of what it read (as "
       "<code>sha256sum</code> prints them):</p>\n<pre>";
   for (const std::string& line : result.history) out += escaped_html(line) + "\n";
-  return out + escaped_html(command) + "</pre>\n";
+  return out + escaped_html(made_by) + "</pre>\n";
 }
 
 }  // namespace
 
-void write_html_report(const Result& result, const hexmesh::IntensityVolume* scan, const std::string& command,
-                       const std::filesystem::path& path) {
+std::string html_report(const Result& result, const hexmesh::IntensityVolume* scan, const std::string& made_by) {
   json report = json::parse(result.report);
   const json costs = result.costs.empty() ? json::object() : json::parse(result.costs);
   for (const char* list : {"levels", "effects"})
@@ -235,6 +235,12 @@ void write_html_report(const Result& result, const hexmesh::IntensityVolume* sca
       report[list][n]["seconds"] = costs[list][n];
 
   std::string body = "<h1>How the organ deforms</h1>\n";
+  if (!result.times.empty())
+    body += fmt::format("<p class=note>A motion: figures and pictures are those of its end, at {:.4g} s.</p>\n",
+                        result.times.back());
+  if (const std::size_t cells = report.value("dropped_cells", std::size_t{0}); cells > 0)
+    body +=
+        fmt::format("<p class=note>{} cells of parts that nothing holds were left out of the solution.</p>\n", cells);
   if (!report.value("converged", true))
     body += fmt::format("<p class=bad>Not converged: the state at {:.3g} of the load. {}</p>\n",
                         report.value("load_fraction", 0.0), escaped_html(report.value("reason", "")));
@@ -274,12 +280,10 @@ void write_html_report(const Result& result, const hexmesh::IntensityVolume* sca
   body += "<h2>Effects</h2>\n" +
           table("Only what the scene calls for is built and solved", report.value("effects", json::array()),
                 {{"effect", "/name"}, {"on", "/active"}, {"why", "/why"}, {"seconds", "/seconds"}});
-  body += provenance(result, command);
-  std::ofstream(path)
-      << "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
-      << "<meta name=\"viewport\" content=\"width=device-width\">\n<title>How the organ deforms</title>\n<style>"
-      << style << "</style></head>\n<body>\n"
-      << body << "</body></html>\n";
+  body += provenance(result, made_by);
+  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width\">\n<title>How the organ deforms</title>\n<style>" +
+         std::string(style) + "</style></head>\n<body>\n" + body + "</body></html>\n";
 }
 
 }  // namespace hextools

@@ -20,6 +20,19 @@ void warn_of_state(const hexmesh::Result& result, const Console& console) {
   if (!report.value("converged", true))
     console.warning(fmt::format("the result is not converged, it is the state at {:.3g} of the load: {}",
                                 report.value("load_fraction", 0.0), report.value("reason", "")));
+  if (const std::size_t cells = report.value("dropped_cells", std::size_t{0}); cells > 0)
+    console.warning(
+        fmt::format("{} cells of parts that nothing holds were left out of the solution: they are shown "
+                    "where they were, or not at all",
+                    cells));
+}
+
+std::string state_note(const hexmesh::Result& result) {
+  if (result.report.empty()) return "";
+  const auto report = nlohmann::json::parse(result.report);
+  if (!report.value("converged", true))
+    return fmt::format("NOT CONVERGED, {:.3g} of the load", report.value("load_fraction", 0.0));
+  return result.times.empty() ? "" : fmt::format("end, {:.4g} s", result.times.back());
 }
 
 std::optional<hexmesh::IntensityVolume> read_scan_of(const hexmesh::Result& result, const std::string& name,

@@ -9,8 +9,11 @@
 
 namespace hextools {
 
-/// Say so if a result is not the solution of its scene.
+/// Say so if a result is not the solution of its scene, or leaves parts of the body out.
 void warn_of_state(const hexmesh::Result& result, const Console& console);
+
+/// What a picture of a result has to say beside itself: that it is not converged, or a motion's end; else nothing.
+std::string state_note(const hexmesh::Result& result);
 
 /// The scan of a result, if a name is given.
 /// @throws Error{input} if it covers no part of the body

@@ -45,7 +45,7 @@ public:
     double step = 10 * power;
     for (const double digit : {5.0, 2.0, 1.0})
       if (digit * power >= rough) step = digit * power;
-    for (double n = std::ceil(low_ / step); n * step <= high_; ++n) out.push_back(n * step);
+    for (double n = std::ceil(low_ / step); n * step <= high_; ++n) out.push_back(n * step + 0.0);  // -0 + 0 = 0
     return out;
   }
 

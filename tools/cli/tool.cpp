@@ -8,6 +8,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <new>
@@ -108,7 +110,10 @@ int run_tool(int argc, char** argv, const Tool& tool) {
     if (e.get_exit_code() == 0) return app.exit(e);
     return fail(tool.name, exit_code(ErrorKind::usage), fmt::format("{} (see {} --help)", e.what(), tool.name));
   } catch (const Error& e) {
-    return fail(tool.name, exit_code(e.kind()), e.what());
+    const int code = fail(tool.name, exit_code(e.kind()), e.what());
+    // A library that could not write a file tries once more at exit, and may not survive it.
+    if (e.kind() == ErrorKind::output) std::_Exit(code);
+    return code;
   } catch (const std::bad_alloc&) {
     return fail(tool.name, exit_code(ErrorKind::input),
                 "out of memory, expected a machine with more or a smaller input");
@@ -116,6 +121,15 @@ int run_tool(int argc, char** argv, const Tool& tool) {
     return fail(tool.name, exit_bug, fmt::format("this is a bug of ours, please report it: {}", e.what()));
   }
 }
+
+const CLI::Validator finite_number(
+    [](const std::string& text) {
+      double value = 0;
+      return CLI::detail::lexical_cast(text, value) && std::isfinite(value)
+                 ? std::string()
+                 : fmt::format("is {}, expected a number", text);
+    },
+    "");
 
 CLI::Option* add_output(CLI::App& app, std::string& output, const std::string& what) {
   return app.add_option("-o,--output", output, what + "; - is standard output")->required();
@@ -143,9 +157,16 @@ std::unique_ptr<hexmesh::OutputFile> open_output(const std::string& name, const 
   return std::make_unique<hexmesh::OutputFile>(name, extension, options.force);
 }
 
+void write_whole(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  if (!file.flush())
+    throw Error(ErrorKind::output, fmt::format("cannot write '{}', expected room for it", path.string()));
+}
+
 void write_text(const std::string& name, const std::string& text, const CommonOptions& options) {
   const auto file = open_output(name, "", options, {});
-  std::ofstream(file->path()) << text;
+  write_whole(file->path(), text);
   file->commit();
 }
 

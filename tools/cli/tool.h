@@ -51,6 +51,9 @@ struct Tool {
 /// The only main and the only catch: parses, runs, maps errors to one line and the published exit codes.
 int run_tool(int argc, char** argv, const Tool& tool);
 
+/// Numbers that are neither infinite nor NaN, which ranges let pass.
+extern const CLI::Validator finite_number;
+
 /// -o/--output; "-" is standard output.
 CLI::Option* add_output(CLI::App& app, std::string& output, const std::string& what);
 
@@ -68,6 +71,9 @@ std::string history_entry(const std::vector<std::string>& checksum_lines);
 /// @throws Error{usage} if it is, Error{output} if it exists without --force
 std::unique_ptr<hexmesh::OutputFile> open_output(const std::string& name, const std::string& extension,
                                                  const CommonOptions& options, const std::vector<std::string>& inputs);
+
+/// Write a text file that is committed or removed by someone else. @throws Error{output} also where there is no room
+void write_whole(const std::filesystem::path& path, const std::string& text);
 
 /// Write text to a file or to standard output, whole or not at all.
 void write_text(const std::string& name, const std::string& text, const CommonOptions& options);

@@ -88,11 +88,6 @@ IntensityVolume read_intensity(const fs::path& path, const ReadOptions& options,
   return read_intensity(std::vector{path}, options, stored);
 }
 
-bool is_writable_volume_name(const fs::path& path) {
-  const std::string name = path.string();
-  return name.ends_with(".nrrd") || name.ends_with(".nii") || name.ends_with(".nii.gz");
-}
-
 void write_labels(const LabelVolume& volume, const fs::path& path) {
   Keys keys;
   keys["Segmentation_ContainedRepresentationNames"] = "Binary labelmap|";

@@ -25,13 +25,6 @@ auto make_image(const DisplacementField& field) {
 
 }  // namespace
 
-bool is_transform_name(const std::filesystem::path& path) {
-  const std::string name = path.string();
-  for (const char* ending : {".h5", ".nrrd", ".nii.gz", ".nii", ".mha"})
-    if (name.ends_with(ending)) return true;
-  return false;
-}
-
 void write_transform(const DisplacementField& field, const std::filesystem::path& path) {
   if (path.extension() != ".h5") return write_itk_image(*make_image<float>(field), path);
   auto transform = itk::DisplacementFieldTransform<double, 3>::New();

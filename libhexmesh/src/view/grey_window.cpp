@@ -8,7 +8,8 @@ namespace hexmesh {
 GreyWindow grey_window(const Result& result, const IntensityVolume& scan, std::optional<double> level,
                        std::optional<double> window) {
   std::vector<double> inside;
-  for (std::size_t n = 0; n < result.labels.size(); n += 7) {
+  const std::size_t stride = 1 + result.labels.size() / 300000;
+  for (std::size_t n = 0; n < result.labels.size(); n += stride) {
     if (result.labels[n] == 0) continue;
     const Index3 v = result.voxels.index(n);
     const double value = value_at(scan, result.voxels.position(Vec3(v[0], v[1], v[2])));
@@ -18,7 +19,8 @@ GreyWindow grey_window(const Result& result, const IntensityVolume& scan, std::o
   if (!inside.empty()) {
     std::sort(inside.begin(), inside.end());
     low = inside[inside.size() / 500];
-    high = std::max(inside[inside.size() - 1 - inside.size() / 500], low + 1);
+    high = inside[inside.size() - 1 - inside.size() / 500];
+    if (!(high > low)) high = low + std::max(1e-6 * std::abs(low), 1e-6);
   }
   const double middle = level.value_or((low + high) / 2), width = window.value_or(3 * (high - low));
   return {middle - width / 2, middle + width / 2};

@@ -20,7 +20,8 @@ constexpr double rest_grid_mm = 10;
 constexpr double field_opacity = 0.6;
 constexpr int arrow_distance = 22;  // [pixels]
 constexpr double longest_side = 420;
-constexpr int header = 22, gap = 6, letters = 22, font = 13, footer = 18, legend_width = 92;
+constexpr double most_pixels = 8192;
+constexpr int header = 22, gap = 6, letters = 22, font = 13, footer = 18, legend_width = 104;
 constexpr Rgb paper = {24, 24, 24}, yellow = {255, 230, 60}, lattice_color = {110, 170, 255};
 
 /// The frame's layout; see SliceRenderer::frame.
@@ -112,9 +113,10 @@ SliceRenderer::SliceRenderer(const Result& result, const IntensityVolume* scan, 
   }
 
   if (options.color_by == "displacement") {
-    field_low_ = 0;
+    field_low_ = field_high_ = 0;
     for (const Vec3& u : result.surface_displacement.empty() ? result.displacement : result.surface_displacement)
       field_high_ = std::max(field_high_, u.norm());
+    field_high_ = options.color_max.value_or(field_high_);
   } else if (!options.color_by.empty()) {
     const auto field = result.cell_fields.find(options.color_by);
     if (field == result.cell_fields.end()) {
@@ -128,9 +130,13 @@ SliceRenderer::SliceRenderer(const Result& result, const IntensityVolume* scan, 
     std::sort(sorted.begin(), sorted.end());
     field_low_ = sorted[sorted.size() / 100];
     field_high_ = sorted[sorted.size() - 1 - sorted.size() / 100];
+    clipped_low_ = sorted.front() < field_low_;
+    clipped_high_ = sorted.back() > field_high_;
   }
   if (!(field_high_ > field_low_)) field_high_ = field_low_ + 1;
 
+  for (const SliceAxis axis : {SliceAxis::axial, SliceAxis::coronal, SliceAxis::sagittal})
+    frame(plane_across(axis, 0));  // throws where pixels are too small
   if (scan) window_ = grey_window(result, *scan, options.level, options.window);
 }
 
@@ -154,8 +160,12 @@ Grid SliceRenderer::frame(const SlicePlane& plane) const {
   Mat3 axes;
   axes << plane.right, plane.down, plane.right.cross(plane.down);
   const Vec3 origin = axes * Vec3(left - margin, top - margin, plane.point.dot(axes.col(2)));
-  return Grid({std::clamp(static_cast<int>(size[0] / pixel), 1, 8192),
-               std::clamp(static_cast<int>(size[1] / pixel), 1, 8192), 1},
+  if (!(size.maxCoeff() / pixel <= most_pixels))
+    throw Error(ErrorKind::usage,
+                fmt::format("pixels of {:g} mm make pictures of {:.0f} pixels a side, expected at most "
+                            "{:.0f}, or pixels of {:.2g} mm",
+                            pixel, size.maxCoeff() / pixel, most_pixels, size.maxCoeff() / most_pixels));
+  return Grid({std::max(1, static_cast<int>(size[0] / pixel)), std::max(1, static_cast<int>(size[1] / pixel)), 1},
               Vec3::Constant(pixel), origin, axes);
 }
 
@@ -180,6 +190,8 @@ double SliceRenderer::color_value(const Vec3& rest, const Vec3& displacement) co
 Canvas SliceRenderer::paint(const Grid& f, const DisplacementField& field, bool deformed) const {
   const int width = width_of(f), height = height_of(f);
   Canvas canvas(width, height);
+  Eigen::Index across = 0;
+  f.direction().col(2).cwiseAbs().maxCoeff(&across);
   std::vector<std::uint16_t> labels(f.num_voxels());
   std::vector<std::int32_t> cells(f.num_voxels(), -1);
   for (int row = 0; row < height; ++row)
@@ -199,10 +211,13 @@ Canvas SliceRenderer::paint(const Grid& f, const DisplacementField& field, bool 
       if (labels[n] != 0 && scan_) {
         pixel.fill(grey(value_at(*scan_, rest)));
       } else if (labels[n] != 0) {
+        // Lines of the two axes that run most within the plane; across the third there would be whole planes of them.
         const Vec3 lines = rest / rest_grid_mm;
-        const double from_line = (lines - lines.array().round().matrix()).cwiseAbs().minCoeff() * rest_grid_mm;
-        const double brightness = from_line < 0.6 ? 0.35 : 0.9;
-        const Rgb color = color_of_label_[labels[n]].value_or(Rgb{200, 200, 200});
+        Vec3 from_line = (lines - lines.array().round().matrix()).cwiseAbs() * rest_grid_mm;
+        from_line[across] = rest_grid_mm;
+        const double brightness = from_line.minCoeff() < 0.6 ? 0.35 : 0.9;
+        const bool is_base = !options_.color_by.empty();  // of another colour's meaning
+        const Rgb color = is_base ? Rgb{150, 150, 150} : color_of_label_[labels[n]].value_or(Rgb{200, 200, 200});
         for (std::size_t c = 0; c < 3; ++c) pixel[c] = static_cast<std::uint8_t>(brightness * color[c]);
       } else if (scan_ && !left_by_the_body) {
         pixel.fill(static_cast<std::uint8_t>(surroundings_brightness * grey(value_at(*scan_, here))));
@@ -258,7 +273,9 @@ void SliceRenderer::add_legend(Canvas& sheet, int left, int top, int height) con
     const int y = top + (height - 1) * n / ticks;
     const double value = field_high_ + (field_low_ - field_high_) * n / ticks;
     sheet.line(left + bar, y, left + bar + 3, y, {255, 255, 255});
-    sheet.text(fmt::format("{:.3g}", value), left + bar + 6, std::clamp(y - font / 2, top, top + height - font), font);
+    const char* beyond = n == 0 && clipped_high_ ? ">= " : n == ticks && clipped_low_ ? "<= " : "";
+    sheet.text(fmt::format("{}{:.3g}", beyond, value), left + bar + 6,
+               std::min(std::max(y - font / 2, top), std::max(top, top + height - font)), font);
   }
 }
 

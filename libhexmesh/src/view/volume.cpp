@@ -98,6 +98,8 @@ void VolumeRenderer::classify(const IntensityVolume* scan) {
   for (auto& [label, look] : appearance)
     look.opacity =
         options_.linear_opacity ? std::min(1.0, look.opacity * share) : 1 - std::pow(1 - look.opacity, share);
+  most_opaque_ = 1e-12;
+  for (const auto& [label, look] : appearance) most_opaque_ = std::max(most_opaque_, look.opacity);
   std::optional<GreyWindow> window;
   if (scan) window = grey_window(result_, *scan, options_.level, options_.window);
 
@@ -123,8 +125,8 @@ void VolumeRenderer::classify(const IntensityVolume* scan) {
         const double opacity = look->second.opacity;
         for (std::size_t c = 0; c < 3; ++c)
           texel.rgba[c] = static_cast<std::uint16_t>(
-              std::lround(full * opacity * brightness * std::clamp(look->second.color[c], 0.0, 1.0)));
-        texel.rgba[3] = static_cast<std::uint16_t>(std::lround(full * opacity));
+              std::lround(full * opacity / most_opaque_ * brightness * std::clamp(look->second.color[c], 0.0, 1.0)));
+        texel.rgba[3] = static_cast<std::uint16_t>(std::lround(full * opacity / most_opaque_));
       }
 }
 
@@ -133,6 +135,8 @@ void VolumeRenderer::find_normals() {
   normals_.assign(texture_.size(), Normal{});
   const std::array<std::ptrdiff_t, 3> stride = {1, size_[0], static_cast<std::ptrdiff_t>(size_[0]) * size_[1]};
   constexpr int reach = 2;
+  const Vec3& spacing = result_.voxels.spacing();
+  const Vec3 per_mm = spacing.minCoeff() * spacing.cwiseInverse();  // at most 1
   double largest = 1;
   for (const Texel& t : texture_) largest = std::max<double>(largest, t.rgba[3]);
 #pragma omp parallel for schedule(static)
@@ -150,7 +154,7 @@ void VolumeRenderer::find_normals() {
               sum -= weight * texture_[static_cast<std::size_t>(m)].rgba[3] * Eigen::Vector3d(a, b, c);
               weights += weight;
             }
-        const Eigen::Vector3d normal = sum / (weights * largest) * full_normal;
+        const Eigen::Vector3d normal = (sum / (weights * largest) * full_normal).cwiseProduct(per_mm);
         for (std::size_t d = 0; d < 3; ++d)
           normals_[static_cast<std::size_t>(n)].xyz0[d] =
               static_cast<std::int16_t>(std::clamp(normal[static_cast<Eigen::Index>(d)], -full_normal, full_normal));
@@ -208,16 +212,17 @@ Canvas VolumeRenderer::draw(const std::vector<Vec3>& displacement) const {
     for (double n = std::max(0.0, first); n <= std::min(last, options_.planes - 1.0); ++n)
       cut_by[static_cast<std::size_t>(n)].push_back(static_cast<std::int32_t>(c));
     if (!options_.shaded) continue;
-    // A normal is turned and stretched by F^-T: n . F^-1 light.
-    Mat3 edges;
+    // A normal is turned by F^-T: n . F^-1 light, exact where the cell is turned, about right where it is strained.
+    Mat3 edges;  // F
     for (int d = 0; d < 3; ++d) {
       Eigen::Vector3f sum = Eigen::Vector3f::Zero();
       for (int a = 0; a < 8; ++a)
         sum += (corner_bit(a, d) == 1 ? 0.25F : -0.25F) * corners[static_cast<std::size_t>(a)];
-      edges.col(d) = sum.cast<double>() / result_.voxels_per_cell[static_cast<std::size_t>(d)];
+      edges.col(d) =
+          sum.cast<double>() / (result_.voxels_per_cell[static_cast<std::size_t>(d)] * result_.voxels.spacing()[d]);
     }
     const Vec3 seen(right_.dot(light), down_.dot(light), view_.dot(light));
-    Vec3 rest = std::abs(edges.determinant()) > 1e-9 ? Vec3(edges.inverse() * seen) : Vec3(Vec3::Zero());
+    Vec3 rest = std::abs(edges.determinant()) > 1e-6 ? Vec3(edges.inverse() * seen) : Vec3(Vec3::Zero());
     if (const double length = rest.norm(); length > 0) rest /= length;
     for (std::size_t d = 0; d < 3; ++d) moved.light[c][d] = static_cast<float>(rest[static_cast<Eigen::Index>(d)]);
   }
@@ -320,7 +325,7 @@ template <bool shaded>
   if (above(middle, top)) std::swap(top, middle);
 
   const float area = (middle->x - top->x) * (bottom->y - top->y) - (bottom->x - top->x) * (middle->y - top->y);
-  if (area == 0) return;
+  if (!(std::abs(area) > 0) || !std::isfinite(area)) return;
   const auto texture = [](const Corner& corner) {
     return Float4{corner.texture[0], corner.texture[1], corner.texture[2], 0};
   };
@@ -336,16 +341,20 @@ template <bool shaded>
   const std::ptrdiff_t layer_bytes = row_bytes * size_[1];
   const auto* texels = reinterpret_cast<const unsigned char*>(texture_.data());
   const auto* normals = reinterpret_cast<const unsigned char*>(normals_.data());
-  constexpr float unit = 1 / static_cast<float>(full);
+  const auto unit = static_cast<float>(most_opaque_ / full);
 
-  const int first = std::max(first_row, static_cast<int>(std::ceil(top->y)));
-  const int end = std::min(last_row, static_cast<int>(std::ceil(bottom->y)) - 1);
+  // Corners may be anywhere: those of slivers move without meaning.
+  const auto pixel_from = [](float place, int size) {
+    return static_cast<int>(std::clamp(std::ceil(place), 0.0F, static_cast<float>(size)));
+  };
+  const int first = std::max(first_row, pixel_from(top->y, options_.height));
+  const int end = std::min(last_row, pixel_from(bottom->y, options_.height) - 1);
   for (int row = first; row <= end; ++row) {
     const auto y = static_cast<float>(row);
     const float x0 = edge(*top, *bottom, y);
     const float x1 = y < middle->y ? edge(*top, *middle, y) : edge(*middle, *bottom, y);
-    const int left = std::max(0, static_cast<int>(std::ceil(std::min(x0, x1))));
-    const int right = std::min(options_.width, static_cast<int>(std::ceil(std::max(x0, x1))));
+    const int left = pixel_from(std::min(x0, x1), options_.width);
+    const int right = pixel_from(std::max(x0, x1), options_.width);
     std::array<float, 4>* pixel = picture.data() + static_cast<std::ptrdiff_t>(row) * options_.width + left;
     const Float4 at_row = start + (y - top->y) * along_y;
     for (int column = left; column < right; ++column, ++pixel) {

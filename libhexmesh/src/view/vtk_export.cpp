@@ -110,7 +110,8 @@ void write(Data& data, const std::filesystem::path& path) {
   writer->SetInputData(&data);
   writer->SetDataModeToAppended();
   writer->EncodeAppendedDataOff();
-  if (writer->Write() != 1) throw Error(ErrorKind::output, fmt::format("cannot write '{}'", path.string()));
+  if (writer->Write() != 1 || writer->GetErrorCode() != 0)
+    throw Error(ErrorKind::output, fmt::format("cannot write '{}'", path.string()));
 }
 
 }  // namespace

@@ -29,8 +29,8 @@ struct Stage {
     return out;
   }
 
-  /// One sweep of successive over-relaxation over the samples that are not known, first one colour of a chessboard, then the
-  /// other, so that the order of the rows does not matter. Outside the grid it is zero.
+  /// One sweep of successive over-relaxation over the samples that are not known, first one colour of a chessboard,
+  /// then the other, so that the order of the rows does not matter. Outside the grid it is zero.
   void sweep() {
     const std::size_t row = stride(1), layer = stride(2);
     for (int color = 0; color < 2; ++color) {
@@ -63,7 +63,9 @@ struct Stage {
 /// Half as many samples along the axes with spacings below twice the smallest; each is the mean of the known ones that
 /// it stands for.
 Stage coarsen(const Stage& fine, std::array<std::int32_t, 3>& factor) {
-  const float finest = *std::max_element(fine.weight.begin(), fine.weight.end());
+  float finest = 0;
+  for (std::size_t d = 0; d < 3; ++d)
+    if (fine.extent[d] > 1) finest = std::max(finest, fine.weight[d]);
   Stage coarse;
   for (std::size_t d = 0; d < 3; ++d) {
     factor[d] = fine.weight[d] > finest / 4 && fine.extent[d] > 1 ? 2 : 1;

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexmesh/warp/displacement_field.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include "hexmesh/core/error.h"
 #include "hexmesh/lattice/locator.h"
 
 namespace hexmesh {
@@ -16,6 +19,7 @@ constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double margin_in_displacements = 1.5;
 constexpr double least_margin = 10;  // [mm]
 constexpr std::size_t most_samples = 24000000;
+constexpr double most_voxels = 2e9;
 
 Index3 nearest_voxel(const Vec3& index) {
   return {static_cast<std::int32_t>(std::lround(index[0])), static_cast<std::int32_t>(std::lround(index[1])),
@@ -65,6 +69,17 @@ public:
     }
     return true;
   }
+  /// Where what is at a voxel of `grid` was: in the body by its exact field, around it by the warp's; nothing where the
+  /// warp folds so that the body would be seen a second time.
+  std::optional<Vec3> rest_of(const Grid& grid, std::size_t n, const DisplacementField& exact,
+                              const DisplacementField& to_rest) const {
+    const Index3 v = grid.index(n);
+    const Vec3 x = grid.position(Vec3(v[0], v[1], v[2]));
+    if (const Vec3 step = exact.values[n].cast<double>(); !std::isnan(step[0])) return x + step;
+    const Vec3 rest = x + to_rest.at(x);
+    if (at(nearest_voxel(result_.voxels.continuous_index(rest)))) return std::nullopt;
+    return rest;
+  }
   const CellLocator& locator() const { return locator_; }
 
 private:
@@ -80,6 +95,7 @@ struct DeformedCell {
   /// Local coordinates of x within [-margin, 1 + margin], if there are any; Newton's method from the centre.
   std::optional<Vec3> locate(const Vec3& x, const Vec3& margin) const {
     Vec3 s = Vec3::Constant(0.5);
+    bool converged = false;
     for (int iteration = 0; iteration < 12; ++iteration) {
       const Vec3 miss = x - corners * shape_functions(s);
       const Mat3 jacobian = corners * shape_gradients(s);
@@ -87,13 +103,28 @@ struct DeformedCell {
       const Vec3 step = jacobian.inverse() * miss;
       s += step;
       if (!(s.lpNorm<Eigen::Infinity>() < 10)) return std::nullopt;
-      if (step.lpNorm<Eigen::Infinity>() < 1e-6) break;
+      if (step.lpNorm<Eigen::Infinity>() < 1e-6) {
+        converged = true;
+        break;
+      }
     }
+    if (!converged) return std::nullopt;
     const auto beyond = ((s.array() - 0.5).abs() - 0.5 - margin.array()).eval();
     if (beyond.maxCoeff() > 0) return std::nullopt;
     return s;
   }
 };
+
+/// u = H u(q) of a place in a cell.
+Vec3 embedded(const Result& result, const Embedding& e) {
+  const NodeWeights weights = shape_functions(e.local);
+  Vec3 u = Vec3::Zero();
+  for (int a = 0; a < num_cell_nodes; ++a)
+    u += weights[a] *
+         displacement_of(result, static_cast<std::size_t>(
+                                     result.cell_nodes[static_cast<std::size_t>(e.cell)][static_cast<std::size_t>(a)]));
+  return u;
+}
 
 struct IndexBox {
   Index3 first, last;
@@ -210,6 +241,20 @@ private:
   std::vector<Vec3> margins_;  ///< how far the map of each cell is continued, in cells
 };
 
+/// Calls `use(rest position, displacement)` for the centre of each voxel of material.
+template <class Use>
+void for_each_voxel(const Result& result, Use&& use) {
+  const Solid solid(result);
+  const Grid& grid = result.voxels;
+  for (std::size_t n = 0; n < grid.num_voxels(); ++n) {
+    const Index3 v = grid.index(n);
+    if (!solid.at(v)) continue;
+    const Vec3 index(v[0], v[1], v[2]);
+    const Embedding e = solid.locator().in_cell_of_voxel(v, index);
+    use(grid.position(index), result.displacement.empty() ? Vec3(Vec3::Zero()) : embedded(result, e));
+  }
+}
+
 DisplacementField unknown_on(const Grid& grid) {
   return {grid, std::vector<Eigen::Vector3f>(grid.num_voxels(), Eigen::Vector3f::Constant(static_cast<float>(nan)))};
 }
@@ -226,6 +271,10 @@ Grid continued(const Grid& grid, const Bounds& bounds) {
   }
   low = low.array().floor();
   const Vec3 count = (high - low).array().ceil() + 1;
+  if (!(count.prod() < most_voxels))
+    throw Error(ErrorKind::geometry, fmt::format("a grid around the body at rest and deformed takes {:.3g} voxels, "
+                                                 "expected fewer: the body moved too far for its voxels",
+                                                 count.prod()));
   return Grid(
       {static_cast<std::int32_t>(count[0]), static_cast<std::int32_t>(count[1]), static_cast<std::int32_t>(count[2])},
       grid.spacing(), grid.position(low), grid.direction());
@@ -277,14 +326,7 @@ DisplacementField displacement_from_rest(const Result& result, const Grid& grid,
     if (!(solid.distance(index, reach) <= reach)) continue;
     const Embedding e = solid.locator().locate(index);
     if (e.cell < 0) continue;
-    const NodeWeights weights = shape_functions(e.local);
-    Vec3 u = Vec3::Zero();
-    for (int a = 0; a < num_cell_nodes; ++a)
-      u += weights[a] *
-           displacement_of(result,
-                           static_cast<std::size_t>(
-                               result.cell_nodes[static_cast<std::size_t>(e.cell)][static_cast<std::size_t>(a)]));
-    field.values[n] = u.cast<float>();
+    field.values[n] = embedded(result, e).cast<float>();
   }
   return field;
 }
@@ -292,18 +334,12 @@ DisplacementField displacement_from_rest(const Result& result, const Grid& grid,
 Bounds bounds_of(const Result& result) {
   Bounds b{Vec3::Constant(std::numeric_limits<double>::infinity()),
            Vec3::Constant(-std::numeric_limits<double>::infinity())};
-  const auto include = [&](const std::vector<Vec3>& points, const std::vector<Vec3>& displacement) {
-    for (std::size_t n = 0; n < points.size(); ++n) {
-      const Vec3 moved = displacement.empty() ? points[n] : Vec3(points[n] + displacement[n]);
-      b.low = b.low.cwiseMin(points[n]).cwiseMin(moved);
-      b.high = b.high.cwiseMax(points[n]).cwiseMax(moved);
-    }
-  };
-  // The surface rather than the nodes: those of slivers move without meaning.
-  if (!result.surface.points.empty())
-    include(result.surface.points, result.surface_displacement);
-  else
-    include(result.nodes, result.displacement);
+  const Vec3 half = (result.voxels.direction() * result.voxels.spacing().asDiagonal()).cwiseAbs().rowwise().sum() / 2;
+  // The voxels rather than the nodes: those of slivers move without meaning.
+  for_each_voxel(result, [&](const Vec3& rest, const Vec3& u) {
+    b.low = b.low.cwiseMin(rest - half).cwiseMin(rest + u - half);
+    b.high = b.high.cwiseMax(rest + half).cwiseMax(rest + u + half);
+  });
   return b;
 }
 
@@ -311,8 +347,14 @@ Grid fitted_grid(const Result& result) { return continued(result.voxels, bounds_
 
 Grid warp_grid(const Result& result) {
   double largest = 0;
-  for (const Vec3& u : result.surface_displacement) largest = std::max(largest, u.norm());
-  const double margin = std::max(least_margin, margin_in_displacements * largest);
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for_each_voxel(result, [&](const Vec3& rest, const Vec3& u) {
+    largest = std::max(largest, u.norm());
+    low = low.cwiseMin(rest);
+    high = high.cwiseMax(rest);
+  });
+  const double size = (high - low).maxCoeff();
+  const double margin = std::max(least_margin, std::min(margin_in_displacements * largest, size / 2));
   Bounds b = bounds_of(result);
   b.low.array() -= margin;
   b.high.array() += margin;
@@ -354,18 +396,31 @@ WarpCheck check_warp(const Result& result, const Warp& warp) {
     check.largest = std::max(check.largest, miss);
   }
   check.mean /= static_cast<double>(std::max<std::size_t>(check.voxels, 1));
+  const Grid& grid = warp.to_rest.grid;
+  const DisplacementField exact = displacement_to_rest(result, grid);
+  for (std::size_t n = 0; n < grid.num_voxels(); ++n) {
+    if (!std::isnan(exact.values[n][0])) continue;
+    const Index3 v = grid.index(n);
+    const Vec3 rest = grid.position(Vec3(v[0], v[1], v[2])) + warp.to_rest.values[n].cast<double>();
+    if (solid.at(nearest_voxel(result.voxels.continuous_index(rest)))) check.ghost_ml += grid.voxel_volume() / 1000;
+  }
   return check;
 }
 
-IntensityVolume deform(const IntensityVolume& scan, const DisplacementField& to_rest, const Grid& grid) {
+IntensityVolume deform(const Result& result, const IntensityVolume& scan, const DisplacementField& to_rest,
+                       const Grid& grid) {
   IntensityVolume out{grid, std::vector<float>(grid.num_voxels())};
-  const float lowest = scan.values.empty() ? 0 : *std::min_element(scan.values.begin(), scan.values.end());
+  float lowest = std::numeric_limits<float>::infinity();
+  for (const float value : scan.values)
+    if (std::isfinite(value)) lowest = std::min(lowest, value);
+  if (!std::isfinite(lowest)) lowest = 0;
+  const DisplacementField exact = displacement_to_rest(result, grid);
+  const Solid solid(result);
 #pragma omp parallel for schedule(dynamic, 4096)
   for (std::size_t n = 0; n < out.values.size(); ++n) {
-    const Index3 v = grid.index(n);
-    const Vec3 x = grid.position(Vec3(v[0], v[1], v[2]));
-    const double value = value_at(scan, x + to_rest.at(x));
-    out.values[n] = std::isnan(value) ? lowest : static_cast<float>(value);
+    const std::optional<Vec3> rest = solid.rest_of(grid, n, exact, to_rest);
+    const double value = rest ? value_at(scan, *rest) : std::numeric_limits<double>::quiet_NaN();
+    out.values[n] = std::isfinite(value) ? static_cast<float>(value) : lowest;
   }
   return out;
 }
@@ -373,12 +428,12 @@ IntensityVolume deform(const IntensityVolume& scan, const DisplacementField& to_
 LabelVolume deformed_labels(const Result& result, const DisplacementField& to_rest, const Grid& grid) {
   LabelVolume out{grid, std::vector<std::uint16_t>(grid.num_voxels()), {}};
   for (const LatticeSegment& s : result.segments) out.segments.push_back(s.segment);
+  const DisplacementField exact = displacement_to_rest(result, grid);
+  const Solid solid(result);
 #pragma omp parallel for schedule(dynamic, 4096)
-  for (std::size_t n = 0; n < out.labels.size(); ++n) {
-    const Index3 v = grid.index(n);
-    const Vec3 x = grid.position(Vec3(v[0], v[1], v[2]));
-    out.labels[n] = label_at(result.voxels, result.labels, x + to_rest.at(x));
-  }
+  for (std::size_t n = 0; n < out.labels.size(); ++n)
+    if (const std::optional<Vec3> rest = solid.rest_of(grid, n, exact, to_rest))
+      out.labels[n] = label_at(result.voxels, result.labels, *rest);
   return out;
 }
 

@@ -41,9 +41,6 @@ IntensityVolume read_intensity(const std::filesystem::path& path, const ReadOpti
 /// Whether this is a folder or a DICOM file: several of them are one input.
 bool is_dicom(const std::filesystem::path& path);
 
-/// Whether volumes can be written under that name: .nrrd (.seg.nrrd), .nii, .nii.gz.
-bool is_writable_volume_name(const std::filesystem::path& path);
-
 /// Write a labelled volume, compressed: NIfTI (.nii.gz, .nii), which holds labels only, or else NRRD with the segments'
 /// names, colours and terminology as 3D Slicer keeps them (.seg.nrrd).
 /// @throws Error{output}

@@ -7,9 +7,6 @@
 
 namespace hexmesh {
 
-/// Whether a transform can be written under that name: .h5, .nrrd, .nii.gz, .nii, .mha.
-bool is_transform_name(const std::filesystem::path& path);
-
 /// Write a displacement field as an ITK transform, x -> x + d(x), linear between voxel centres and the identity beyond
 /// the outermost ones: an itk::DisplacementFieldTransform (.h5; 3D Slicer and ITK open it as a transform), or an image
 /// of vectors (.nrrd, .nii.gz, .nii, .mha; ANTs and SimpleITK). LPS, mm.

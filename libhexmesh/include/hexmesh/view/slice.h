@@ -44,6 +44,7 @@ struct SliceOptions {
   bool arrows = false;                  ///< the part of the displacement within the plane, from where to where
   std::string color_by;                 ///< "displacement" [mm] or a cell field, over the scan, with a legend
   std::optional<Bounds> bounds;         ///< what to show; nothing: the body at rest and deformed
+  std::optional<double> color_max;      ///< upper end of the colours of "displacement"; nothing: the largest there is
 };
 
 /// Draws slices of the scan before and after the deformation.
@@ -53,7 +54,8 @@ struct SliceOptions {
 class SliceRenderer {
 public:
   /// @param scan  without it, the body is shown in its segments' colours with a 10 mm grid of the rest shape
-  /// @throws Error{usage} where options.color_by is no field of the result, naming those that there are
+  /// @throws Error{usage} where options.color_by is no field of the result, naming those that there are, or where
+  ///   options.pixel_mm makes pictures larger than 8192 pixels
   SliceRenderer(const Result& result, const IntensityVolume* scan, const SliceOptions& options);
 
   /// Extent of what is shown along a direction [mm].
@@ -61,6 +63,7 @@ public:
 
   /// The picture with its caption, letters of orientation, scale bar and legend.
   /// @param note  added to the caption
+  /// @throws Error{usage} where the plane is oblique and its picture too large
   Canvas draw(const SlicePlane& plane, const std::string& note = "") const;
 
 private:
@@ -82,6 +85,7 @@ private:
   GreyWindow window_;
   const std::vector<double>* field_ = nullptr;  ///< of color_by, if it is one of the cells
   double field_low_ = 0, field_high_ = 1;
+  bool clipped_low_ = false, clipped_high_ = false;  ///< whether there are values beyond
 };
 
 /// Pictures of one size in rows and columns.

@@ -66,17 +66,17 @@ private:
   struct Polygon {
     std::int32_t first, count;  ///< of the plane's corners
     float top, bottom;
-    std::array<float, 3> light;  ///< towards the light, in the rest shape, per voxel
+    std::array<float, 3> light;  ///< towards the light, in the rest shape along the voxels' axes
   };
   struct Plane {
     std::vector<Corner> corners;
     std::vector<Polygon> polygons;
   };
   struct Texel {
-    std::array<std::uint16_t, 4> rgba;  ///< colour times opacity, opacity; of 1
+    std::array<std::uint16_t, 4> rgba;  ///< colour times opacity, opacity; of most_opaque_
   };
   struct Normal {
-    std::array<std::int16_t, 4> xyz0;  ///< against the gradient of the opacity, per voxel; of at most 1
+    std::array<std::int16_t, 4> xyz0;  ///< against the gradient of the opacity, per smallest voxel edge; of at most 1
   };
   struct Moved;
 
@@ -93,6 +93,7 @@ private:
   VolumeOptions options_;
   std::array<std::int32_t, 3> size_;  ///< of the textures: the voxels with one clear layer around
   std::vector<Texel> texture_;
+  double most_opaque_ = 1;  ///< opacity of a plane of the most opaque segment
   std::vector<Normal> normals_;
   Vec3 right_, down_, view_, center_;  ///< positions are taken from the centre
   double near_ = 0, far_ = 1;          ///< depths of the body along the view [mm]

@@ -38,11 +38,13 @@ struct Warp {
 };
 
 /// The grid of a warp: the lattice's voxels, continued by whole voxels around the body at rest and deformed, and once
-/// and a half the largest displacement beyond, so that the fading does not fold. Voxels of the finest axes are taken
-/// together while there are more than 24 million.
+/// and a half the largest displacement beyond (half the body at most), for the fading. Where a body moves farther than
+/// it is thick, no fading can but fold. Voxels of the finest axes are taken together while there are more than 24
+/// million.
 Grid warp_grid(const Result& result);
 
 /// The lattice's voxels, continued by whole voxels to hold the body at rest and deformed.
+/// @throws Error{geometry} where that takes more than 2e9 voxels
 Grid fitted_grid(const Result& result);
 
 Warp make_warp(const Result& result);
@@ -51,16 +53,19 @@ Warp make_warp(const Result& result);
 struct WarpCheck {
   std::size_t voxels = 0, over_a_tenth = 0;
   double mean = 0, largest = 0;
+  double ghost_ml = 0;  ///< outside the body, but led into it: what a resampling filter shows a second time [mL]
 };
 WarpCheck check_warp(const Result& result, const Warp& warp);
 
-/// The scan as it looks now: each voxel of `grid` takes the value at its rest position; the scan's lowest outside it.
-IntensityVolume deform(const IntensityVolume& scan, const DisplacementField& to_rest, const Grid& grid);
+/// The scan as it looks now: each voxel of `grid` takes the value at its rest position, in the body exactly, around it
+/// by the warp; the scan's lowest outside the scan and where the body would be seen a second time.
+IntensityVolume deform(const Result& result, const IntensityVolume& scan, const DisplacementField& to_rest,
+                       const Grid& grid);
 
-/// The segmentation of a result as it is now: each voxel of `grid` takes the label of the voxel at its rest position.
+/// The segmentation of a result as it is now: each voxel of `grid` takes the label at its rest position, likewise.
 LabelVolume deformed_labels(const Result& result, const DisplacementField& to_rest, const Grid& grid);
 
-/// Box of the body's surface at rest and deformed together [mm], LPS.
+/// Box of the body's voxels at rest and deformed together [mm], LPS.
 struct Bounds {
   Vec3 low, high;
 };
