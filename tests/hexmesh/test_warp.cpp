@@ -194,6 +194,12 @@ TEST(Warp, BoundsAreThoseOfTheBodyAndNotOfItsPicture) {
   lattice.surface = {};
   const Bounds without = bounds_of(displaced(lattice, 1, shift));
   EXPECT_LT((with_part.low - without.low).norm() + (with_part.high - without.high).norm(), 1e-12);
+  // Turned and stretched: the farthest voxel's centre, and half a voxel.
+  const auto stretch = [](const Vec3& x) -> Vec3 { return {0.5 * x[0], 0, 0.2 * x[0]}; };
+  double farthest = -INFINITY;
+  for (std::size_t n = 0; n < lattice.labels.size(); ++n)
+    if (lattice.labels[n] != 0) farthest = std::max(farthest, 1.5 * center(lattice.voxels, n)[0]);
+  EXPECT_NEAR(bounds_of(displaced(lattice, 1, stretch)).high[0], farthest + 0.5, 1e-9);
   const Vec3 box = lattice.voxels.corner(7).array() + 1;
   EXPECT_NEAR(with_part.high[0] - with_part.low[0], box[0] + 12, 1e-9) << "the box fits the voxels";
 }

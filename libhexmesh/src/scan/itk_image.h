@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 #include <itkImage.h>
+#include <itkImageFileReader.h>
 #include <itkImageFileWriter.h>
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
@@ -51,6 +52,12 @@ void write_itk_image(Image& image, const std::filesystem::path& path) {
     writer->SetInput(&image);
     writer->SetUseCompression(true);
     writer->Update();
+    if (dynamic_cast<itk::NrrdImageIO*>(io.GetPointer())) return;
+    // The other two do not notice a full disk.
+    auto reader = itk::ImageFileReader<Image>::New();
+    reader->SetImageIO(io);
+    reader->SetFileName(name);
+    reader->Update();
   } catch (const itk::ExceptionObject& e) {
     throw Error(ErrorKind::output, fmt::format("cannot write '{}': {}", name, e.GetDescription()));
   }

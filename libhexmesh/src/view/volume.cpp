@@ -19,7 +19,7 @@ constexpr double full_normal = 32767;
 constexpr double margin = 1.05;  // of the picture around the body
 constexpr int planes_at_a_time = 32;
 constexpr int rows_at_a_time = 16;
-constexpr double darkest = 0.5;  // of a colour at the dark end of the grey window
+constexpr double darkest = 0.6;  // of a colour at the dark end of the grey window
 constexpr float ambient = 0.55F, diffuse = 0.75F;
 
 /// The edges of a cell: two nodes that differ in one bit.
@@ -79,7 +79,7 @@ std::map<std::uint16_t, Appearance> default_appearance(const Result& result) {
   for (const LatticeSegment& s : result.segments)
     if (s.material) most = std::max(most, s.num_voxels);
   for (const LatticeSegment& s : result.segments)
-    if (s.material) out[s.segment.label] = {s.segment.color, s.num_voxels == most ? 0.03 : 0.18};
+    if (s.material) out[s.segment.label] = {s.segment.color, s.num_voxels == most ? 0.05 : 0.25};
   return out;
 }
 

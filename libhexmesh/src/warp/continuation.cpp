@@ -18,8 +18,7 @@ constexpr std::size_t coarsest_samples = 500;
 /// Laplace's equation on one grid of the cascade.
 struct Stage {
   Index3 extent;
-  std::array<float, 3> weight;              ///< of the neighbours along each axis, 1 / spacing^2
-  std::array<float, 3> border = {1, 1, 1};  ///< from the outermost samples to where it is zero, in spacings
+  std::array<float, 3> weight;  ///< of the neighbours along each axis, 1 / spacing^2
   std::vector<Vector> values;
   std::vector<char> known;
 
@@ -32,6 +31,7 @@ struct Stage {
   /// One sweep of successive over-relaxation over the samples that are not known, first one colour of a chessboard,
   /// then the other, so that the order of the rows does not matter. Outside the grid it is zero.
   void sweep() {
+    const float diagonal = 2 * (weight[0] + weight[1] + weight[2]);
     const std::size_t row = stride(1), layer = stride(2);
     for (int color = 0; color < 2; ++color) {
 #pragma omp parallel for schedule(static)
@@ -42,10 +42,8 @@ struct Stage {
           for (n += static_cast<std::size_t>(i); i < extent[0]; i += 2, n += 2) {
             if (known[n]) continue;
             Vector sum = Vector::Zero();
-            float diagonal = 0;
             const auto add = [&](std::size_t d, bool there, std::size_t neighbour) {
               if (there) sum += weight[d] * values[neighbour];
-              diagonal += there ? weight[d] : weight[d] / border[d];
             };
             add(0, i > 0, n - 1);
             add(0, i + 1 < extent[0], n + 1);
@@ -71,8 +69,6 @@ Stage coarsen(const Stage& fine, std::array<std::int32_t, 3>& factor) {
     factor[d] = fine.weight[d] > finest / 4 && fine.extent[d] > 1 ? 2 : 1;
     coarse.extent[d] = (fine.extent[d] + factor[d] - 1) / factor[d];
     coarse.weight[d] = fine.weight[d] / static_cast<float>(factor[d] * factor[d]);
-    // The samples of the coarser grid lie between those of the finer one, half a spacing from the outermost.
-    coarse.border[d] = factor[d] == 2 ? (fine.border[d] + 0.5F) / 2 : fine.border[d];
   }
   const std::size_t count = coarse.stride(3);
   coarse.values.assign(count, Vector::Zero());

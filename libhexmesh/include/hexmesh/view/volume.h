@@ -16,7 +16,7 @@ inline constexpr int reference_planes = 101;
 /// How a segment looks.
 struct Appearance {
   std::array<double, 3> color = {0.8, 0.5, 0.4};  ///< RGB, each in [0, 1]
-  double opacity = 0.03;                          ///< of one of `reference_planes` planes, in [0, 1]
+  double opacity = 0.05;                          ///< of one of `reference_planes` planes, in [0, 1]
 };
 
 struct VolumeOptions {
@@ -34,7 +34,7 @@ struct VolumeOptions {
   std::map<std::uint16_t, Appearance> appearance;  ///< by label; others as default_appearance says
 };
 
-/// Each segment with material in its colour, translucent; what is smaller than the largest one six times as opaque.
+/// Each segment with material in its colour, translucent; what is smaller than the largest one five times as opaque.
 /// Segments without material have no cells and are not seen.
 std::map<std::uint16_t, Appearance> default_appearance(const Result& result);
 
