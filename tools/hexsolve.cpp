@@ -7,6 +7,7 @@
 #include <csignal>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "cli/checksum.h"
 #include "cli/tool.h"
@@ -425,6 +426,11 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
                                    checksum_line(o.scene, scene_file.path())};
   if (scene.dynamics && !scene.dynamics->start.empty())
     read.push_back(checksum_line(scene.dynamics->start.string(), scene.dynamics->start));
+  std::set<std::filesystem::path> markups;
+  for (const hexsolver::Condition& c : scene.conditions) markups.insert(c.selection.markup);
+  for (const hexsolver::Force& f : scene.forces) markups.insert(f.selection.markup);
+  for (const std::filesystem::path& markup : markups)
+    if (!markup.empty()) read.push_back(checksum_line(markup.string(), markup));
   result.history.push_back(history_entry(read));
   result.report = summary.dump();
   result.costs = costs_of(report, read_done - start).dump();

@@ -210,7 +210,8 @@ Selection read_selection(TomlReader& table, const std::filesystem::path& folder,
   if (auto v = table.number("max_distance_mm", 0, infinity, "a distance in mm, 0 or more")) s.max_distance = *v;
   if (auto point = table.vector("point_mm", "three numbers [x, y, z], LPS, mm")) s.balls.push_back({*point, radius});
   if (auto path = table.text("markup", "the path of a .mrk.json")) {
-    markups.push_back(read_markup(folder / *path));
+    s.markup = folder / *path;
+    markups.push_back(read_markup(s.markup));
     const Markup& m = markups.back();
     if (m.box) {
       s.box = m.box;

@@ -248,6 +248,17 @@ TEST_F(Outputs, HistoryHoldsTheChecksumsOfWhatWasRead) {
   }
 }
 
+TEST_F(Outputs, HistoryHoldsTheChecksumsOfMarkupsThatTheSceneNames) {
+  const CommandResult r =
+      run("hexsolve liver.hexmesh '" HEXTOOLS_SOURCE "/examples/markups.toml' --level 2 -o markups.hexresult");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  const std::string history = hexmesh::read_result(*folder / "markups.hexresult").history.back();
+  for (const char* file : {"pull.mrk.json", "right_lobe.mrk.json"}) {
+    const std::string sum = run(std::string("sha256sum '" HEXTOOLS_SOURCE "/examples/") + file + "'").output;
+    EXPECT_NE(history.find(sum.substr(0, 64)), std::string::npos) << history;
+  }
+}
+
 TEST_F(Outputs, TheHtmlReportIsOneFileThatABrowserShows) {
   const CommandResult r = run("hexexport liver.hexresult --html report.html --warp ct.nrrd");
   ASSERT_EQ(r.exit_code, 0) << r.errors;

@@ -238,9 +238,6 @@ std::string html_report(const Result& result, const hexmesh::IntensityVolume* sc
   if (!result.times.empty())
     body += fmt::format("<p class=note>A motion: figures and pictures are those of its end, at {:.4g} s.</p>\n",
                         result.times.back());
-  if (const std::size_t cells = report.value("dropped_cells", std::size_t{0}); cells > 0)
-    body +=
-        fmt::format("<p class=note>{} cells of parts that nothing holds were left out of the solution.</p>\n", cells);
   if (!report.value("converged", true))
     body += fmt::format("<p class=bad>Not converged: the state at {:.3g} of the load. {}</p>\n",
                         report.value("load_fraction", 0.0), escaped_html(report.value("reason", "")));

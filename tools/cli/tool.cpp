@@ -108,7 +108,9 @@ int run_tool(int argc, char** argv, const Tool& tool) {
     return run();
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);
-    return fail(tool.name, exit_code(ErrorKind::usage), fmt::format("{} (see {} --help)", e.what(), tool.name));
+    std::string command = tool.name;
+    for (const CLI::App* subcommand : app.get_subcommands()) command += " " + subcommand->get_name();
+    return fail(tool.name, exit_code(ErrorKind::usage), fmt::format("{} (see {} --help)", e.what(), command));
   } catch (const Error& e) {
     const int code = fail(tool.name, exit_code(e.kind()), e.what());
     // A library that could not write a file tries once more at exit, and may not survive it.

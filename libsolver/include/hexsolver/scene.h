@@ -40,7 +40,8 @@ struct Selection {
   std::optional<HalfSpace> halfspace;
   std::string segment;  ///< boundary shared with this segment; empty = not asked
   SurfacePoints on = SurfacePoints::faces;
-  double max_distance = 5;  ///< of a ball's centre from the surface [mm]
+  double max_distance = 5;       ///< of a ball's centre from the surface [mm]
+  std::filesystem::path markup;  ///< the file that balls or box come from; empty = none
 };
 
 /// A rotation about an axis in space.

@@ -27,7 +27,7 @@ DisplacementField displacement_to_rest(const Result& result, const Grid& grid, d
 DisplacementField displacement_from_rest(const Result& result, const Grid& grid, double reach = 0);
 
 /// Fill what is not known: solves Laplace's equation between what is known and zero just outside the grid (to a few
-/// per cent, by a cascade of grids from coarse to fine with some sweeps of Gauss and Seidel on each).
+/// per cent, by a cascade of grids from coarse to fine with some sweeps of over-relaxation on each).
 void continue_to_border(DisplacementField& field);
 
 /// Both directions of a deformation everywhere. Inside the body they are the solution; outside nothing was simulated,
