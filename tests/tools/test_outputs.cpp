@@ -218,12 +218,13 @@ TEST_F(Outputs, NamesAreCheckedBeforeAnythingIsWritten) {
   refuses("--lattice early.vtu --to x.nrrd", 2, "--warp");
   refuses("--lattice early.vtu --transform -", 2, "written to files");
   // A disk that is full.
-  const CommandResult full = run("bash -c \"trap '' XFSZ; ulimit -f 16; hexexport liver.hexresult --csv full.csv\"");
-  EXPECT_EQ(full.exit_code, 6) << full.errors;
-  EXPECT_FALSE(std::filesystem::exists(*folder / "full.csv"));
-  const CommandResult hdf = run("bash -c \"trap '' XFSZ; ulimit -f 16; hexexport liver.hexresult --lattice full.hdf\"");
-  EXPECT_EQ(hdf.exit_code, 6) << hdf.errors;
-  EXPECT_FALSE(std::filesystem::exists(*folder / "full.hdf"));
+  for (const char* output : {"--csv full.csv", "--lattice full.hdf", "--lattice full.vtu", "--segmentation full.nii",
+                             "--segmentation full.nrrd", "--transform full.mha", "--html full.html"}) {
+    const CommandResult full =
+        run(fmt::format("bash -c \"trap '' XFSZ; ulimit -f 2; hexexport liver.hexresult {}\"", output));
+    EXPECT_EQ(full.exit_code, 6) << output << "\n" << full.errors;
+    EXPECT_FALSE(std::filesystem::exists(*folder / std::string(output).substr(std::string(output).find(' ') + 1)));
+  }
 }
 
 TEST_F(Outputs, TheReportIsThatOfTheSolution) {

@@ -9,6 +9,7 @@
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 
+#include <cstring>
 #include <filesystem>
 
 #include "hexmesh/core/error.h"
@@ -53,11 +54,16 @@ void write_itk_image(Image& image, const std::filesystem::path& path) {
     writer->SetUseCompression(true);
     writer->Update();
     if (dynamic_cast<itk::NrrdImageIO*>(io.GetPointer())) return;
-    // The other two do not notice a full disk.
+    // The other two do not notice a full disk, neither when they write nor when they read.
     auto reader = itk::ImageFileReader<Image>::New();
     reader->SetImageIO(io);
     reader->SetFileName(name);
     reader->Update();
+    const auto* written = reader->GetOutput()->GetBufferPointer();
+    const std::size_t bytes = image.GetBufferedRegion().GetNumberOfPixels() * sizeof(typename Image::PixelType);
+    if (reader->GetOutput()->GetBufferedRegion() != image.GetBufferedRegion() ||
+        std::memcmp(written, image.GetBufferPointer(), bytes) != 0)
+      throw Error(ErrorKind::output, fmt::format("cannot write '{}', expected room for it", name));
   } catch (const itk::ExceptionObject& e) {
     throw Error(ErrorKind::output, fmt::format("cannot write '{}': {}", name, e.GetDescription()));
   }
