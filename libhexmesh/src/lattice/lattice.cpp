@@ -308,18 +308,25 @@ std::size_t bytes_of(const Lattice& lattice) {
 
 std::vector<ExposedFace> exposed_faces(const Lattice& lattice) {
   const std::vector<std::int32_t> segment_of = material_index(lattice.segments);
-  const Grid& grid = lattice.voxels;
+  const Index3& extent = lattice.voxels.extent();
+  const std::array<std::size_t, 3> stride = {1, static_cast<std::size_t>(extent[0]),
+                                             static_cast<std::size_t>(extent[0]) * static_cast<std::size_t>(extent[1])};
   std::vector<ExposedFace> faces;
-  for (std::size_t n = 0; n < lattice.labels.size(); ++n) {
-    if (segment_of[lattice.labels[n]] < 0) continue;
-    const Index3 voxel = grid.index(n);
-    for (int side = 0; side < 6; ++side) {
-      Index3 beside = voxel;
-      beside[side / 2] += side % 2 ? 1 : -1;
-      const std::uint16_t label = grid.contains(beside) ? lattice.labels[grid.offset(beside)] : std::uint16_t{0};
-      if (segment_of[label] < 0) faces.push_back({voxel, static_cast<std::uint8_t>(side), label});
-    }
-  }
+  std::size_t n = 0;
+  Index3 voxel;
+  for (voxel[2] = 0; voxel[2] < extent[2]; ++voxel[2])
+    for (voxel[1] = 0; voxel[1] < extent[1]; ++voxel[1])
+      for (voxel[0] = 0; voxel[0] < extent[0]; ++voxel[0], ++n) {
+        if (lattice.labels[n] == 0 || segment_of[lattice.labels[n]] < 0) continue;
+        for (std::size_t side = 0; side < 6; ++side) {
+          const std::size_t axis = side / 2;
+          const bool is_upper = side % 2 != 0;
+          const bool at_border = voxel[axis] == (is_upper ? extent[axis] - 1 : 0);
+          const std::uint16_t beside =
+              at_border ? std::uint16_t{0} : lattice.labels[is_upper ? n + stride[axis] : n - stride[axis]];
+          if (segment_of[beside] < 0) faces.push_back({voxel, static_cast<std::uint8_t>(side), beside});
+        }
+      }
   return faces;
 }
 
