@@ -1,184 +1,119 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <omp.h>
 
 #include <algorithm>
-#include <cstring>
-#include <nlohmann/json.hpp>
+#include <fstream>
 
+#include "bench/accuracy.h"
+#include "bench/compare.h"
+#include "bench/motion.h"
+#include "bench/paper.h"
+#include "bench/speed.h"
 #include "cli/tool.h"
-#include "hexbench_motion.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/dataset_compare.h"
 #include "hexmesh/file/lattice_file.h"
-#include "hexmesh/lattice/element_tree.h"
-#include "hexsolver/plan.h"
+#include "hexmesh/lattice/assign.h"
+#include "hexmesh/scan/image_io.h"
+#include "hexsolver/equilibrium.h"
 
 namespace {
 
 using namespace hextools;
+using hexmesh::Error;
+using hexmesh::ErrorKind;
 using hexmesh::Lattice;
-using nlohmann::json;
+
+constexpr int exit_differs = 1;  // of --exact, as of cmp and diff
 
 struct Options {
-  std::string input, scene, output = "-";
+  std::string input, scene, output = "-", csv, second;
+  std::vector<std::string> experiments;
   int repeats = 5, level = 0;
+  bool exact = false;
+  AccuracyOptions accuracy;
 };
 
-double median(std::vector<double> seconds) {
-  std::sort(seconds.begin(), seconds.end());
-  return seconds[seconds.size() / 2];
+/// A lattice file, or a segmentation whose segments get the named defaults of their tissues.
+Lattice read_body(const std::string& name, const Console& console) {
+  const hexmesh::InputFile file(name);
+  std::string start(8, '\0');
+  std::ifstream(file.path(), std::ios::binary).read(start.data(), 8);
+  if (start == "\x89HDF\r\n\x1a\n") return hexmesh::read_lattice(file.path());
+  const hexmesh::LabelVolume labels = hexmesh::read_labels(file.path(), {.warn = warning_on(console)});
+  hexmesh::AssignedMaterials materials = hexmesh::assign_materials(labels, {});
+  for (const std::string& note : materials.notes) console.note(note);
+  return hexmesh::build_lattice(labels, std::move(materials.segments));
 }
 
-template <class F>
-double seconds_of(int repeats, F&& f) {
-  std::vector<double> seconds;
-  for (int n = 0; n < repeats; ++n) {
-    const double start = omp_get_wtime();
-    f();
-    seconds.push_back(omp_get_wtime() - start);
+int bench_scene(const Options& o, const CLI::App& command, const CommonOptions& common, const Console& console) {
+  const hexmesh::InputFile file(o.input);
+  const Lattice read = hexmesh::read_lattice(file.path());
+  if (command.get_name() == "lattice") {
+    write_text(o.output, bench_lattice(read, o.repeats).dump(2) + "\n", common);
+    return 0;
   }
-  return median(seconds);
+  hexsolver::Scene scene = hexsolver::read_scene(o.scene, o.scene);
+  scene.level = o.level;
+  const Lattice as_asked = hexsolver::with_overrides(read, scene);
+  const int level = hexsolver::finest_level(scene, read);
+  const bool wants_motion = command.get_name() == "motion";
+  if (wants_motion != scene.dynamics.has_value())
+    throw Error(ErrorKind::usage, fmt::format("the scene is {}, expected {}", scene.dynamics ? "a motion" : "no motion",
+                                              wants_motion ? "one" : "an equilibrium"));
+  const nlohmann::json report = command.get_name() == "solver" ? bench_solver(as_asked, scene, level, o.repeats)
+                                : wants_motion                 ? bench_motion(as_asked, scene, level, console)
+                                               : bench_effects(as_asked, scene, level, o.repeats, console);
+  write_text(o.output, report.dump(2) + "\n", common);
+  return 0;
 }
 
-/// Bytes read and written per second by memcpy of 256 MB.
-double copy_bandwidth(int repeats) {
-  constexpr std::size_t size = std::size_t{1} << 28;
-  std::vector<char> from(size, 1), to(size);
-  return 2.0 * size / seconds_of(repeats, [&] {
-           std::memcpy(to.data(), from.data(), size);
-           from[0] = to[size - 1];
-         });
-}
-
-/// How fast the elements of all levels follow from the voxels, on one core.
-json bench_lattice(const Lattice& lattice, int repeats) {
-  double checksum = 0;
-  std::size_t elements = 0;
-  const double seconds = seconds_of(repeats, [&] {
-    hexmesh::ElementTree tree(lattice);
-    elements = 0;
-    for (int l = 0; l < static_cast<int>(lattice.levels.size()); ++l) {
-      const auto count = static_cast<std::int32_t>(lattice.levels[static_cast<std::size_t>(l)].filled.size());
-      for (std::int32_t e = 0; e < count; ++e) checksum += tree.form(l, e).shear[0];
-      elements += static_cast<std::size_t>(count);
-    }
-  });
-  const auto voxels = static_cast<double>(lattice.levels.front().cells.size());
-  json report = {{"voxels", voxels},
-                 {"levels", lattice.levels.size()},
-                 {"elements", elements},
-                 {"seconds", seconds},
-                 {"voxels_per_second", voxels / seconds},
-                 {"copy_bytes_per_second", copy_bandwidth(repeats)},
-                 {"checksum", checksum}};
-  report["copied_bytes_per_voxel_time"] = report["copy_bytes_per_second"].get<double>() / (voxels / seconds);
-  return report;
-}
-
-/// What a V-cycle and its set-up cost in operator products.
-json bench_solver(const Lattice& lattice, const hexsolver::Scene& scene, int level, int repeats) {
-  const hexsolver::SolverTimes t = hexsolver::measure_solver(lattice, scene, level, repeats);
-  return {{"level", level},
-          {"cells", t.cells},
-          {"dofs", t.dofs},
-          {"threads", omp_get_max_threads()},
-          {"product_seconds", t.product},
-          {"cells_per_second", static_cast<double>(t.cells) / t.product},
-          {"linearize_products", t.linearize / t.product},
-          {"multigrid_set_up_products", t.set_up / t.product},
-          {"cycle_products", t.cycle / t.product}};
-}
-
-/// Mean and largest difference of two displacements, averaged over the filled part of each cell first [mm].
-std::pair<double, double> change(const hexmesh::Result& from, const hexmesh::Result& to) {
-  const std::vector<double>& fill = to.cell_fields.at("fill");
-  double sum = 0, weight = 0, largest = 0;
-  for (std::size_t c = 0; c < to.cells.size(); ++c) {
-    hexmesh::Vec3 mean = hexmesh::Vec3::Zero();
-    for (const std::int32_t n : to.cell_nodes[c])
-      mean += (to.displacement[static_cast<std::size_t>(n)] - from.displacement[static_cast<std::size_t>(n)]) / 8;
-    sum += fill[c] * mean.norm();
-    weight += fill[c];
-    largest = std::max(largest, mean.norm());
-  }
-  return {sum / weight, largest};
-}
-
-/// The scene as it is, taken apart: first linear elasticity alone, then one effect after the other.
-std::vector<std::pair<std::string, hexsolver::Scene>> one_effect_after_the_other(const hexsolver::Scene& whole) {
-  using hexsolver::Elasticity;
-  hexsolver::Scene scene = whole;
-  scene.finds_strain = false;
+int accuracy(const Options& o, const CommonOptions& common, const Console& console) {
+  hexsolver::Scene scene = hexsolver::read_scene(o.scene, o.scene);
+  if (scene.dynamics) throw Error(ErrorKind::usage, "the scene is a motion, expected an equilibrium");
   scene.accuracy.reset();
   scene.budget.reset();
-  scene.elasticity = Elasticity::cauchy;
-  scene.volumetric = hexsolver::Volumetric::full;
-  scene.gravity.setZero();
-  scene.forces.clear();
-  scene.contacts.clear();
-  std::vector<std::pair<std::string, hexsolver::Scene>> steps = {{"linear elasticity", scene}};
-  if (whole.volumetric == hexsolver::Volumetric::mean) {
-    scene.volumetric = whole.volumetric;
-    steps.emplace_back("near-incompressibility", scene);
-  }
-  if (whole.gravity != hexmesh::Vec3::Zero()) {
-    scene.gravity = whole.gravity;
-    steps.emplace_back("gravity", scene);
-  }
-  if (!whole.forces.empty()) {
-    scene.forces = whole.forces;
-    steps.emplace_back("forces", scene);
-  }
-  if (whole.elasticity != Elasticity::cauchy) {
-    scene.elasticity = Elasticity::corotational;
-    steps.emplace_back("rotation", scene);
-  }
-  if (!whole.contacts.empty()) {
-    scene.contacts = whole.contacts;
-    steps.emplace_back("contact", scene);
-  }
-  if (hexsolver::is_hyperelastic(whole.elasticity)) {
-    scene.elasticity = whole.elasticity;
-    steps.emplace_back("large strain", scene);
-  }
-  return steps;
+  const Experiment experiment{hexsolver::with_overrides(read_body(o.input, console), scene), scene};
+  const AccuracyTables tables = bench_accuracy(experiment, o.accuracy, console);
+  const Row report = {{"about", tables.about}, {"equilibria", tables.equilibria}, {"motions", tables.motions}};
+  write_text(o.output, report.dump(2) + "\n", common);
+  if (!o.csv.empty()) write_text(o.csv, to_csv(tables.equilibria), common);
+  return 0;
 }
 
-/// What each effect of a scene costs and changes.
-json bench_effects(const Lattice& lattice, const hexsolver::Scene& whole, int level, int repeats,
-                   const Console& console) {
-  json rows = json::array();
-  std::optional<hexmesh::Result> before;  // the last one that converged
-  double first_seconds = 0;
-  for (const auto& [name, scene] : one_effect_after_the_other(whole)) {
-    hexsolver::SolveReport report;
-    std::optional<hexmesh::Result> result;
-    const double seconds = seconds_of(repeats, [&, &of = scene] {
-      report = {};
-      result = hexsolver::solve_equilibrium(lattice, of, level, report);
-    });
-    if (first_seconds == 0) first_seconds = seconds;
-    std::size_t bytes = 0;
-    for (const auto& entry : report.bytes) bytes += entry.second;
-    json row = {{"effect", name},
-                {"converged", report.converged},
-                {"seconds", seconds},
-                {"time_over_linear", seconds / first_seconds},
-                {"memory_mb", static_cast<double>(bytes) / (1 << 20)},
-                {"newton_iterations", report.levels.back().newton.iterations}};
-    std::string words;
-    if (before && report.converged) {
-      const auto [mean, largest] = change(*before, *result);
-      row["change_mm"] = {{"mean", mean}, {"max", largest}};
-      words = fmt::format(", changes the displacement by {:.3g} mm on average, {:.3g} at most", mean, largest);
-    }
-    console.note(fmt::format("{}{}: {:.2g} s, {:.1f} times linear, {:.3g} MB{}", name,
-                             report.converged ? "" : " (not converged)", seconds, seconds / first_seconds,
-                             static_cast<double>(bytes) / (1 << 20), words));
-    rows.push_back(std::move(row));
-    if (report.converged) before = std::move(result);
+int paper(const Options& o, const CommonOptions& common, const Console& console) {
+  std::vector<std::string> names = o.experiments;
+  std::replace(names.begin(), names.end(), std::string("fig14"), std::string("table3"));  // its pictures
+  if (names.empty()) names = paper_experiments();
+  std::string text;
+  Row report;
+  for (const std::string& name : names) {
+    const std::vector<Row> rows = run_paper_experiment(name, console);
+    text += to_markdown(name, rows);
+    report[name] = rows;
   }
-  return {{"level", level}, {"cells", lattice.levels[static_cast<std::size_t>(level)].cells.size()}, {"effects", rows}};
+  write_text(o.output, text, common);
+  if (!o.csv.empty()) write_text(o.csv, report.dump(2) + "\n", common);
+  return 0;
+}
+
+int compare_results(const Options& o, const CommonOptions& common, const Console& console) {
+  const hexmesh::InputFile first(o.input);
+  if (!o.exact) {
+    const Row row = compare(hexmesh::read_result(first.path()), read_points(hexmesh::InputFile(o.second).path()));
+    write_text(o.output, row.dump(2) + "\n", common);
+    return 0;
+  }
+  const hexmesh::InputFile second(o.second);
+  Row report = Row::array();
+  for (const hexmesh::DatasetDifference& d : hexmesh::compare_datasets(first.path(), second.path())) {
+    console.note(
+        fmt::format("{} {}{}", d.name, d.what, d.largest > 0 ? fmt::format(", by {:.3g} at most", d.largest) : ""));
+    report.push_back({{"dataset", d.name}, {"what", d.what}, {"largest", d.largest}});
+  }
+  if (report.empty()) console.note("all datasets are the same");
+  write_text(o.output, report.dump(2) + "\n", common);
+  return report.empty() ? 0 : exit_differs;
 }
 
 }  // namespace
@@ -187,7 +122,7 @@ int main(int argc, char** argv) {
   auto o = std::make_shared<Options>();
   return run_tool(
       argc, argv,
-      {"hexbench", "Measure how fast this machine does what the tools do; medians, as JSON.",
+      {"hexbench", "Measure what accuracy costs, and how fast this machine does what the tools do; medians.",
        "hexbench lattice liver.hexmesh",
        [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
          app.require_subcommand(1);
@@ -202,7 +137,6 @@ int main(int argc, char** argv) {
            sub->add_option("--repeats", o->repeats, "Runs of which the median counts")
                ->check(CLI::Range(1, 1000))
                ->capture_default_str();
-           sub->add_option("-o,--output", o->output, "JSON; - is standard output")->capture_default_str();
          }
          for (CLI::App* sub : {solver, effects, motion}) {
            sub->add_option("scene", o->scene, "Scene file (TOML)")->required();
@@ -210,26 +144,63 @@ int main(int argc, char** argv) {
                ->check(CLI::Range(0, 30))
                ->capture_default_str();
          }
-         return [=, &common, &console] {
-           const hexmesh::InputFile file(o->input);
-           const Lattice read = hexmesh::read_lattice(file.path());
-           if (lattice->parsed()) {
-             write_text(o->output, bench_lattice(read, o->repeats).dump(2) + "\n", common);
-             return 0;
-           }
-           hexsolver::Scene scene = hexsolver::read_scene(o->scene, o->scene);
-           scene.level = o->level;
-           const Lattice as_asked = hexsolver::with_overrides(read, scene);
-           const int level = hexsolver::finest_level(scene, read);
-           if (motion->parsed() != scene.dynamics.has_value())
-             throw hexmesh::Error(hexmesh::ErrorKind::usage,
-                                  fmt::format("the scene is {}, expected {}", scene.dynamics ? "a motion" : "no motion",
-                                              motion->parsed() ? "one" : "an equilibrium"));
-           const json report = solver->parsed()   ? bench_solver(as_asked, scene, level, o->repeats)
-                               : motion->parsed() ? bench_motion(as_asked, scene, level, console)
-                                                  : bench_effects(as_asked, scene, level, o->repeats, console);
-           write_text(o->output, report.dump(2) + "\n", common);
-           return 0;
+
+         CLI::App* curve =
+             app.add_subcommand("accuracy", "Cells of all levels and tetrahedra of many sizes: error, time and memory");
+         curve->add_option("body", o->input, "Lattice file, or segmented scan; - is standard input")->required();
+         curve->add_option("scene", o->scene, "Scene of an equilibrium (TOML)")->required();
+         curve->add_option("--csv", o->csv, "The equilibria as comma-separated values");
+         curve->add_option("--laws", o->accuracy.laws, "cauchy, corotational, green-lagrange")
+             ->delimiter(',')
+             ->capture_default_str();
+         curve->add_option("--tolerances", o->accuracy.tolerances, "Relative residuals to solve to")
+             ->delimiter(',')
+             ->check(CLI::Range(1e-12, 0.1))
+             ->capture_default_str();
+         curve
+             ->add_option("--iterations", o->accuracy.iterations,
+                          "Conjugate gradient iterations of a step of motion; 0: no motion")
+             ->delimiter(',')
+             ->check(CLI::Range(0, 1000))
+             ->capture_default_str();
+         curve->add_option("--mesh", o->accuracy.meshes, "Tetrahedra to compare as well (.vtu, .msh, .inp)")
+             ->expected(1)
+             ->take_all();
+         curve->add_option("--most-elements", o->accuracy.most_elements, "Of cells or tetrahedra to compare")
+             ->check(CLI::Range(1e2, 1e8))
+             ->capture_default_str();
+         curve
+             ->add_option("--reference-tets", o->accuracy.reference_tets,
+                          "About how many of 10 nodes are the reference")
+             ->check(CLI::Range(1e2, 1e7))
+             ->capture_default_str();
+         curve->add_option("--repeats", o->accuracy.repeats, "Runs of which the median counts")
+             ->check(CLI::Range(1, 100))
+             ->capture_default_str();
+
+         CLI::App* published = app.add_subcommand("paper", "The paper's tables and figures, measured; Markdown");
+         published->add_option("experiments", o->experiments,
+                               "table1, fig4, fig5, fig7, table2, table3 (or fig14); all if none is named");
+         published->add_option("--json", o->csv, "All rows with all columns");
+
+         CLI::App* against = app.add_subcommand(
+             "compare", "A result against points of another solution, or two results dataset by dataset");
+         against->add_option("result", o->input, "Result file; - is standard input")->required();
+         against
+             ->add_option("reference", o->second,
+                          "CSV with x, y, z, ux, uy, uz in mm, LPS (may be gzipped); with --exact a result file")
+             ->required();
+         against->add_flag("--exact", o->exact,
+                           "Which datasets of two results are not equal bit for bit; exit 1 if there are any");
+         for (CLI::App* sub : {lattice, solver, effects, motion, curve, published, against})
+           sub->add_option("-o,--output", o->output, "JSON (paper: Markdown); - is standard output")
+               ->capture_default_str();
+         return [=, &app, &common, &console] {
+           std::erase(o->accuracy.iterations, 0);
+           if (curve->parsed()) return accuracy(*o, common, console);
+           if (published->parsed()) return paper(*o, common, console);
+           if (against->parsed()) return compare_results(*o, common, console);
+           return bench_scene(*o, *app.get_subcommands().front(), common, console);
          };
        }});
 }

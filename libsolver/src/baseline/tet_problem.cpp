@@ -65,26 +65,25 @@ std::vector<hexmesh::Material> materials_of(const TetMesh& mesh, const hexmesh::
   return out;
 }
 
-/// Spread a force over nodes of the surface by the area around each; a pressure acts against the outward normals.
+/// Spread a force by area, and a pressure against the outward normals, over the triangles whose corners are all chosen;
+/// where there is no such triangle the force goes to the nodes evenly.
 void add_surface_force(const Force& force, const std::vector<std::size_t>& nodes, TetProblem& problem) {
   const TetMesh& mesh = *problem.mesh;
   std::vector<bool> chosen(mesh.points.size());
   for (const std::size_t n : nodes) chosen[n] = true;
-  std::vector<Vec3> areas(mesh.points.size(), Vec3::Zero());
+  std::vector<std::pair<std::array<std::int32_t, 3>, Vec3>> faces;
   double whole = 0;
   for (const auto& f : hexmesh::boundary_triangles(mesh)) {
+    if (!std::all_of(f.begin(), f.end(), [&](std::int32_t n) { return chosen[static_cast<std::size_t>(n)]; })) continue;
     const auto point = [&](std::size_t a) { return mesh.points[static_cast<std::size_t>(f[a])]; };
-    const Vec3 area = (point(1) - point(0)).cross(point(2) - point(0)) / 2;
-    for (const std::int32_t node : f) {
-      const auto n = static_cast<std::size_t>(node);
-      if (!chosen[n]) continue;
-      areas[n] += area / 3;
-      whole += area.norm() / 3;
-    }
+    faces.emplace_back(f, (point(1) - point(0)).cross(point(2) - point(0)) / 2);
+    whole += faces.back().second.norm();
   }
-  for (const std::size_t n : nodes)
-    problem.force[n] += (whole > 0 ? areas[n].norm() / whole : 1.0 / static_cast<double>(nodes.size())) * force.total -
-                        force.pressure * areas[n];
+  for (const auto& [corners, area] : faces)
+    for (const std::int32_t n : corners)
+      problem.force[static_cast<std::size_t>(n)] += (area.norm() / whole * force.total - force.pressure * area) / 3;
+  if (faces.empty())
+    for (const std::size_t n : nodes) problem.force[n] += force.total / static_cast<double>(nodes.size());
 }
 
 /// Shares of a tetrahedron's mass: the integrals of the shape functions where they are positive; of 10 nodes by the

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexbench_motion.h"
+#include "motion.h"
 
 #include <fmt/format.h>
 #include <omp.h>
@@ -139,17 +139,21 @@ json bench_ways(const Lattice& lattice, const Scene& scene, int level, const Con
 
 }  // namespace
 
-json bench_motion(const Lattice& lattice, const Scene& scene, int level, const Console& console) {
+json bench_motion_levels(const Lattice& lattice, const Scene& scene, const Console& console) {
   constexpr std::size_t least_cells = 8, most_cells = 20000;
-  json report = {
-      {"threads", omp_get_max_threads()}, {"peak_gflops_of_a_thread", peak_gflops()}, {"levels", json::array()}};
-  console.note(fmt::format("{} threads, peak of one {:.3g} GFLOP/s", omp_get_max_threads(),
-                           report["peak_gflops_of_a_thread"].get<double>()));
+  json levels = json::array();
   for (int l = static_cast<int>(lattice.levels.size()) - 1; l >= 0; --l) {
     const std::size_t cells = lattice.levels[static_cast<std::size_t>(l)].cells.size();
-    if (cells >= least_cells && cells <= most_cells)
-      report["levels"].push_back(bench_level(lattice, scene, l, console));
+    if (cells >= least_cells && cells <= most_cells) levels.push_back(bench_level(lattice, scene, l, console));
   }
+  return levels;
+}
+
+json bench_motion(const Lattice& lattice, const Scene& scene, int level, const Console& console) {
+  json report = {{"threads", omp_get_max_threads()}, {"peak_gflops_of_a_thread", peak_gflops()}};
+  console.note(fmt::format("{} threads, peak of one {:.3g} GFLOP/s", omp_get_max_threads(),
+                           report["peak_gflops_of_a_thread"].get<double>()));
+  report["levels"] = bench_motion_levels(lattice, scene, console);
   report["level"] = level;
   report["solvers"] = bench_ways(lattice, scene, level, console);
   return report;
