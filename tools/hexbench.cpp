@@ -180,7 +180,7 @@ int main(int argc, char** argv) {
 
          CLI::App* published = app.add_subcommand("paper", "The paper's tables and figures, measured; Markdown");
          published->add_option("experiments", o->experiments,
-                               "table1, fig4, fig5, fig7, table2, table3 (or fig14); all if none is named");
+                               "table1, fig4, fig5, fig7, table2, table3 (or fig14), uniform; all if none is named");
          published->add_option("--json", o->csv, "All rows with all columns");
 
          CLI::App* against = app.add_subcommand(

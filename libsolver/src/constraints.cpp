@@ -379,6 +379,21 @@ void Constraints::prescribe(const std::vector<Vec3>& values) {
   for (const HeldNodes& nodes : held_nodes_) nodes.prescribe(points_, held_);
 }
 
+void Constraints::for_each_held_entry(const std::function<void(Index, Index, double)>& f) const {
+  for (int axis = 0; axis < 3; ++axis)
+    for (const auto& cluster : clusters_[static_cast<std::size_t>(axis)]) {
+      const MatrixXd& v = cluster->kept.vectors;
+      const VectorXd& pressure = cluster->pressure_direction;
+      const auto dof = [&](Index n) { return 3 * Index{cluster->nodes[static_cast<std::size_t>(n)]} + axis; };
+      for (Index a = 0; a < v.rows(); ++a)
+        for (Index b = 0; b < v.rows(); ++b) {
+          double value = v.row(a).dot(v.row(b));
+          if (pressure.size() > 0) value += pressure[a] * pressure[b];
+          f(dof(a), dof(b), value);
+        }
+    }
+}
+
 void Constraints::lift(const NodeVector& u, NodeVector& d) const {
   d.setZero(u.size());
   for (int axis = 0; axis < 3; ++axis)

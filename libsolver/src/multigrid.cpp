@@ -226,31 +226,48 @@ bool Multigrid::invert_diagonal(Level& level, const std::vector<Mat3>& diagonal)
 }
 
 void Multigrid::factor_coarsest() {
+  // A level of its own is solved at once: K + w (1 - P), which in the range of P is as good as P K P for large w.
+  constexpr double held_over_nodal = 1e6;
   const std::size_t level = levels_.size() - 1;
   const Mesh& mesh = hierarchy_.meshes[level];
+  const bool is_only = level == 0;
+  double largest = 0;
+  const auto matrix_of = [&](std::size_t c) {
+    CellMatrix k = is_only ? potential_.cell_hessian(c) : cell_matrix(level, c);
+    largest = std::max(largest, k.diagonal().maxCoeff());
+    return k;
+  };
   if (mesh.num_dofs() <= most_dense) {
     const auto size = static_cast<Index>(mesh.num_dofs());
     dense_matrix_.setZero(size, size);
     for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
-      const CellMatrix k = cell_matrix(level, c);
+      const CellMatrix k = matrix_of(c);
       for (std::size_t a = 0; a < 8; ++a)
         for (std::size_t b = 0; b < 8; ++b)
           dense_matrix_.block<3, 3>(3 * Index{mesh.cell_nodes()[c][a]}, 3 * Index{mesh.cell_nodes()[c][b]}) +=
               k.block<3, 3>(3 * static_cast<Index>(a), 3 * static_cast<Index>(b));
     }
+    if (is_only)
+      constraints_.for_each_held_entry([&](Index row, Index column, double value) {
+        dense_matrix_(row, column) += held_over_nodal * largest * value;
+      });
     dense_.compute(dense_matrix_);
     positive_ = dense_.info() == Eigen::Success;
     return;
   }
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
-    const CellMatrix k = cell_matrix(level, c);
+    const CellMatrix k = matrix_of(c);
     for (int column = 0; column < 24; ++column)
       for (int row = 0; row < 24; ++row)
         entries.emplace_back(3 * Index{mesh.cell_nodes()[c][static_cast<std::size_t>(row / 3)]} + row % 3,
                              3 * Index{mesh.cell_nodes()[c][static_cast<std::size_t>(column / 3)]} + column % 3,
                              k(row, column));
   }
+  if (is_only)
+    constraints_.for_each_held_entry([&](Index row, Index column, double value) {
+      entries.emplace_back(row, column, held_over_nodal * largest * value);
+    });
   const auto size = static_cast<Index>(mesh.num_dofs());
   Eigen::SparseMatrix<double> a(size, size);
   a.setFromTriplets(entries.begin(), entries.end());

@@ -329,7 +329,7 @@ private:
       for (const bool fast : {false, true})
         for (const double size : sizes()) {
           const hexmesh::TetMesh mesh = mesh_for(e_, size, false);
-          if (static_cast<double>(mesh.size()) > 3 * most_cells) continue;
+          if (static_cast<double>(mesh.size()) > most_cells / 2) continue;
           const auto problem = hexsolver::make_tet_problem(mesh, e_.lattice, e_.scene);
           hexsolver::TetMotion motion(problem,
                                       fast ? hexsolver::TetLaw::corotational_qr : hexsolver::TetLaw::corotational,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -45,6 +46,9 @@ public:
   /// v <- P v, P the orthogonal projection onto the displacements that leave all kept directions alone.
   void project(NodeVector& v) const;
   void project(FloatNodeVector& v) const;
+
+  /// Entries of 1 - P, the projection onto what is held: f(row, column, value), rows and columns of a NodeVector.
+  void for_each_held_entry(const std::function<void(Eigen::Index, Eigen::Index, double)>& f) const;
 
   /// Prescribe other displacements of points(), shape (num_points) [mm].
   void prescribe(const std::vector<Vec3>& values);

@@ -22,7 +22,7 @@ struct Hierarchy {
   /// @param coarsest_dofs  merge until a level has at most this many; up to Multigrid::most_dense a dense factor is
   /// made
   Hierarchy(Mesh finest, const Vec3& corner, std::size_t coarsest_dofs = usual_coarsest_dofs);
-  static constexpr std::size_t usual_coarsest_dofs = 2000;
+  static constexpr std::size_t usual_coarsest_dofs = 600;
 
   std::size_t bytes() const;  ///< of memory
 };
