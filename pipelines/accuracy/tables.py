@@ -76,11 +76,11 @@ def convergence(rows):
     sharpest = min(r["tolerance"] for r in rows)
     for law in laws(rows):
         for method in dict.fromkeys(r["method"] for r in rows):
-            series = sorted((r["dofs"], own_error(r)) for r in rows
+            series = sorted((r["dofs"], own_error(r), r["held"]) for r in rows
                             if r["method"] == method and r["law"] == law and r["tolerance"] == sharpest and r["converged"] and own_error(r) is not None)
             if not series:
                 continue
-            rises = [f"{a[1]:.3f} to {b[1]:.3f} at {b[0]} dofs" for a, b in zip(series, series[1:]) if b[1] > a[1]]
+            rises = [f"{a[1]:.3f} to {b[1]:.3f} at {b[0]} dofs (held nodes {a[2]} to {b[2]})" for a, b in zip(series, series[1:]) if b[1] > a[1]]
             out.append([law, method, f"{series[0][1]:.3f} to {series[-1][1]:.3f}", "always" if not rises else "rises: " + "; ".join(rises)])
     table(["law", "method", "mean error, coarsest to finest [mm]", "falls"], out)
     print("Where the error of tetrahedra rises, a patch is the reason: the nodes within its radius are others on every mesh, "

@@ -257,6 +257,8 @@ private:
     row["elements"] = o.elements;
     row["nodes"] = o.nodes;
     row["dofs"] = o.dofs;
+    row["held"] = o.held;
+    row["strain_energy_n_mm"] = o.strain_energy;
     row["newton"] = o.newton_iterations;
     row["linear"] = o.linear_iterations;
     row["mesh_s"] = median(entry.mesh);

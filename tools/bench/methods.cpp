@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <numeric>
 
 #include "hexmesh/lattice/embedded_points.h"
 #include "hexmesh/tetra/mesh_body.h"
@@ -66,6 +67,8 @@ Outcome run_cells(const Method& method, const Experiment& experiment) {
     out.newton_iterations += l.newton.iterations;
     out.linear_iterations += l.newton.linear_iterations;
   }
+  out.strain_energy = report.strain_energy_n_mm;
+  for (const hexsolver::ConditionReport& c : report.conditions) out.held += c.points;
   out.at = [result](const std::vector<Vec3>& places) {
     const hexmesh::CellLocator locator(result->voxels, result->voxels_per_cell, result->cells);
     const hexmesh::EmbeddedPoints points(locator, result->cell_nodes, places);
@@ -99,6 +102,7 @@ Outcome run_tets(const Method& method, const Experiment& experiment) {
   const double seconds = seconds_of([&] {
     const auto problem = hexsolver::make_tet_problem(*mesh, experiment.lattice, experiment.scene);
     *u = hexsolver::solve_tets(problem, {tet_law(method), method.solver, method.tolerance}, report);
+    out.held = std::accumulate(problem.points.begin(), problem.points.end(), std::size_t{0});
   });
   out.solve_seconds = report.solve_seconds;
   out.setup_seconds = seconds - report.solve_seconds;
@@ -108,6 +112,7 @@ Outcome run_tets(const Method& method, const Experiment& experiment) {
   out.nodes = mesh->points.size();
   out.newton_iterations = report.newton_iterations;
   out.linear_iterations = report.linear_iterations;
+  out.strain_energy = report.strain_energy;
   out.tets = mesh;
   out.at = [mesh, u](const std::vector<Vec3>& places) {
     const hexmesh::TetField field(*mesh);

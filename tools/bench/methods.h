@@ -53,7 +53,9 @@ struct Outcome {
   double mesh_seconds = 0;   ///< levels from voxels, or tetrahedra from them
   double setup_seconds = 0;  ///< what does not depend on the loads, as far as the solver tells
   double solve_seconds = 0;
-  double memory_mb = 0;  ///< by which the process grew at most
+  double memory_mb = 0;      ///< by which the process grew at most
+  double strain_energy = 0;  ///< [N mm]
+  std::size_t held = 0;      ///< points of cells, nodes of tetrahedra that conditions select
   double total_seconds() const { return mesh_seconds + setup_seconds + solve_seconds; }
 
   /// Displacements at places of the body at rest [mm].
