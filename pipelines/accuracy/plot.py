@@ -182,7 +182,7 @@ def main(folder):
         for points, marker in ((229, "o"), (1455, "s"), (5541, "^")):
             axis.loglog(*zip(*sorted((r["nodes"], r["ours"]) for r in rows if r["points"] == points)), marker + "-", color="black", markerfacecolor="white", label=f"ours, surface of {points} points")
         for points, marker in ((229, "o"), (1455, "s")):
-            axis.loglog(*zip(*sorted((r["nodes"], r["paper"]) for r in rows if r["points"] == points and r["paper"])), marker + "--", color="#c0504d", label=f"paper, {points} points")
+            axis.loglog(*zip(*sorted((r["paper_nodes"], r["paper"]) for r in rows if r["points"] == points and r["paper"])), marker + "--", color="#c0504d", label=f"paper, {points} points")
         axis.set_xlabel("nodes")
         axis.set_ylabel("steps per second, 10 iterations each")
         axis.legend(fontsize=8)

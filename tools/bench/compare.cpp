@@ -9,7 +9,8 @@
 #include <sstream>
 
 #include "hexmesh/core/error.h"
-#include "hexmesh/lattice/embedded_points.h"
+#include "hexmesh/lattice/locator.h"
+#include "methods.h"
 
 namespace hextools {
 namespace {
@@ -90,7 +91,7 @@ PointTable read_points(const std::string& path) {
 
 Row compare(const hexmesh::Result& result, const PointTable& table) {
   const hexmesh::CellLocator locator(result.voxels, result.voxels_per_cell, result.cells);
-  std::vector<Vec3> places, theirs, ours;
+  std::vector<Vec3> places, theirs;
   std::vector<bool> on_surface;
   for (std::size_t n = 0; n < table.positions.size(); ++n) {
     if (locator.locate_position(table.positions[n]).cell < 0) continue;
@@ -100,8 +101,7 @@ Row compare(const hexmesh::Result& result, const PointTable& table) {
   }
   if (places.empty())
     throw Error(ErrorKind::input, "no point of the reference lies in the cells, expected the same body in LPS and mm");
-  hexmesh::EmbeddedPoints(locator, result.cell_nodes, places)
-      .interpolate({result.displacement.front().data(), 3 * result.displacement.size()}, ours);
+  const std::vector<Vec3> ours = displacement_at(result, places);
   const std::vector<Vec3> zero(theirs.size(), Vec3::Zero());
   Row row = {{"points", places.size()}, {"outside", table.positions.size() - places.size()}};
   row["reference_displacement_mm"] = distances(theirs, zero).mean;

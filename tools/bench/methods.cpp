@@ -69,13 +69,7 @@ Outcome run_cells(const Method& method, const Experiment& experiment) {
   }
   out.strain_energy = report.strain_energy_n_mm;
   for (const hexsolver::ConditionReport& c : report.conditions) out.held += c.points;
-  out.at = [result](const std::vector<Vec3>& places) {
-    const hexmesh::CellLocator locator(result->voxels, result->voxels_per_cell, result->cells);
-    const hexmesh::EmbeddedPoints points(locator, result->cell_nodes, places);
-    std::vector<Vec3> u;
-    points.interpolate({result->displacement.front().data(), 3 * result->displacement.size()}, u);
-    return u;
-  };
+  out.at = [result](const std::vector<Vec3>& places) { return displacement_at(*result, places); };
   return out;
 }
 
@@ -138,6 +132,14 @@ std::string Method::name() const {
                                                   : "tetrahedra";
   if (fast) name += ", QR";
   return name + (solver == hexsolver::TetLinearSolver::cholesky ? ", Cholesky" : ", CG");
+}
+
+std::vector<Vec3> displacement_at(const hexmesh::Result& result, const std::vector<Vec3>& places) {
+  const hexmesh::CellLocator locator(result.voxels, result.voxels_per_cell, result.cells);
+  std::vector<Vec3> u;
+  hexmesh::EmbeddedPoints(locator, result.cell_nodes, places)
+      .interpolate({result.displacement.front().data(), 3 * result.displacement.size()}, u);
+  return u;
 }
 
 Outcome run(const Method& method, const Experiment& experiment) {

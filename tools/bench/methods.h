@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "hexmesh/file/result_file.h"
 #include "hexmesh/lattice/lattice.h"
 #include "hexmesh/tetra/tet_mesh.h"
 #include "hexsolver/baseline/tet_solver.h"
@@ -62,6 +63,9 @@ struct Outcome {
   std::function<std::vector<hexmesh::Vec3>(const std::vector<hexmesh::Vec3>&)> at;
   std::shared_ptr<const hexmesh::TetMesh> tets;  ///< nothing for cells
 };
+
+/// Displacements of a result at places of the body at rest [mm]; zero where no cell is near.
+std::vector<hexmesh::Vec3> displacement_at(const hexmesh::Result& result, const std::vector<hexmesh::Vec3>& places);
 
 /// @throws Error as the solvers do
 Outcome run(const Method& method, const Experiment& experiment);

@@ -11,10 +11,8 @@
 
 #include "hexmesh/core/error.h"
 #include "hexmesh/lattice/element_tree.h"
-#include "hexmesh/lattice/embedded_points.h"
 #include "hexmesh/scan/phantom.h"
 #include "hexsolver/dynamics.h"
-#include "hexsolver/equilibrium.h"
 #include "methods.h"
 #include "motion.h"
 
@@ -54,32 +52,35 @@ Condition patch(const std::string& name, const Vec3& center, double radius, cons
   return c;
 }
 
-struct Solution {
-  hexmesh::Result result;
-  bool converged = false;
-  std::string reason;
-
-  std::vector<Vec3> at(const std::vector<Vec3>& places) const {
-    const hexmesh::CellLocator locator(result.voxels, result.voxels_per_cell, result.cells);
-    std::vector<Vec3> u;
-    hexmesh::EmbeddedPoints(locator, result.cell_nodes, places)
-        .interpolate({result.displacement.front().data(), 3 * result.displacement.size()}, u);
-    return u;
-  }
-};
-
-Solution solve(const Lattice& lattice, const Scene& scene, int level) {
-  hexsolver::SolveReport report;
-  hexmesh::Result result = hexsolver::solve_equilibrium(lattice, scene, level, report);
-  return {std::move(result), report.converged, report.reason};
+/// A level under a scene, whose law and stiffness count.
+Outcome solve(const Lattice& lattice, const Scene& scene, int level) {
+  Method method{scene.stiffness == Stiffness::uniform ? Method::Kind::uniform_cells : Method::Kind::cells,
+                scene.elasticity};
+  method.level = level;
+  return run(method, {lattice, scene});
 }
 
 // --- Table 1 ---------------------------------------------------------------------------------------------------------
 
 constexpr double cylinder_radius = 50;  // mm; its height is twice that, as in the reference
 
+hexmesh::LabelVolume cylinder_phantom() {
+  hexmesh::SolidPhantom cylinder;
+  cylinder.name = "cylinder";
+  cylinder.spacing = 2.5;
+  cylinder.size = {{"radius", cylinder_radius}, {"height", 2 * cylinder_radius}};
+  return hexmesh::solid_phantom(cylinder);
+}
+
+/// Plates that hold its ends come nearer by a part of its height.
+std::vector<Condition> pressed(double compression) {
+  const double half = cylinder_radius, press = compression * cylinder_radius;
+  return {beyond("below", {0, 0, -half}, {0, 0, -1}, {0, 0, press}),
+          beyond("above", {0, 0, half}, {0, 0, 1}, {0, 0, -press})};
+}
+
 /// Radii on the circle half way between the plates over the radius times two: the paper's has 0.5.
-Distances radii(const Solution& s) {
+Distances radii(const Outcome& s) {
   constexpr int count = 360;
   std::vector<Vec3> rim;
   for (int n = 0; n < count; ++n) {
@@ -116,24 +117,16 @@ std::vector<Row> table1(const Console& console) {
                                              0.6111,
                                              {0.6194658, 0.6167130, 0.6222278, 0.0022409},
                                              {0.6189712, 0.6141881, 0.6232140, 0.0026136}}};
-  hexmesh::SolidPhantom cylinder;
-  cylinder.name = "cylinder";
-  cylinder.spacing = 2.5;
-  cylinder.size = {{"radius", cylinder_radius}, {"height", 2 * cylinder_radius}};
-  const hexmesh::LabelVolume volume = hexmesh::solid_phantom(cylinder);
+  const hexmesh::LabelVolume volume = cylinder_phantom();
   const std::map<std::string, Lattice> lattices = {{"well fitted", lattice_of(volume, 100, 0.49)},
                                                    {"badly fitted", lattice_of(volume, 100, 0.49, {0, {3, 5, 2}})}};
   std::vector<Row> rows;
   for (const Published& p : published) {
-    const double press = p.compression * 2 * cylinder_radius;
     const auto scene = [&](Elasticity law, Volumetric volumetric) {
       Scene s;
       s.elasticity = law;
       s.volumetric = volumetric;
-      s.tolerance = 1e-6;
-      const double half = cylinder_radius;
-      s.conditions = {beyond("below", {0, 0, -half}, {0, 0, -1}, {0, 0, press / 2}),
-                      beyond("above", {0, 0, half}, {0, 0, 1}, {0, 0, -press / 2})};
+      s.conditions = pressed(p.compression);
       return s;
     };
     const std::string percent = fmt::format("{:.0f} %", 100 * p.compression);
@@ -147,12 +140,12 @@ std::vector<Row> table1(const Console& console) {
                                             "reference, theirs {:+.0f} % (no clamped height gives it)",
                                             100 * (linear - p.linear) / (p.linear - 0.5),
                                             100 * (p.ansys - p.linear) / (p.linear - 0.5))}});
-    const Solution exact = solve(lattices.at("well fitted"), scene(Elasticity::corotational, Volumetric::mean), 1);
+    const Outcome exact = solve(lattices.at("well fitted"), scene(Elasticity::corotational, Volumetric::mean), 1);
     const double corotational = radii(exact).mean;
     for (const auto& [fit, lattice] : lattices)
       for (const auto& [name, volumetric] :
            {std::pair{"mean dilatation", Volumetric::mean}, {"the paper's cells", Volumetric::full}}) {
-        const Solution s = solve(lattice, scene(Elasticity::corotational, volumetric), 3);
+        const Outcome s = solve(lattice, scene(Elasticity::corotational, volumetric), 3);
         const Distances ours = radii(s), &theirs = fit == "well fitted" ? p.well : p.badly;
         Row row = {{"case", fmt::format("{}, {}, 20 mm, {}", percent, fit, name)}, {"paper", theirs.mean}};
         row["ours"] = ours.mean;
@@ -266,11 +259,10 @@ std::vector<Row> fig7(const Console& console) {
     const Mat3 r = rotation_of(p);
     Scene scene;
     scene.stiffness = stiffness;
-    scene.tolerance = 1e-6;
     scene.gravity = r * Vec3(0, 0, -9810);
     // The staircase of a rotated end is within a voxel of it.
     scene.conditions = {beyond("end", -r * Vec3(length / 2 - 0.8, 0, 0), -r.col(0), Vec3::Zero())};
-    const Solution s = solve(lattice, scene, level);
+    const Outcome s = solve(lattice, scene, level);
     converged = converged && s.converged;
     const auto in_frame = [&](const std::vector<Vec3>& where) {
       std::vector<Vec3> there;
@@ -465,13 +457,13 @@ std::vector<Row> table3(const Console& console) {
   // The paper prints two of these rates (its Table 2); the figure itself is a picture.
   const std::map<std::pair<int, int>, double> published = {
       {{242, 229}, 70}, {{242, 1455}, 43}, {{1346, 229}, 15}, {{1346, 1455}, 13}};
-  const std::array<int, 4> elements = {8, 46, 242, 1346};
+  const std::map<int, int> nodes_of = {{8, 27}, {46, 107}, {242, 436}, {1346, 2003}, {8913, 11378}};  // by elements
   std::vector<Row> rows;
   for (const nlohmann::json& l : bench_motion_levels(lattice, scene, console)) {
     const int cells = l["cells"].get<int>();
     int nearest = 8913;
-    for (const int e : elements)
-      if (std::abs(std::log(1.0 * e / cells)) < std::abs(std::log(1.0 * nearest / cells))) nearest = e;
+    for (const auto& [elements, nodes] : nodes_of)
+      if (std::abs(std::log(1.0 * elements / cells)) < std::abs(std::log(1.0 * nearest / cells))) nearest = elements;
     for (const nlohmann::json& surface : l["surfaces"]) {
       const int points = surface["points"].get<int>();
       const auto known = published.find({nearest, points});
@@ -482,6 +474,7 @@ std::vector<Row> table3(const Console& console) {
       row["reference"] = nullptr;
       row["nodes"] = l["nodes"].get<int>();
       row["points"] = points;
+      row["paper_nodes"] = nodes_of.at(nearest);
       row["reading"] = fmt::format(
           "the paper's nearest has {} cells, on a 2 GHz Pentium M with rendering; ours on one of "
           "today's threads, without",
@@ -514,16 +507,10 @@ std::vector<Row> uniform(const Console& console) {
     e.scene.conditions = {beyond("end", {-80, 0, 0}, {-1, 0, 0}, Vec3::Zero())};
     cases.push_back({name, std::move(e)});
   }
-  hexmesh::SolidPhantom cylinder;
-  cylinder.name = "cylinder";
-  cylinder.spacing = 2.5;
-  cylinder.size = {{"radius", cylinder_radius}, {"height", 2 * cylinder_radius}};
   for (const auto& [name, options] : {std::pair<const char*, hexmesh::LatticeOptions>{"cylinder, pressed by 10 %", {}},
                                       {"cylinder, shifted", {0, {3, 5, 2}}}}) {
-    Experiment e{lattice_of(hexmesh::solid_phantom(cylinder), 100, 0.49, options), {}};
-    const double half = cylinder_radius, press = 0.1 * cylinder_radius;
-    e.scene.conditions = {beyond("below", {0, 0, -half}, {0, 0, -1}, {0, 0, press}),
-                          beyond("above", {0, 0, half}, {0, 0, 1}, {0, 0, -press})};
+    Experiment e{lattice_of(cylinder_phantom(), 100, 0.49, options), {}};
+    e.scene.conditions = pressed(0.1);
     cases.push_back({name, std::move(e)});
   }
   std::vector<Row> rows;
