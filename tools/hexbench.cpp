@@ -163,9 +163,7 @@ int main(int argc, char** argv) {
              ->delimiter(',')
              ->check(CLI::Range(0, 1000))
              ->capture_default_str();
-         curve->add_option("--mesh", o->accuracy.meshes, "Tetrahedra to compare as well (.vtu, .msh, .inp)")
-             ->expected(1)
-             ->take_all();
+         add_repeated(*curve, "--mesh", o->accuracy.meshes, "Tetrahedra to compare as well (.vtu, .msh, .inp)");
          curve->add_option("--most-elements", o->accuracy.most_elements, "Of cells or tetrahedra to compare")
              ->check(CLI::Range(1e2, 1e8))
              ->capture_default_str();

@@ -361,7 +361,8 @@ private:
   }
 
   const Lattice& lattice_;
-  Scene scene_, coarse_scene_;
+  const Scene& scene_;
+  Scene coarse_scene_;
   int finest_;
   SolveReport& report_;
   const SolveProgress& progress_;

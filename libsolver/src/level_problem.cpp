@@ -72,10 +72,8 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
   find_islands(points);
   for (ConstraintPoint& p : points) {
     const Condition& condition = scene.conditions[static_cast<std::size_t>(p.condition)];
-    rest_points_.push_back(mesh().rest_position(p.cell, p.weights));
-    p.value = prescribed_displacement(condition, rest_points_.back(), at_the_end(scene));
+    p.value = prescribed_displacement(condition, mesh().rest_position(p.cell, p.weights), at_the_end(scene));
   }
-  prescribed_.resize(points.size());
   constraints_ = std::make_unique<Constraints>(mesh(), std::move(points));
   new_loads_ = make_loads(scene, lattice, level, mesh(), selector);
   for (const auto& load : new_loads_) loads_.push_back(load.get());
@@ -90,11 +88,14 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
 }
 
 void LevelProblem::set_progress(const Progress& progress) {
-  for (std::size_t p = 0; p < prescribed_.size(); ++p) {
-    const auto condition = static_cast<std::size_t>(constraints_->points()[p].condition);
-    prescribed_[p] = prescribed_displacement(scene_.conditions[condition], rest_points_[p], progress);
-  }
+  const std::vector<ConstraintPoint>& points = constraints_->points();
+  prescribed_.resize(points.size());
+  for (std::size_t p = 0; p < points.size(); ++p)
+    prescribed_[p] = prescribed_displacement(scene_.conditions[static_cast<std::size_t>(points[p].condition)],
+                                             mesh().rest_position(points[p].cell, points[p].weights), progress);
   constraints_->prescribe(prescribed_);
+  if (!scene_.dynamics)
+    prescribed_ = std::vector<Vec3>();  // a motion prescribes at every step and asks for no memory then
   const Vec3 whole = Vec3::Constant(scene_.dynamics ? 1 : progress.fraction);
   for (std::size_t n = 0; n < loads_.size(); ++n) {
     const bool changes = n < scene_.forces.size() && scene_.forces[n].history;

@@ -23,6 +23,7 @@ STYLES = {
     "tetrahedra, QR": dict(color="#8fb34f", marker="D", linestyle="-."),
     "tetrahedra": dict(color="#1f4e8c", marker="s", linestyle="--"),
 }
+OTHER = dict(color="#555555", marker="x", linestyle="-.")  # meshes of files
 plt.rcParams.update({"font.size": 10, "axes.grid": True, "grid.alpha": 0.3, "svg.hashsalt": "hextools"})
 
 
@@ -46,7 +47,7 @@ def error_of(row):
 def curves(rows, law, x):
     """(method, points) of the sharpest tolerance, coarse to fine."""
     rows = [r for r in rows if r["law"] == law and r["converged"] and error_of(r)]
-    for method in STYLES:
+    for method in dict.fromkeys([*STYLES, *(r["method"] for r in rows)]):
         own = [r for r in rows if r["method"] == method]
         if not own:
             continue
@@ -70,7 +71,7 @@ def plot_errors(rows, folder, x, label, name, with_front):
     for law, axis in zip(laws, axes[0]):
         everything = []
         for method, points in curves(rows, law, x):
-            axis.loglog(*zip(*points), label=method, markersize=5, **STYLES[method])
+            axis.loglog(*zip(*points), label=method, markersize=5, **STYLES.get(method, OTHER))
             everything += points
         if with_front and everything:
             front = pareto(everything)

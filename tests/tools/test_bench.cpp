@@ -93,6 +93,7 @@ TEST_F(Bench, AccuracyTakesAScanAndMeshesFromFiles) {
                                       [](const json& row) { return row.value("elements", 0) == 2; });
   ASSERT_NE(from_file, report["equilibria"].end());
   EXPECT_EQ((*from_file)["nodes"], 5);
+  EXPECT_EQ((*from_file)["method"], "two.msh, Cholesky");
   r = run("hexbench accuracy l.hexmesh liver.toml --laws maxwell");
   EXPECT_EQ(r.exit_code, 2);
   EXPECT_NE(r.errors.find("green-lagrange"), std::string::npos);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 
 #include "hexmesh/core/error.h"
@@ -199,9 +200,10 @@ private:
               m.tolerance = tolerance;
               entries_.push_back({m});
             }
-        for (const auto& mesh : meshes_) {
-          Method m{mesh->is_quadratic() ? Method::Kind::quadratic_tets : Method::Kind::tets, law};
-          m.mesh = mesh.get();
+        for (std::size_t n = 0; n < meshes_.size(); ++n) {
+          Method m{meshes_[n]->is_quadratic() ? Method::Kind::quadratic_tets : Method::Kind::tets, law};
+          m.mesh = meshes_[n].get();
+          m.mesh_name = std::filesystem::path(o_.meshes[n]).filename().string();
           m.solver = solver;
           m.tolerance = tolerance;
           entries_.push_back({m});
@@ -250,7 +252,7 @@ private:
     const Outcome& o = entry.outcome;
     Row row = {{"method", m.name()}, {"law", law_name(m.law)}, {"tolerance", m.tolerance}};
     row["level"] = m.is_cells() ? Row(m.level) : Row();
-    row["size_mm"] = m.is_cells() ? e_.lattice.cell_size(m.level).mean() : m.size;
+    row["size_mm"] = m.mesh ? Row() : Row(m.is_cells() ? e_.lattice.cell_size(m.level).mean() : m.size);
     row["converged"] = o.converged;
     if (!entry.error.empty() || !o.converged) row["reason"] = entry.error.empty() ? o.reason : entry.error;
     if (!entry.error.empty()) return row;

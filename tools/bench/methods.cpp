@@ -130,6 +130,7 @@ std::string Method::name() const {
   std::string name = kind == Kind::quadratic_tets ? "quadratic tetrahedra"
                      : kind == Kind::graded_tets  ? "tetrahedra, graded"
                                                   : "tetrahedra";
+  if (!mesh_name.empty()) name = mesh_name;
   if (fast) name += ", QR";
   return name + (solver == hexsolver::TetLinearSolver::cholesky ? ", Cholesky" : ", CG");
 }

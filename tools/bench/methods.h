@@ -36,6 +36,7 @@ struct Method {
   int level = 0;                                                    ///< of cells
   double size = 0;                                                  ///< edges of tetrahedra [mm]
   const hexmesh::TetMesh* mesh = nullptr;                           ///< in place of a size
+  std::string mesh_name;                                            ///< of that, where it has one
   hexsolver::TetLinearSolver solver = hexsolver::TetLinearSolver::cholesky;
   double tolerance = 1e-6;
 

@@ -7,6 +7,15 @@
 #include <cmath>
 
 namespace hextools {
+namespace {
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + "\"";
+}
+
+}  // namespace
 
 Distances statistics(const std::vector<double>& values) {
   if (values.empty()) return {};
@@ -56,8 +65,10 @@ std::string to_csv(const std::vector<Row>& rows) {
       const auto found = row.find(columns[c]);
       if (found != row.end() && found->is_number_float())
         text += fmt::format("{:.6g}", found->get<double>());
+      else if (found != row.end() && found->is_string())
+        text += quoted(found->get<std::string>());
       else if (found != row.end() && !found->is_null())
-        text += found->dump();  // strings in quotes
+        text += found->dump();
       end_cell(c);
     }
   return text;
