@@ -203,6 +203,18 @@ TEST(TetMotion, ComesToRestInEquilibrium) {
   }
 }
 
+TEST(TetMotion, FallsFreely) {
+  // Implicit Euler falls by g h^2 n (n + 1) / 2 in n steps.
+  const hexmesh::TetMesh mesh = box_of_tets({20, 10, 10}, {2, 1, 1});
+  Scene scene;
+  scene.gravity = {0, 0, -9810};
+  const TetProblem problem = make_tet_problem(mesh, of_material(20, 0.3), scene);
+  constexpr double h = 0.01;
+  TetMotion motion(problem, TetLaw::corotational, h, 60, {});
+  for (int n = 0; n < 5; ++n) motion.step();
+  for (const Vec3& u : motion.displacement()) EXPECT_LT((u - Vec3(0, 0, -9810 * h * h * 5 * 6 / 2)).norm(), 1e-6);
+}
+
 TEST(TetProblem, RefusesWhatTetrahedraKnowNothingOf) {
   const hexmesh::TetMesh mesh = box_of_tets({1, 1, 1}, {1, 1, 1});
   Scene scene;
