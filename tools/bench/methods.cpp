@@ -21,7 +21,7 @@ using hexsolver::TetLaw;
 
 namespace {
 
-/// What the process takes and took at most since `start_peak()` [MB]; 0 where the system does not tell.
+/// By how much the process grew at most since this was made [MB]; 0 where the system does not tell.
 class Memory {
 public:
   Memory() {
