@@ -35,10 +35,8 @@ Reference voxel_reference(const Experiment& e, Elasticity law) {
   Method method{Method::Kind::cells, law};
   method.tolerance = reference_tolerance;
   Reference r{run(method, e)};
-  for (const hexmesh::Index3& v : e.lattice.levels.front().cells)
-    r.all.push_back(e.lattice.voxels.position(Vec3(v[0], v[1], v[2])));
-  for (const hexmesh::ExposedFace& f : hexmesh::exposed_faces(e.lattice))
-    r.surface.push_back(e.lattice.voxels.position(hexmesh::face_index(f)));
+  r.all = voxel_centers(e.lattice);
+  r.surface = surface_centers(e.lattice);
   return r;
 }
 
@@ -122,13 +120,13 @@ private:
     return out;
   }
 
-  /// About a third as many tetrahedra from one size to the next, up to as many as the voxel reference has unknowns.
+  /// Three times as many tetrahedra from one size to the next.
   std::vector<double> sizes() const {
     std::vector<double> out;
-    for (double count = 300; count <= o_.most_elements; count *= 3) out.push_back(hexmesh_size(count));
+    for (double count = 300; count <= o_.most_elements; count *= 3) out.push_back(size_for(count));
     return out;
   }
-  double hexmesh_size(double count) const { return size_of_tets(e_.lattice, count); }
+  double size_for(double count) const { return size_of_tets(e_.lattice, count); }
 
   void find_references(Elasticity law) {
     References& r = references_[law];
@@ -151,12 +149,12 @@ private:
       voxels.u_surface = voxels.outcome.at(voxels.surface);
       r.voxels = std::move(voxels);
     }
-    Reference tets = tet_reference(e_, law, hexmesh_size(o_.reference_tets));
+    Reference tets = tet_reference(e_, law, size_for(o_.reference_tets));
     if (!note("quadratic tetrahedra", tets)) return;
     tets.u_all = tets.outcome.at(tets.all);
     tets.u_surface = tets.outcome.at(tets.surface);
     // How far the reference itself is off: against elements 1.6 times as long.
-    Reference coarser = tet_reference(e_, law, hexmesh_size(o_.reference_tets / 4));
+    Reference coarser = tet_reference(e_, law, size_for(o_.reference_tets / 4));
     Row& about = tables_.about["references"].back();
     if (coarser.outcome.converged)
       about["from_a_quarter_as_many_mm"] = distances(coarser.outcome.at(tets.all), tets.u_all).mean;
@@ -280,12 +278,7 @@ private:
     hexsolver::Scene scene = e_.scene;
     scene.elasticity = Elasticity::corotational;
     scene.finds_strain = false;
-    scene.dynamics = hexsolver::Dynamics{};
-    scene.dynamics->step = motion_step;
-    scene.dynamics->duration = motion_steps * motion_step;
-    scene.dynamics->solver = hexsolver::StepSolver::cg;
-    scene.dynamics->solver_iterations = iterations;
-    scene.dynamics->newton_iterations = 1;
+    scene.dynamics = paper_dynamics(motion_steps * motion_step, iterations);
     scene.damping = motion_damping;
     for (hexsolver::Condition& c : scene.conditions)
       if (!c.turn) c.history = hexsolver::History{{{0, Vec3::Zero()}, {scene.dynamics->duration / 2, c.by}}};
@@ -343,12 +336,7 @@ private:
           });
           const std::vector<Vec3> u = motion.displacement();
           Outcome outcome;
-          outcome.at = [&](const std::vector<Vec3>& places) {
-            const hexmesh::TetField field(mesh);
-            std::vector<Vec3> out;
-            for (const Vec3& p : places) out.push_back(field.at(p, u));
-            return out;
-          };
+          outcome.at = [&](const std::vector<Vec3>& places) { return displacement_at(mesh, u, places); };
           add({{"method", fast ? "tetrahedra, QR" : "tetrahedra"},
                {"iterations", iterations},
                {"elements", mesh.size()},

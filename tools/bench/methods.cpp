@@ -108,12 +108,7 @@ Outcome run_tets(const Method& method, const Experiment& experiment) {
   out.linear_iterations = report.linear_iterations;
   out.strain_energy = report.strain_energy;
   out.tets = mesh;
-  out.at = [mesh, u](const std::vector<Vec3>& places) {
-    const hexmesh::TetField field(*mesh);
-    std::vector<Vec3> out_u(places.size());
-    for (std::size_t n = 0; n < places.size(); ++n) out_u[n] = field.at(places[n], *u);
-    return out_u;
-  };
+  out.at = [mesh, u](const std::vector<Vec3>& places) { return displacement_at(*mesh, *u, places); };
   return out;
 }
 
@@ -141,6 +136,38 @@ std::vector<Vec3> displacement_at(const hexmesh::Result& result, const std::vect
   hexmesh::EmbeddedPoints(locator, result.cell_nodes, places)
       .interpolate({result.displacement.front().data(), 3 * result.displacement.size()}, u);
   return u;
+}
+
+std::vector<Vec3> displacement_at(const hexmesh::TetMesh& mesh, const std::vector<Vec3>& u,
+                                  const std::vector<Vec3>& places) {
+  const hexmesh::TetField field(mesh);
+  std::vector<Vec3> out;
+  for (const Vec3& p : places) out.push_back(field.at(p, u));
+  return out;
+}
+
+std::vector<Vec3> voxel_centers(const hexmesh::Lattice& lattice) {
+  std::vector<Vec3> out;
+  for (const hexmesh::Index3& v : lattice.levels.front().cells)
+    out.push_back(lattice.voxels.position(Vec3(v[0], v[1], v[2])));
+  return out;
+}
+
+std::vector<Vec3> surface_centers(const hexmesh::Lattice& lattice) {
+  std::vector<Vec3> out;
+  for (const hexmesh::ExposedFace& f : hexmesh::exposed_faces(lattice))
+    out.push_back(lattice.voxels.position(hexmesh::face_index(f)));
+  return out;
+}
+
+hexsolver::Dynamics paper_dynamics(double duration, int iterations) {
+  hexsolver::Dynamics d;
+  d.step = 0.02;
+  d.duration = duration;
+  d.solver = hexsolver::StepSolver::cg;
+  d.solver_iterations = iterations;
+  d.newton_iterations = 1;
+  return d;
 }
 
 Outcome run(const Method& method, const Experiment& experiment) {

@@ -68,6 +68,16 @@ struct Outcome {
 /// Displacements of a result at places of the body at rest [mm]; zero where no cell is near.
 std::vector<hexmesh::Vec3> displacement_at(const hexmesh::Result& result, const std::vector<hexmesh::Vec3>& places);
 
+/// Likewise of tetrahedra whose nodes are displaced by u.
+std::vector<hexmesh::Vec3> displacement_at(const hexmesh::TetMesh& mesh, const std::vector<hexmesh::Vec3>& u,
+                                           const std::vector<hexmesh::Vec3>& places);
+
+std::vector<hexmesh::Vec3> voxel_centers(const hexmesh::Lattice& lattice);    ///< of the material [mm]
+std::vector<hexmesh::Vec3> surface_centers(const hexmesh::Lattice& lattice);  ///< of exposed faces [mm]
+
+/// Steps of the paper: 0.02 s, a fixed number of conjugate gradient iterations, linearized once.
+hexsolver::Dynamics paper_dynamics(double duration, int iterations);
+
 /// @throws Error as the solvers do
 Outcome run(const Method& method, const Experiment& experiment);
 

@@ -309,8 +309,6 @@ std::vector<Row> fig7(const Console& console) {
 
 // --- Table 2 ---------------------------------------------------------------------------------------------------------
 
-constexpr double motion_step = 0.02;  // s
-
 /// The liver experiment on the phantom, the places of hexsolve --example: three patches held, a fourth moved by 40 mm.
 Experiment liver_experiment(double poisson) {
   constexpr double radius = 12;  // with 10 Green-Lagrange tetrahedra of some sizes have no solution
@@ -346,17 +344,12 @@ double seconds_of_step(Motion& motion) {
 double steps_per_second(const Experiment& e, const Method& method) {
   if (method.is_cells()) {
     Scene scene = e.scene;
-    scene.dynamics = hexsolver::Dynamics{};
-    scene.dynamics->step = motion_step;
-    scene.dynamics->duration = 1e4;
-    scene.dynamics->solver = hexsolver::StepSolver::cg;
-    scene.dynamics->solver_iterations = 10;
-    scene.dynamics->newton_iterations = 1;
+    scene.dynamics = paper_dynamics(1e4, 10);
     hexsolver::Motion motion(e.lattice, scene, method.level);
     return 1 / seconds_of_step(motion);
   }
   const auto problem = hexsolver::make_tet_problem(*method.mesh, e.lattice, e.scene);
-  hexsolver::TetMotion motion(problem, hexsolver::TetLaw::corotational_qr, motion_step, 10, {});
+  hexsolver::TetMotion motion(problem, hexsolver::TetLaw::corotational_qr, 0.02, 10, {});
   return 1 / seconds_of_step(motion);
 }
 
@@ -445,15 +438,9 @@ std::vector<Row> table3(const Console& console) {
   Scene scene;
   scene.gravity = {0, 0, -9810};
   scene.conditions = {beyond("right end", {-65, 0, 0}, {-1, 0, 0}, Vec3::Zero())};
-  scene.dynamics = hexsolver::Dynamics{};
-  scene.dynamics->step = motion_step;
-  scene.dynamics->duration = 1;
-  scene.dynamics->solver = hexsolver::StepSolver::cg;
-  scene.dynamics->solver_iterations = 10;
-  scene.dynamics->newton_iterations = 1;
+  scene.dynamics = paper_dynamics(1, 10);
   Lattice lattice = lattice_of(hexmesh::liver_phantom(4).labels, 100, 0.3);
-  for (const hexmesh::ExposedFace& f : hexmesh::exposed_faces(lattice))
-    lattice.surface.points.push_back(lattice.voxels.position(hexmesh::face_index(f)));
+  lattice.surface.points = surface_centers(lattice);
   // The paper prints two of these rates (its Table 2); the figure itself is a picture.
   const std::map<std::pair<int, int>, double> published = {
       {{242, 229}, 70}, {{242, 1455}, 43}, {{1346, 229}, 15}, {{1346, 1455}, 13}};
@@ -516,9 +503,7 @@ std::vector<Row> uniform(const Console& console) {
   std::vector<Row> rows;
   for (const Case& c : cases) {
     const Lattice& lattice = c.experiment.lattice;
-    std::vector<Vec3> voxels;
-    for (const hexmesh::Index3& v : lattice.levels.front().cells)
-      voxels.push_back(lattice.voxels.position(Vec3(v[0], v[1], v[2])));
+    const std::vector<Vec3> voxels = voxel_centers(lattice);
     const Outcome fine = run({Method::Kind::cells}, c.experiment);
     const std::vector<Vec3> limit = fine.at(voxels);
     double of_coarser = std::numeric_limits<double>::infinity();

@@ -55,11 +55,6 @@ public:
     return x;
   }
 
-  std::size_t bytes() {
-    const double entries = kind_ == TetLinearSolver::cholesky ? direct_.cholmod().lnz : 0;
-    return sizeof(double) * static_cast<std::size_t>(std::max(0.0, entries));
-  }
-
 private:
   TetLinearSolver kind_;
   Eigen::CholmodSupernodalLLT<Matrix, Eigen::Lower> direct_;
@@ -82,8 +77,6 @@ public:
 
   /// From u to equilibrium under a fraction of the loads.
   bool solve(double fraction, Vector& u);
-
-  std::size_t bytes() { return solver_.bytes() + static_cast<std::size_t>(system_.num_free()) * sizeof(int); }
 
 private:
   struct State {
@@ -202,7 +195,6 @@ std::vector<Vec3> solve_tets(const TetProblem& problem, const TetOptions& option
   report.converged = report.load_fraction == 1;
   if (report.converged) report.reason = "residual below tolerance";
   report.solve_seconds = solve.seconds();
-  report.bytes = newton.bytes();
   return by_node(u);
 }
 

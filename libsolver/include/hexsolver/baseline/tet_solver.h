@@ -31,7 +31,6 @@ struct TetReport {
   double min_jacobian = 1;   ///< at the points of integration
   double setup_seconds = 0;  ///< pattern of the matrix and its ordering
   double solve_seconds = 0;
-  std::size_t bytes = 0;  ///< of matrix and factor
 };
 
 /// Static equilibrium of tetrahedra: Newton on an assembled matrix, clamped where it is not positive, line search, the
