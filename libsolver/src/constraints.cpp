@@ -467,6 +467,13 @@ std::vector<double> Constraints::contradiction() const {
   return distance;
 }
 
+bool Constraints::hold(const NodeVector& d, const NodeVector& u) const {
+  constexpr double nothing = 1e-9;
+  double largest = u.lpNorm<Eigen::Infinity>();
+  for (const ConstraintPoint& p : points_) largest = std::max(largest, p.value.lpNorm<Eigen::Infinity>());
+  return d.lpNorm<Eigen::Infinity>() <= nothing * largest;
+}
+
 double Constraints::violation(const NodeVector& u) const { return lift(u).lpNorm<Eigen::Infinity>(); }
 
 }  // namespace hexsolver

@@ -347,7 +347,7 @@ bool Motion::Integrator::try_part(double h) {
     problem_.potential().linearize(end_, Hessian::exact);
     const double relative = relative_residual();
     problem_.constraints().lift(end_, support_step_);
-    supports_hold_ = support_step_.lpNorm<Eigen::Infinity>() < 1e-9 * std::max(1.0, end_.lpNorm<Eigen::Infinity>());
+    supports_hold_ = problem_.constraints().hold(support_step_, end_);
     const bool may_end = is_to_tolerance() ? supports_hold_ && relative <= scene_.tolerance : iteration >= least;
     if (may_end && accept(h, start)) {
       counts.relative_residual = relative;

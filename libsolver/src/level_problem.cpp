@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "hexmesh/core/error.h"
@@ -56,6 +57,27 @@ double largest_prescribed(const Constraints& constraints) {
   return largest;
 }
 
+/// Beyond this single precision loses what is soft beside what is stiff: an inclusion 1e4 and 1e6 times stiffer took 40
+/// and 67 iterations in double precision, 40 and no end in single.
+constexpr double most_contrast_in_single = 1e3;
+
+bool is_of_high_contrast(const Lattice& lattice) {
+  double softest = std::numeric_limits<double>::infinity(), stiffest = 0;
+  for (const hexmesh::VoxelMaterial& m : lattice.materials) {
+    softest = std::min(softest, m.material.young);
+    stiffest = std::max(stiffest, m.material.young);
+  }
+  return stiffest > most_contrast_in_single * softest;
+}
+
+/// A motion makes its factors again and again. Coarser levels are a poor copy of cells that share stiff and soft: of
+/// an inclusion 1e6 times stiffer in 125 cells two levels took 6,800 iterations.
+std::size_t coarsest_dofs(const Lattice& lattice, const Scene& scene) {
+  constexpr std::size_t of_high_contrast = 6000;
+  if (scene.dynamics) return Multigrid::most_dense;
+  return is_of_high_contrast(lattice) ? of_high_contrast : Hierarchy::usual_coarsest_dofs;
+}
+
 Progress at_the_end(const Scene& scene) { return {1, scene.dynamics ? scene.dynamics->duration : 0}; }
 
 }  // namespace
@@ -66,7 +88,8 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
       level_(level),
       hierarchy_(
           Mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner()),
-          lattice.corner(), scene.dynamics ? Multigrid::most_dense : Hierarchy::usual_coarsest_dofs) {
+          lattice.corner(), coarsest_dofs(lattice, scene)) {
+  hierarchy_.in_double = is_of_high_contrast(lattice);
   Selector selector(lattice, level, mesh());
   std::vector<ConstraintPoint> points = select_points(scene, selector);
   find_islands(points);

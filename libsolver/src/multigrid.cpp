@@ -3,9 +3,11 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <unordered_map>
 
 #include "cell_product.h"
 #include "hexmesh/core/bytes.h"
@@ -42,7 +44,10 @@ void to_parent(CellMatrix& k, int slot, const Index3& factor) {
   }
 }
 
-double wide_dot(const FloatNodeVector& x, const FloatNodeVector& y) { return x.cast<double>().dot(y.cast<double>()); }
+template <class Vector>
+double wide_dot(const Vector& x, const Vector& y) {
+  return x.template cast<double>().dot(y.template cast<double>());
+}
 
 }  // namespace
 
@@ -69,7 +74,83 @@ std::size_t Hierarchy::bytes() const {
   return sum;
 }
 
-Multigrid::Multigrid(const Hierarchy& hierarchy, const Potential& potential, const Constraints& constraints)
+/// What a Multigrid works with.
+class Multigrid::Cycles {
+public:
+  virtual ~Cycles() = default;
+  virtual void update() = 0;
+  virtual bool is_positive() const noexcept = 0;
+  virtual void apply(const NodeVector& r, NodeVector& z) const = 0;
+  virtual std::size_t bytes() const = 0;
+};
+
+template <class Scalar>
+class Multigrid::CyclesOf final : public Multigrid::Cycles {
+public:
+  CyclesOf(const Hierarchy& hierarchy, const Potential& potential, const Constraints& constraints);
+  void update() override;
+  bool is_positive() const noexcept override { return positive_; }
+  void apply(const NodeVector& r, NodeVector& z) const override;
+  std::size_t bytes() const override;
+
+private:
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  using Matrix = Eigen::Matrix<Scalar, 24, 24>;
+  using Block = Eigen::Matrix<Scalar, 3, 3>;
+  using Point = Eigen::Matrix<Scalar, 3, 1>;
+  struct Level {
+    std::vector<std::int32_t> index;  ///< cell -> pool; empty on a finest level of unlike cells
+    std::vector<Matrix> pool;
+    std::vector<Block> inverse_diagonal;  ///< per node
+    double largest_eigenvalue = 0;        ///< of D^-1 A
+    mutable Vector b, x, r, d, t;         ///< work space of a cycle
+  };
+
+  void share_finest();
+  void choose_support_weights();
+  void coarsen(std::size_t level);
+  bool invert_diagonal(Level& level, const std::vector<Mat3>& diagonal);
+  void estimate_eigenvalue(std::size_t level);
+  void factor_coarsest();
+  void solve_coarsest(const Vector& b, Vector& x) const;
+  CellMatrix cell_matrix(std::size_t level, std::size_t cell) const;
+  void multiply(std::size_t level, const Vector& x, Vector& y) const;
+  void scale_by_diagonal(std::size_t level, const Vector& r, Vector& d) const;
+  void smooth(std::size_t level, const Vector& b, Vector& x, bool from_zero) const;
+  void cycle(std::size_t level, const Vector& b, Vector& x) const;
+
+  const Hierarchy& hierarchy_;
+  const Potential& potential_;
+  const Constraints& constraints_;
+  std::unordered_map<std::size_t, std::vector<std::size_t>> points_of_cell_;  ///< constraint points, finest level
+  std::vector<double> support_weight_;                                        ///< w of each condition [N/mm]
+  std::vector<Level> levels_;
+  mutable NodeVector wide_x_, wide_y_;  ///< for the operator of unlike cells, where Scalar is single
+  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> coarsest_;
+  Eigen::MatrixXd dense_matrix_;
+  Eigen::LLT<Eigen::MatrixXd> dense_;  ///< in place of coarsest_ where that is small
+  mutable NodeVector dense_x_;
+  std::vector<Mat3> diagonal_;  ///< space for coarsen()
+  std::vector<char> computes_;  ///< likewise
+  bool positive_ = true;
+};
+
+Multigrid::Multigrid(const Hierarchy& hierarchy, const Potential& potential, const Constraints& constraints) {
+  if (hierarchy.in_double)
+    cycles_ = std::make_unique<CyclesOf<double>>(hierarchy, potential, constraints);
+  else
+    cycles_ = std::make_unique<CyclesOf<float>>(hierarchy, potential, constraints);
+}
+
+Multigrid::~Multigrid() = default;
+void Multigrid::update() { cycles_->update(); }
+bool Multigrid::is_positive() const noexcept { return cycles_->is_positive(); }
+void Multigrid::apply(const NodeVector& r, NodeVector& z) const { cycles_->apply(r, z); }
+std::size_t Multigrid::bytes() const { return cycles_->bytes(); }
+
+template <class Scalar>
+Multigrid::CyclesOf<Scalar>::CyclesOf(const Hierarchy& hierarchy, const Potential& potential,
+                                      const Constraints& constraints)
     : hierarchy_(hierarchy), potential_(potential), constraints_(constraints), levels_(hierarchy.meshes.size()) {
   for (std::size_t p = 0; p < constraints.held().size(); ++p)
     points_of_cell_[static_cast<std::size_t>(constraints.held()[p].cell)].push_back(p);
@@ -77,7 +158,8 @@ Multigrid::Multigrid(const Hierarchy& hierarchy, const Potential& potential, con
   update();
 }
 
-void Multigrid::update() {
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::update() {
   positive_ = true;
   share_finest();
   for (std::size_t level = 0; level + 1 < levels_.size() && positive_; ++level) {
@@ -88,7 +170,8 @@ void Multigrid::update() {
 }
 
 /// Where all cells of the finest level share Hessians, the cycle works on single-precision copies of these.
-void Multigrid::share_finest() {
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::share_finest() {
   const std::size_t count = hierarchy_.meshes[0].num_cells();
   levels_[0].index.clear();
   levels_[0].pool.clear();
@@ -107,10 +190,11 @@ void Multigrid::share_finest() {
   Level& finest = levels_[0];
   finest.index = std::move(index);
   for (const std::size_t c : first)
-    finest.pool.push_back(c == count ? FloatMatrix::Zero() : FloatMatrix(potential_.cell_hessian(c).cast<float>()));
+    finest.pool.push_back(c == count ? Matrix::Zero() : Matrix(potential_.cell_hessian(c).template cast<Scalar>()));
 }
 
-void Multigrid::choose_support_weights() {
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::choose_support_weights() {
   // w makes the supports' largest nodal weight, sum_p H_pn, about `support_stiffness` nodal stiffnesses.
   std::size_t num_conditions = 0;
   for (const ConstraintPoint& p : constraints_.held())
@@ -134,8 +218,10 @@ void Multigrid::choose_support_weights() {
     support_weight_.push_back(density[c] > 0 ? support_stiffness * stiffness[c] / density[c] : 0);
 }
 
-CellMatrix Multigrid::cell_matrix(std::size_t level, std::size_t cell) const {
-  if (level > 0) return levels_[level].pool[static_cast<std::size_t>(levels_[level].index[cell])].cast<double>();
+template <class Scalar>
+CellMatrix Multigrid::CyclesOf<Scalar>::cell_matrix(std::size_t level, std::size_t cell) const {
+  if (level > 0)
+    return levels_[level].pool[static_cast<std::size_t>(levels_[level].index[cell])].template cast<double>();
   CellMatrix k = potential_.cell_hessian(cell);
   const auto found = points_of_cell_.find(cell);
   if (found == points_of_cell_.end()) return k;
@@ -153,7 +239,8 @@ CellMatrix Multigrid::cell_matrix(std::size_t level, std::size_t cell) const {
   return k;
 }
 
-void Multigrid::coarsen(std::size_t level) {
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
   const Mesh& fine = hierarchy_.meshes[level];
   const Mesh& coarse = hierarchy_.meshes[level + 1];
   const hexmesh::Merge& merge = hierarchy_.merges[level];
@@ -209,23 +296,25 @@ void Multigrid::coarsen(std::size_t level) {
       to_parent(k, slot, merge.factor);
       sum += k;
     }
-    if (computes[parent]) to.pool[static_cast<std::size_t>(to.index[parent])] = sum.cast<float>();
+    if (computes[parent]) to.pool[static_cast<std::size_t>(to.index[parent])] = sum.template cast<Scalar>();
   });
   positive_ = invert_diagonal(levels_[level], diagonal);
 }
 
-bool Multigrid::invert_diagonal(Level& level, const std::vector<Mat3>& diagonal) {
+template <class Scalar>
+bool Multigrid::CyclesOf<Scalar>::invert_diagonal(Level& level, const std::vector<Mat3>& diagonal) {
   level.inverse_diagonal.resize(diagonal.size());
   bool positive = true;
   for (std::size_t n = 0; n < diagonal.size(); ++n) {
     const Eigen::LLT<Mat3> factor(diagonal[n]);
     positive = positive && factor.info() == Eigen::Success;
-    level.inverse_diagonal[n] = factor.solve(Mat3::Identity()).cast<float>();
+    level.inverse_diagonal[n] = factor.solve(Mat3::Identity()).template cast<Scalar>();
   }
   return positive;
 }
 
-void Multigrid::factor_coarsest() {
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::factor_coarsest() {
   // A level of its own is solved at once: K + w (1 - P), which in the range of P is as good as P K P for large w.
   constexpr double held_over_nodal = 1e6;
   const std::size_t level = levels_.size() - 1;
@@ -275,60 +364,71 @@ void Multigrid::factor_coarsest() {
   positive_ = coarsest_.info() == Eigen::Success;
 }
 
-void Multigrid::solve_coarsest(const FloatNodeVector& b, FloatNodeVector& x) const {
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::solve_coarsest(const Vector& b, Vector& x) const {
   if (dense_matrix_.size() == 0) {
-    x = coarsest_.solve(b.cast<double>()).cast<float>();
+    x = coarsest_.solve(b.template cast<double>()).template cast<Scalar>();
     return;
   }
-  dense_x_ = b.cast<double>();
+  dense_x_ = b.template cast<double>();
   dense_.solveInPlace(dense_x_);
-  x = dense_x_.cast<float>();
+  x = dense_x_.template cast<Scalar>();
 }
 
-void Multigrid::multiply(std::size_t level, const FloatNodeVector& x, FloatNodeVector& y) const {
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::multiply(std::size_t level, const Vector& x, Vector& y) const {
   const Mesh& mesh = hierarchy_.meshes[level];
   if (!levels_[level].pool.empty()) {
     set_zero(y, x.size());
     mesh.for_each_cell([&](std::size_t c) {
-      const Eigen::Matrix<float, 24, 1> v = mesh.gather(c, x);
-      Eigen::Matrix<float, 24, 1> w;
+      const Eigen::Matrix<Scalar, 24, 1> v = mesh.gather(c, x);
+      Eigen::Matrix<Scalar, 24, 1> w;
       multiply24(levels_[level].pool[static_cast<std::size_t>(levels_[level].index[c])].data(), v.data(), w.data());
       mesh.scatter_add(c, w, y);
     });
+  } else if constexpr (std::is_same_v<Scalar, double>) {
+    potential_.apply(x, y);
   } else {
     wide_x_.resize(x.size());
     parallel_for(x.size(), [&](Index n) { wide_x_[n] = static_cast<double>(x[n]); });
     potential_.apply(wide_x_, wide_y_);
     y.resize(x.size());
-    parallel_for(x.size(), [&](Index n) { y[n] = static_cast<float>(wide_y_[n]); });
+    parallel_for(x.size(), [&](Index n) { y[n] = static_cast<Scalar>(wide_y_[n]); });
   }
   if (level == 0) constraints_.project(y);
 }
 
-void Multigrid::scale_by_diagonal(std::size_t level, const FloatNodeVector& r, FloatNodeVector& d) const {
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::scale_by_diagonal(std::size_t level, const Vector& r, Vector& d) const {
   d.resize(r.size());
   const auto& inverse = levels_[level].inverse_diagonal;
   const auto count = static_cast<std::ptrdiff_t>(inverse.size());
   for_each_node(count, [&](std::ptrdiff_t n) {
-    d.segment<3>(3 * n) = inverse[static_cast<std::size_t>(n)] * r.segment<3>(3 * n);
+    d.template segment<3>(3 * n) = inverse[static_cast<std::size_t>(n)] * r.template segment<3>(3 * n);
   });
   if (level == 0) constraints_.project(d);
 }
 
-void Multigrid::estimate_eigenvalue(std::size_t level) {
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::estimate_eigenvalue(std::size_t level) {
   // Lanczos' process as conjugate gradients with D^-1, from a rough right-hand side that is always the same; the power
   // iteration falls short by 10 % after as many steps where slivers make the largest eigenvalues local.
   // Source: Saad, Iterative Methods for Sparse Linear Systems, 2nd ed. (2003), section 6.7.3.
   constexpr int most_steps = 12;
   constexpr double margin = 1.1;
   Level& l = levels_[level];
-  FloatNodeVector &r = l.b, &z = l.x, &p = l.r, &q = l.t;  // free before a cycle
+  Vector &r = l.b, &z = l.x, &p = l.r, &q = l.t;  // free before a cycle
   r.resize(static_cast<Index>(hierarchy_.meshes[level].num_dofs()));
   std::uint32_t state = 12345;
-  for (float& v : r) {
+  for (Scalar& v : r) {
     state = state * 1664525U + 1013904223U;
-    v = static_cast<float>(state >> 8) / (1U << 24) - 0.5F;
+    v = static_cast<Scalar>(state >> 8) / (1U << 24) - Scalar(0.5);
   }
+  // As large in stiff material as in soft, as D^-1 A sees it: what starts at nothing is not found in a few steps.
+  const auto count = static_cast<std::ptrdiff_t>(l.inverse_diagonal.size());
+  for_each_node(count, [&](std::ptrdiff_t n) {
+    r.template segment<3>(3 * n) /= std::sqrt(l.inverse_diagonal[static_cast<std::size_t>(n)].trace());
+  });
   if (level == 0) constraints_.project(r);
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_steps, 1> diagonal(most_steps), beside(most_steps);
   double rz = 1, alpha = 1;
@@ -340,7 +440,7 @@ void Multigrid::estimate_eigenvalue(std::size_t level) {
     if (steps == 0)
       p = z;
     else
-      p = z + static_cast<float>(beta) * p;
+      p = z + static_cast<Scalar>(beta) * p;
     multiply(level, p, q);
     const double curvature = wide_dot(p, q);
     if (!(curvature > 0)) break;
@@ -348,7 +448,7 @@ void Multigrid::estimate_eigenvalue(std::size_t level) {
     if (steps > 0) beside[steps - 1] = std::sqrt(beta) / alpha;
     alpha = rz_next / curvature;
     rz = rz_next;
-    r -= static_cast<float>(alpha) * q;
+    r -= static_cast<Scalar>(alpha) * q;
   }
   double largest = 1;
   if (steps > 0) {
@@ -360,15 +460,14 @@ void Multigrid::estimate_eigenvalue(std::size_t level) {
   levels_[level].largest_eigenvalue = margin * largest;
 }
 
-void Multigrid::smooth(std::size_t level, const FloatNodeVector& b, FloatNodeVector& x, bool from_zero) const {
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::smooth(std::size_t level, const Vector& b, Vector& x, bool from_zero) const {
   // Chebyshev iteration for D^-1 A x = D^-1 b on [smallest, largest], each step one pass over the vectors.
   // Source: Saad, Iterative Methods for Sparse Linear Systems, 2nd ed. (2003), algorithm 12.1.
   const Level& l = levels_[level];
   const double largest = l.largest_eigenvalue, smallest = largest / smoothing_range;
   const double theta = (largest + smallest) / 2, delta = (largest - smallest) / 2, sigma = theta / delta;
-  const auto inverse = [&](Index n) -> const Eigen::Matrix3f& {
-    return l.inverse_diagonal[static_cast<std::size_t>(n)];
-  };
+  const auto inverse = [&](Index n) -> const Block& { return l.inverse_diagonal[static_cast<std::size_t>(n)]; };
   const Index count = static_cast<Index>(l.inverse_diagonal.size());
   l.r.resize(b.size());
   l.d.resize(b.size());
@@ -377,22 +476,23 @@ void Multigrid::smooth(std::size_t level, const FloatNodeVector& b, FloatNodeVec
   else
     multiply(level, x, l.t);
   for_each_node(count, [&](std::ptrdiff_t n) {
-    Eigen::Vector3f r = b.segment<3>(3 * n);
-    if (!from_zero) r -= l.t.segment<3>(3 * n);
-    l.r.segment<3>(3 * n) = r;
-    l.d.segment<3>(3 * n) = inverse(n) * r * static_cast<float>(1 / theta);
+    Point r = b.template segment<3>(3 * n);
+    if (!from_zero) r -= l.t.template segment<3>(3 * n);
+    l.r.template segment<3>(3 * n) = r;
+    l.d.template segment<3>(3 * n) = inverse(n) * r * static_cast<Scalar>(1 / theta);
   });
   double rho = 1 / sigma;
   for (int k = 1; k < chebyshev_degree; ++k) {
     if (level == 0) constraints_.project(l.d);
     multiply(level, l.d, l.t);
     const double next = 1 / (2 * sigma - rho);
-    const auto keep = static_cast<float>(next * rho), add = static_cast<float>(2 * next / delta);
+    const auto keep = static_cast<Scalar>(next * rho), add = static_cast<Scalar>(2 * next / delta);
     for_each_node(count, [&](std::ptrdiff_t n) {
-      const Eigen::Vector3f d = l.d.segment<3>(3 * n), r = l.r.segment<3>(3 * n) - l.t.segment<3>(3 * n);
-      x.segment<3>(3 * n) += d;
-      l.r.segment<3>(3 * n) = r;
-      l.d.segment<3>(3 * n) = keep * d + add * (inverse(n) * r);
+      const Point d = l.d.template segment<3>(3 * n),
+                  r = l.r.template segment<3>(3 * n) - l.t.template segment<3>(3 * n);
+      x.template segment<3>(3 * n) += d;
+      l.r.template segment<3>(3 * n) = r;
+      l.d.template segment<3>(3 * n) = keep * d + add * (inverse(n) * r);
     });
     rho = next;
   }
@@ -400,7 +500,8 @@ void Multigrid::smooth(std::size_t level, const FloatNodeVector& b, FloatNodeVec
   parallel_for(x.size(), [&](Index n) { x[n] += l.d[n]; });
 }
 
-void Multigrid::cycle(std::size_t level, const FloatNodeVector& b, FloatNodeVector& x) const {
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::cycle(std::size_t level, const Vector& b, Vector& x) const {
   if (level + 1 == levels_.size()) {
     solve_coarsest(b, x);
     return;
@@ -419,15 +520,17 @@ void Multigrid::cycle(std::size_t level, const FloatNodeVector& b, FloatNodeVect
   smooth(level, b, x, false);
 }
 
-std::size_t Multigrid::bytes() const {
+template <class Scalar>
+std::size_t Multigrid::CyclesOf<Scalar>::bytes() const {
   std::size_t sum = 0;
   for (const Level& l : levels_)
     sum += bytes_of(l.index) + bytes_of(l.pool) + bytes_of(l.inverse_diagonal) +
-           sizeof(float) * static_cast<std::size_t>(l.b.size() + l.x.size() + l.r.size() + l.d.size() + l.t.size());
+           sizeof(Scalar) * static_cast<std::size_t>(l.b.size() + l.x.size() + l.r.size() + l.d.size() + l.t.size());
   return sum;
 }
 
-void Multigrid::apply(const NodeVector& r, NodeVector& z) const {
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::apply(const NodeVector& r, NodeVector& z) const {
   // In units of |r|: single precision has room for digits, not for scales.
   const double scale = r.lpNorm<Eigen::Infinity>();
   if (!(scale > 0)) {
@@ -437,7 +540,7 @@ void Multigrid::apply(const NodeVector& r, NodeVector& z) const {
   const Level& finest = levels_[0];
   const double inverse = 1 / scale;
   finest.b.resize(r.size());
-  parallel_for(r.size(), [&](Index n) { finest.b[n] = static_cast<float>(inverse * r[n]); });
+  parallel_for(r.size(), [&](Index n) { finest.b[n] = static_cast<Scalar>(inverse * r[n]); });
   cycle(0, finest.b, finest.x);
   z.resize(r.size());
   parallel_for(r.size(), [&](Index n) { z[n] = scale * static_cast<double>(finest.x[n]); });

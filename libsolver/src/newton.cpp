@@ -60,6 +60,7 @@ public:
 
 private:
   Residual residual(const NodeVector& u) const;
+  double rounding(const NodeVector& u) const;
   double energy_rounding(double energy, const NodeVector& step) const;
   void prepare(const NodeVector& u, double clamping);
   LinearOutcome find_step(const NodeVector& u, const NodeVector& gradient, const NodeVector& support_step,
@@ -77,13 +78,22 @@ private:
   ConjugateGradients conjugate_gradients_;
 };
 
+/// Size of the rounding errors in a gradient [N]. Cells that do not turn add up displacements alone, which may be far
+/// smaller than the places of nodes.
+double Minimizer::rounding(const NodeVector& u) const {
+  const double in_half_edges =
+      u.lpNorm<Eigen::Infinity>() / (0.5 * potential_.mesh().edges().colwise().norm().minCoeff());
+  return potential_.is_linear() ? std::min(1.0, in_half_edges) * rounding_ : rounding_;
+}
+
 /// |P g| over the sum of absolute cell forces and loads; forces of the size of rounding errors count as balanced.
 Residual Minimizer::residual(const NodeVector& u) const {
   Residual residual;
   NodeVector magnitude;
   potential_.gradient(u, residual.gradient, magnitude);
   constraints_.project(residual.gradient);
-  residual.relative = residual.gradient.norm() / (magnitude.norm() + rounding_ / options_.tolerance);
+  const double balanced = magnitude.norm() + rounding(u) / options_.tolerance;
+  residual.relative = balanced > 0 ? residual.gradient.norm() / balanced : 0;
   return residual;
 }
 
@@ -178,8 +188,7 @@ NewtonReport Minimizer::run(NodeVector& u, const NewtonProgress& progress) {
   while (true) {
     report.relative_residual = now.relative;
     NodeVector support_step = constraints_.lift(u);
-    const bool supports_hold =
-        support_step.lpNorm<Eigen::Infinity>() < 1e-9 * std::max(1.0, u.lpNorm<Eigen::Infinity>());
+    const bool supports_hold = constraints_.hold(support_step, u);
     if (supports_hold && now.relative <= options_.tolerance) break;
     if (report.iterations == options_.max_iterations) {
       report.reason = "too many Newton iterations (does the body buckle or fold there?)";

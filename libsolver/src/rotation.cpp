@@ -11,13 +11,34 @@
 namespace hexsolver {
 namespace {
 
-/// For any F, by singular values; a tie is broken by the order in which they are found.
+/// The last of the directions v in which F flips, singular values sigma descending. Where more than one are equal to
+/// the smallest, the nearest to the first axis of z, y, x that is near: cells that are mirrored alike then flip alike.
+Vec3 flipped_direction(const Mat3& v, const Vec3& sigma) {
+  constexpr double equal = 1e-11;
+  if (sigma[1] - sigma[2] > equal * sigma[0]) return v.col(2);
+  const bool all_equal = sigma[0] - sigma[2] <= equal * sigma[0];
+  for (int axis = 2; axis >= 0; --axis) {
+    Vec3 near = Vec3::Unit(axis);
+    if (!all_equal) near -= v(axis, 0) * v.col(0);
+    if (near.norm() > 0.5) return near.normalized();
+  }
+  return v.col(2);
+}
+
+/// For any F, by singular values.
 Polar by_singular_values(const Mat3& f) {
   Eigen::JacobiSVD<Mat3> svd(f, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Mat3 u = svd.matrixU();
-  const Mat3& v = svd.matrixV();
+  Mat3 u = svd.matrixU(), v = svd.matrixV();
   Vec3 sigma = svd.singularValues();  // descending
   if (u.determinant() * v.determinant() < 0) {
+    const Vec3 flipped = flipped_direction(v, sigma);
+    if (flipped != v.col(2)) {
+      const Mat3 q = u * v.transpose();
+      const Vec3 first = v.col(0) - flipped * flipped.dot(v.col(0));
+      const Vec3 kept = first.norm() > 0.5 ? Vec3(first.normalized()) : flipped.unitOrthogonal();
+      v << kept, flipped.cross(kept), flipped;
+      u = q * v;
+    }
     u.col(2) = -u.col(2);
     sigma[2] = -sigma[2];
   }

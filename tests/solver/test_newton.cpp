@@ -138,19 +138,21 @@ TEST(Newton, MissingSupportsAreNoSuccess) {
 TEST(Multigrid, IsSymmetricAndFewIterationsSolveALinearBody) {
   const Lattice lattice = bitten_ball({0.8, 0.8, 2.5});
   Body body(lattice, 0, Elasticity::cauchy);
-  const Hierarchy hierarchy(body.mesh, lattice.corner(), 300);
+  Hierarchy hierarchy(body.mesh, lattice.corner(), 300);
   ASSERT_GE(hierarchy.meshes.size(), 3U);
   const Constraints constraints(
       body.mesh, hold_nodes(
                      body.mesh, [](const Vec3& x) { return x[0] < 14; }, [](const Vec3&) { return Vec3::Zero(); }));
-  const Multigrid multigrid(hierarchy, body.potential, constraints);
-  ASSERT_TRUE(multigrid.is_positive());
   NodeVector a = noise(body.mesh.num_dofs(), 1, 1), b = noise(body.mesh.num_dofs(), 1, 2), ma, mb;
   constraints.project(a);
   constraints.project(b);
-  multigrid.apply(a, ma);
-  multigrid.apply(b, mb);
-  // The cycle works in single precision.
-  EXPECT_NEAR(a.dot(mb), b.dot(ma), 1e-5 * std::sqrt(a.dot(ma) * b.dot(mb)));
-  EXPECT_GT(a.dot(ma), 0);
+  for (const bool in_double : {false, true}) {
+    hierarchy.in_double = in_double;
+    const Multigrid multigrid(hierarchy, body.potential, constraints);
+    ASSERT_TRUE(multigrid.is_positive());
+    multigrid.apply(a, ma);
+    multigrid.apply(b, mb);
+    EXPECT_NEAR(a.dot(mb), b.dot(ma), (in_double ? 1e-12 : 1e-5) * std::sqrt(a.dot(ma) * b.dot(mb)));
+    EXPECT_GT(a.dot(ma), 0);
+  }
 }

@@ -50,6 +50,28 @@ TEST(Polar, AnInvertedCellKeepsTheRotationOfItsLongSides) {
   EXPECT_NEAR(p.stretch.determinant(), -0.22, 1e-12);
 }
 
+TEST(Polar, CellsMirroredInAnyPlaneFlipAlike) {
+  // All ways to flip are equally short. R = F diag(1, 1, -1) is the one along the material's z.
+  const Mat3 along_z = Vec3(1, 1, -1).asDiagonal();
+  for (unsigned seed = 1; seed <= 50; ++seed) {
+    const Vec3 n = random_rotation(seed).col(0);
+    const Mat3 f = random_rotation(seed + 100) * (Mat3::Identity() - 2 * n * n.transpose());
+    for (const double scale : {1e-3, 1.0, 1e3}) {
+      const Polar p = polar_decomposition(scale * f);
+      EXPECT_LT((p.rotation - f * along_z).norm(), 1e-12) << seed;
+      EXPECT_LT((p.stretch - scale * along_z).norm(), 1e-12 * scale) << seed;
+    }
+    // Two that are equal: the flip stays across the one that is not.
+    const Mat3 q = random_rotation(seed + 200);
+    const Vec3 sigma(2, 1, 1);
+    const Mat3 g = f * q * sigma.asDiagonal() * q.transpose();
+    const Polar p = polar_decomposition(g);
+    EXPECT_NEAR(p.rotation.determinant(), 1, 1e-12);
+    EXPECT_LT((p.rotation.transpose() * g - p.stretch).norm(), 1e-9) << seed;
+    EXPECT_LT((p.stretch * q.col(0) - 2 * q.col(0)).norm(), 1e-9) << seed;
+  }
+}
+
 TEST(Polar, DerivativeMatchesCentralDifferences) {
   const Mat3 f = random_rotation(2) * (Mat3() << 1.2, 0.3, 0, -0.1, 0.8, 0.2, 0, 0.1, 1.1).finished();
   const auto values = testing_support::noise(9, 1, 4);

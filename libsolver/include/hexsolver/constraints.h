@@ -61,6 +61,9 @@ public:
     return d;
   }
 
+  /// Whether d = lift(u) is nothing beside the displacements there are.
+  bool hold(const NodeVector& d, const NodeVector& u) const;
+
   /// The forces on held() that balance the residual r = H^T lambda; shape (num_held) [N].
   std::vector<Vec3> multipliers(const NodeVector& residual) const;
 

@@ -87,7 +87,7 @@ struct LatticeOptions {
 /// Level 0 from the voxels with material, the others by merging: K_parent = sum_c L_c^T K_c L_c.
 /// The surface stays empty (see surface/extract.h).
 /// @param grey  the segments whose material follows the grey values; none if nullptr
-/// @throws Error{input} if no voxel has a material, or naming a segment whose grey values give a material out of bounds
+/// @throws Error{input} if no voxel has a material, or naming a segment whose material is out of bounds
 Lattice build_lattice(const LabelVolume& volume, std::vector<LatticeSegment> segments,
                       const LatticeOptions& options = {}, const GreyMaterials* grey = nullptr);
 

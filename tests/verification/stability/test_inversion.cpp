@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cells collapsed, mirrored and scrambled. The paper: "the inversion of an element is easily detected, and modeled as a
+// high compression. Stability is maintained and the elements can recover their initial shape".
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "motions.h"
+#include "record.h"
+#include "statics.h"
+
+using namespace hexsolver;
+using namespace testing_support;
+using stability::Case;
+
+namespace {
+
+constexpr const char* family = "01 inversion";
+constexpr double edge = 4;  // of a voxel [mm]
+constexpr int across = 6;   // voxels of the block
+constexpr int levels = 3;
+const Vec3 middle = Vec3::Constant((across - 1) / 2.0 * edge);
+
+Lattice block() { return box({across, across, across}, Vec3::Constant(edge), 10, 0.3); }
+
+/// Every node moved into a plane, onto a line or to a point.
+struct Collapse {
+  const char* name;
+  Vec3 keep;
+};
+const Collapse collapses[] = {{"plane", {1, 1, 0}}, {"line", {1, 0, 0}}, {"point", {0, 0, 0}}};
+
+NodeVector collapsed(const Mesh& mesh, const Collapse& c) {
+  return sample(mesh, [&](const Vec3& p) { return Vec3(c.keep.cwiseProduct(p) - p); });
+}
+
+/// Every cell turned inside out.
+struct Mess {
+  const char* name;
+  bool is_mirror;
+  double stirred;  ///< [edges]
+  bool is_gate;
+};
+const Mess messes[] = {{"mirrored in a random plane", true, 0, true},
+                       {"mirrored and stirred by 1/100 edge", true, 0.01, false},
+                       {"scrambled by 3 edges", false, 3, true}};
+
+NodeVector made(const Mess& mess, const Mesh& mesh, unsigned seed) {
+  NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
+  const Vec3 normal = random_rotation(seed).col(0);
+  if (mess.is_mirror) u = sample(mesh, [&](const Vec3& p) { return Vec3(-2 * normal.dot(p - middle) * normal); });
+  if (mess.stirred > 0) u += noise(mesh.num_dofs(), mess.stirred * edge, seed);
+  return u;
+}
+
+unsigned num_seeds(int level) { return stability::whole_or(200U, level == 0 ? 5U : 20U); }
+constexpr double enough = 0.95;  // of the seeds
+
+/// The face x = least held where it is at rest.
+std::vector<ConstraintPoint> held_face(const Mesh& mesh) {
+  return hold_nodes(
+      mesh, [](const Vec3& p) { return p[0] < -0.4 * edge; }, [](const Vec3&) { return Vec3::Zero(); });
+}
+
+constexpr double nothing = 1e-8;          // of the energy at the start, in equilibrium
+constexpr double next_to_nothing = 1e-3;  // likewise, after the motion
+constexpr int motion_steps = 500, motion_steps_of_seeds = 300;
+
+class InversionInMotion : public testing::TestWithParam<Rotation> {};
+
+}  // namespace
+
+TEST(Inversion, EquilibriaRecoverFromCollapse) {
+  Case c(family, "equilibrium from a collapsed block, polar");
+  const Lattice lattice = block();
+  double rise = 0, left = 0;
+  int steps = 0;
+  for (int level = 0; level < levels; ++level)
+    for (const Collapse& collapse : collapses) {
+      Body body(lattice, level, Elasticity::corotational);
+      const stability::Descent d =
+          stability::descend(lattice, body, held_face(body.mesh), collapsed(body.mesh, collapse));
+      EXPECT_TRUE(d.report.converged) << collapse.name << " level " << level << ": " << d.report.reason;
+      rise = std::max(rise, d.largest_rise);
+      left = std::max(left, d.end_energy / d.start_energy);
+      steps = std::max(steps, d.report.iterations);
+    }
+  c.at_most("largest rise of the energy in a step", rise, 1e-12);
+  c.at_most("energy left of plane, line and point, levels 0 to 2", left, nothing);
+  c.note("most Newton steps", steps);
+}
+
+TEST(Inversion, EquilibriaRecoverFromMirrorsAndScrambles) {
+  const Lattice lattice = block();
+  for (const Mess& mess : messes) {
+    Case c(family, fmt::format("equilibrium from a block {}, polar", mess.name));
+    for (int level = 0; level < levels - 1; ++level) {
+      int recovered = 0, tangled = 0;
+      double rise = 0;
+      for (unsigned seed = 1; seed <= num_seeds(level); ++seed) {
+        Body body(lattice, level, Elasticity::corotational);
+        const stability::Descent d =
+            stability::descend(lattice, body, held_face(body.mesh), made(mess, body.mesh, seed));
+        EXPECT_TRUE(d.u.allFinite()) << "seed " << seed;
+        EXPECT_FALSE(d.report.reason.empty()) << "seed " << seed;
+        rise = std::max(rise, d.largest_rise);
+        const bool is_free = d.end_energy < nothing * d.start_energy;
+        recovered += d.report.converged && is_free;
+        tangled += d.report.converged && !is_free;
+        if (seed == 1 && level == 0)
+          c.body(fmt::format("{}: start", mess.name), body.mesh, made(mess, body.mesh, seed));
+        if (seed == 1 && level == 0) c.body(fmt::format("{}: equilibrium", mess.name), body.mesh, d.u);
+      }
+      const double part = double(recovered) / num_seeds(level);
+      const std::string what = fmt::format("level {}: part of {} seeds recovered", level, num_seeds(level));
+      if (mess.is_gate)
+        c.at_least(what, part, enough);
+      else
+        c.note(what, part);
+      c.note(fmt::format("level {}: in another equilibrium, a corner of the block inside out", level), tangled);
+      c.at_most(fmt::format("level {}: largest rise of the energy in a step", level), rise, 1e-12);
+    }
+  }
+}
+
+TEST_P(InversionInMotion, MotionsRecoverFromCollapse) {
+  const char* rotation = stability::name_of(GetParam());
+  Case c(family, fmt::format("motion from a collapsed block, 10 iterations a step, {}", rotation));
+  const Lattice lattice = block();
+  double gain = 0, left = 0;
+  for (int level = 0; level < levels; ++level)
+    for (const Collapse& collapse : collapses) {
+      Motion motion(lattice, stability::starved(GetParam()), level);
+      motion.set_state(collapsed(motion.mesh(), collapse), stability::still(motion));
+      const stability::Run r = stability::run(motion, motion_steps);
+      EXPECT_TRUE(r.finished) << collapse.name << " level " << level << ": " << r.reason;
+      gain = std::max(gain, r.largest_gain);
+      left = std::max(left, motion.energies().strain / r.energy[0]);  // it may fly and turn
+      if (level == 0)
+        c.curve({"energy after a collapse", "time [s]", "energy [N mm]", false, true},
+                fmt::format("{}, {}", collapse.name, rotation), r.time, r.energy);
+    }
+  c.at_most("energy gained in a step", gain, stability::allowed_gain(GetParam()));
+  c.at_most("strain energy left after 10 s", left, next_to_nothing);
+}
+
+TEST_P(InversionInMotion, MotionsRecoverFromMirrorsAndScrambles) {
+  const char* rotation = stability::name_of(GetParam());
+  const Lattice lattice = block();
+  for (const Mess& mess : messes) {
+    Case c(family, fmt::format("motion from a block {}, 10 iterations a step, {}", mess.name, rotation));
+    for (int level = 0; level < levels - 1; ++level) {
+      int recovered = 0;
+      double gain = 0;
+      for (unsigned seed = 1; seed <= num_seeds(level); ++seed) {
+        Motion motion(lattice, stability::starved(GetParam()), level);
+        motion.set_state(made(mess, motion.mesh(), seed), stability::still(motion));
+        const stability::Run r = stability::run(motion, motion_steps_of_seeds);
+        EXPECT_TRUE(r.finished) << "seed " << seed << ": " << r.reason;
+        gain = std::max(gain, r.largest_gain);
+        recovered += motion.energies().strain < next_to_nothing * r.energy[0];
+      }
+      const double part = double(recovered) / num_seeds(level);
+      const std::string what = fmt::format("level {}: part of {} seeds recovered", level, num_seeds(level));
+      if (mess.is_gate)
+        c.at_least(what, part, enough);
+      else
+        c.note(what, part);
+      c.at_most(fmt::format("level {}: energy gained in a step", level), gain, stability::allowed_gain(GetParam()));
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Rotations, InversionInMotion, testing::Values(Rotation::polar, Rotation::edges),
+                         [](const auto& p) { return stability::name_of(p.param); });
+
+TEST(Inversion, AveragedEdgesOfAnyLengthHaveARotation) {
+  Case c(family, "averaged edges that vanish, or are parallel");
+  double off = 0;
+  const Vec3 a(1, 2, -1), b(0, 1, 1);
+  for (const auto& [first, second, third] :
+       {std::array{Vec3(Vec3::Zero()), Vec3(Vec3::Zero()), Vec3(Vec3::Zero())}, std::array{a, a, a},
+        std::array{a, Vec3(-3 * a), b}, std::array{Vec3(Vec3::Zero()), a, b}, std::array{a, Vec3(Vec3::Zero()), a},
+        std::array{Vec3(1e-300 * a), Vec3(1e-300 * b), Vec3(Vec3::Zero())}, std::array{Vec3(1e100 * a), b, a}}) {
+    Mat3 f;
+    f << first, second, third;
+    const Mat3 r = orthonormalized(f);
+    off = std::max({off, (r.transpose() * r - Mat3::Identity()).norm(), std::abs(r.determinant() - 1)});
+    const Polar polar = polar_decomposition(f);
+    off = std::max({off, (polar.rotation.transpose() * polar.rotation - Mat3::Identity()).norm(),
+                    std::abs(polar.rotation.determinant() - 1)});
+  }
+  c.at_most("of either rotation: R^T R off 1, det R off 1", off, 1e-12);
+}
