@@ -13,11 +13,7 @@ while [ $# -gt 0 ]; do
     *) echo "unknown option '$1', expected -o FOLDER or --force" >&2; exit 2 ;;
   esac
 done
-python=
-for candidate in python3 /usr/bin/python3; do
-  "$candidate" -c 'import matplotlib' 2>/dev/null && { python=$candidate; break; }
-done
-[ -n "$python" ] || { echo "no python3 with matplotlib, expected Debian's python3-matplotlib" >&2; exit 1; }
+. "$here/python.sh"
 mkdir -p "$folder"
 
 # One thread for all: the tetrahedra have no parallel loops.

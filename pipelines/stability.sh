@@ -14,17 +14,13 @@ while [ $# -gt 0 ]; do
   esac
 done
 [ -x "$cases" ] || { echo "no $cases, expected it from ./run build" >&2; exit 1; }
-python=
-for candidate in python3 /usr/bin/python3; do
-  "$candidate" -c 'import matplotlib' 2>/dev/null && { python=$candidate; break; }
-done
-[ -n "$python" ] || { echo "no python3 with matplotlib, expected Debian's python3-matplotlib" >&2; exit 1; }
+. "$here/python.sh"
 mkdir -p "$folder"
-rm -f "$folder"/records.*.jsonl
+rm -f "$folder"/records.*.jsonl "$folder"/log.*.txt "$folder"/[0-9][0-9]-*.png
 
 # The cases are dealt out to as many processes as there are cores.
-export OMP_NUM_THREADS=1 HEXTOOLS_STABILITY=$extent
 shards=$(nproc) status=0 running=()
+export OMP_NUM_THREADS=1 HEXTOOLS_STABILITY=$extent
 for ((n = 0; n < shards; ++n)); do
   GTEST_TOTAL_SHARDS=$shards GTEST_SHARD_INDEX=$n HEXTOOLS_STABILITY_RECORDS=$folder/records.$n.jsonl \
     "$cases" >"$folder/log.$n.txt" 2>&1 &

@@ -470,7 +470,9 @@ std::vector<double> Constraints::contradiction() const {
 bool Constraints::hold(const NodeVector& d, const NodeVector& u) const {
   constexpr double nothing = 1e-9;
   double largest = u.lpNorm<Eigen::Infinity>();
-  for (const ConstraintPoint& p : points_) largest = std::max(largest, p.value.lpNorm<Eigen::Infinity>());
+  for (const ConstraintPoint& p : points_)
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      if (p.axes[static_cast<std::size_t>(axis)]) largest = std::max(largest, std::abs(p.value[axis]));
   return d.lpNorm<Eigen::Infinity>() <= nothing * largest;
 }
 

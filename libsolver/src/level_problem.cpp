@@ -58,8 +58,8 @@ double largest_prescribed(const Constraints& constraints) {
 }
 
 /// Beyond this single precision loses what is soft beside what is stiff: an inclusion 1e4 and 1e6 times stiffer took 40
-/// and 67 iterations in double precision, 40 and no end in single.
-constexpr double most_contrast_in_single = 1e3;
+/// and 68 iterations in double precision, 40 and no end in single.
+constexpr double most_contrast_in_single = 1e4;
 
 bool is_of_high_contrast(const Lattice& lattice) {
   double softest = std::numeric_limits<double>::infinity(), stiffest = 0;
@@ -73,7 +73,7 @@ bool is_of_high_contrast(const Lattice& lattice) {
 /// A motion makes its factors again and again. Coarser levels are a poor copy of cells that share stiff and soft: of
 /// an inclusion 1e6 times stiffer in 125 cells two levels took 6,800 iterations.
 std::size_t coarsest_dofs(const Lattice& lattice, const Scene& scene) {
-  constexpr std::size_t of_high_contrast = 6000;
+  constexpr std::size_t of_high_contrast = 2000;
   if (scene.dynamics) return Multigrid::most_dense;
   return is_of_high_contrast(lattice) ? of_high_contrast : Hierarchy::usual_coarsest_dofs;
 }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <type_traits>
 #include <unordered_map>
 
 #include "cell_product.h"
@@ -345,6 +346,7 @@ void Multigrid::CyclesOf<Scalar>::factor_coarsest() {
     return;
   }
   std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(576 * mesh.num_cells());
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
     const CellMatrix k = matrix_of(c);
     for (int column = 0; column < 24; ++column)
@@ -538,9 +540,8 @@ void Multigrid::CyclesOf<Scalar>::apply(const NodeVector& r, NodeVector& z) cons
     return;
   }
   const Level& finest = levels_[0];
-  const double inverse = 1 / scale;
   finest.b.resize(r.size());
-  parallel_for(r.size(), [&](Index n) { finest.b[n] = static_cast<Scalar>(inverse * r[n]); });
+  parallel_for(r.size(), [&](Index n) { finest.b[n] = static_cast<Scalar>(r[n] / scale); });
   cycle(0, finest.b, finest.x);
   z.resize(r.size());
   parallel_for(r.size(), [&](Index n) { z[n] = scale * static_cast<double>(finest.x[n]); });

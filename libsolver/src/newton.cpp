@@ -93,7 +93,7 @@ Residual Minimizer::residual(const NodeVector& u) const {
   potential_.gradient(u, residual.gradient, magnitude);
   constraints_.project(residual.gradient);
   const double balanced = magnitude.norm() + rounding(u) / options_.tolerance;
-  residual.relative = balanced > 0 ? residual.gradient.norm() / balanced : 0;
+  residual.relative = balanced == 0 ? 0 : residual.gradient.norm() / balanced;
   return residual;
 }
 

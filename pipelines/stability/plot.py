@@ -39,6 +39,8 @@ def table(records):
             verdict = {True: "holds", False: "**MISSED**", None: "told"}[f.get("holds")]
             words = [r["family"], r["case"], f["what"], shown(f["measured"]), limit, verdict]
             print("| " + " | ".join(w.replace("|", "/") for w in words) + " |")
+    for r in (r for r in records if r["failed"]):
+        print(f"| {r['family']} | {r['case']} | its other conditions | | | **FAILED** |")
     limited = [f for r in records for f in r["figures"] if "limit" in f]
     print(f"\n{sum(f['holds'] for f in limited)} of {len(limited)} figures hold.")
 
@@ -58,7 +60,7 @@ def draw_limits(axes, records):
     figures = [(r["case"], f) for r in records for f in r["figures"] if "limit" in f]
     least = 1e-12
     parts = [min(max(use_of_limit(f), least), 10) for _, f in figures]
-    axes.barh(range(len(parts)), [p / least for p in parts], left=least, height=0.8,
+    axes.barh(range(len(parts)), [p - least for p in parts], left=least, height=0.8,
               color=["#1f4e8c" if f["holds"] else "#c0504d" for _, f in figures])
     axes.set_xscale("log")
     axes.set_xlim(least, 30)
@@ -73,11 +75,12 @@ def draw_limits(axes, records):
 def draw_curves(axes, curves):
     first = curves[0]
     for style, c in zip(LINES, curves):
-        axes.plot(c["x"], c["y"], label=c["label"], linewidth=1.2, **style)
+        axes.plot([math.nan if v is None else v for v in c["x"]], [math.nan if v is None else v for v in c["y"]], label=c["label"], linewidth=1.2, **style)
     axes.set_xscale("log" if first["log_x"] else "linear")
     if first["log_y"]:
         axes.set_yscale("log")
-        axes.set_ylim(bottom=max(min(y for c in curves for y in c["y"]), 1e-12 * max(y for c in curves for y in c["y"])))
+        values = [y for c in curves for y in c["y"] if y is not None]
+        axes.set_ylim(bottom=max(min(values), 1e-12 * max(values)))
     axes.set_title(first["title"], fontsize=8)
     axes.set_xlabel(first["x_label"])
     axes.set_ylabel(first["y_label"])

@@ -32,7 +32,8 @@ struct Run {
   std::vector<double> time, energy;  ///< [s], [N mm], with the start
   void append(const Run& next);
 };
-Run run(hexsolver::Motion& motion, int steps);
+/// @param keep_every  energies of so many steps are kept
+Run run(hexsolver::Motion& motion, int steps, int keep_every = 1);
 
 /// How much a step may gain. Averaged edges have no energy of their own: what stands for it is held by the steps alone,
 /// to 1e-6 in each of their parts.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -18,6 +19,9 @@ template <class T>
 T whole_or(T whole, T part) {
   return is_full() ? whole : part;
 }
+
+/// The larger of the two; what is not a number counts as largest.
+inline double worst(double a, double b) { return std::isnan(a) || a > b ? a : b; }
 
 /// One case: figures with their limits, and what its picture shows. At its end a line of JSON is added to the file that
 /// HEXTOOLS_STABILITY_RECORDS names, if it is set.
@@ -48,6 +52,8 @@ private:
   void add(const std::string& what, double measured, const char* relation, double limit, bool holds);
 
   nlohmann::ordered_json record_;
+  int failures_before_;  ///< of the test, by cases before
+  int missed_figures_ = 0;
 };
 
 }  // namespace stability

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "statics.h"
 
+#include "record.h"
+
 namespace stability {
 
 using namespace hexsolver;
@@ -21,7 +23,7 @@ Descent descend(const Lattice& lattice, Body& body, const std::vector<Constraint
   out.report = minimize(hierarchy, body.potential, constraints, options, out.u, [&](int, double, int) {
     const double now = body.potential.energy(out.u);
     largest = std::max(largest, now);
-    if (before >= 0) out.largest_rise = std::max(out.largest_rise, (now - before) / largest);
+    if (before >= 0) out.largest_rise = worst(out.largest_rise, (now - before) / largest);
     before = now;
   });
   out.end_energy = body.potential.energy(out.u);

@@ -60,7 +60,7 @@ TEST(HardConditions, OnePointHoldsNothingButWhatItHolds) {
     const Ends e = ends(lattice, scene, level);
     EXPECT_TRUE(e.report.converged) << e.report.reason;
     for (const Vec3& u : displacement_at(e.result, material_points(lattice)))
-      off = std::max(off, (u - Vec3(1, 2, 3)).norm());
+      off = stability::worst(off, (u - Vec3(1, 2, 3)).norm());
   }
   c.at_most("three points moved alike: displacement off theirs [mm]", off, 1e-6);
 }
@@ -68,13 +68,14 @@ TEST(HardConditions, OnePointHoldsNothingButWhatItHolds) {
 TEST(HardConditions, AllPointsAndDuplicates) {
   Case c(constraints, "all surface points; the same patch four times");
   const Lattice lattice = ball_of(2);
+  const std::vector<Vec3> points = material_points(lattice);
   double off = 0, difference = 0;
   for (const SurfacePoints on : {SurfacePoints::faces, SurfacePoints::voxels, SurfacePoints::nodes})
     for (int level = 0; level < 3; ++level) {
       const Ends all = ends(lattice, with({everything("all", {1, -2, 3}, on)}, Elasticity::corotational), level);
       EXPECT_TRUE(all.report.converged) << all.report.reason;
       for (const Vec3& u : displacement_at(all.result, material_points(lattice)))
-        off = std::max(off, (u - Vec3(1, -2, 3)).norm());
+        off = stability::worst(off, (u - Vec3(1, -2, 3)).norm());
       Scene once =
           with({patch("held", {0, 15, 15}, 12, Vec3::Zero(), on), patch("moved", {30, 15, 15}, 12, {3, 2, 1}, on)},
                Elasticity::corotational);
@@ -83,10 +84,11 @@ TEST(HardConditions, AllPointsAndDuplicates) {
         often.conditions.push_back(patch(fmt::format("again {}", n), {30, 15, 15}, 12, {3, 2, 1}, on));
       const Ends a = ends(lattice, once, level), b = ends(lattice, often, level);
       EXPECT_TRUE(a.report.converged && b.report.converged) << a.report.reason << b.report.reason;
-      difference = std::max(difference, distance(a.result.displacement, b.result.displacement).mean);
+      difference = stability::worst(
+          difference, distance(displacement_at(a.result, points), displacement_at(b.result, points)).largest);
     }
   c.at_most("all points moved alike: displacement off theirs [mm]", off, 1e-6);
-  c.at_most("four times the same condition, off once [mm, mean]", difference, 1e-5);
+  c.at_most("four times the same condition, off once in the material [mm]", difference, 1e-5);
 }
 
 TEST(HardConditions, ConflictsAreToldOrCompromised) {
@@ -126,7 +128,7 @@ TEST(HardConditions, MoreConstraintsThanUnknownsAndOnSlivers) {
                        Elasticity::corotational);
     const Ends s = ends(cut, scene, level);
     EXPECT_TRUE(s.report.converged) << "level " << level << ": " << s.report.reason;
-    violation = std::max(violation, s.report.constraint_violation_mm);
+    violation = stability::worst(violation, s.report.constraint_violation_mm);
   }
   c.at_most("corner voxel of a sliver cell pulled: constraints off [mm]", violation, 1e-6);
 }
@@ -144,13 +146,14 @@ TEST(HardConditions, DisplacementsOfEverySize) {
       const Ends e = ends(lattice, pulled(size * Vec3(0.5, 1, 0.2), Elasticity::cauchy), level);
       EXPECT_TRUE(e.report.converged) << size << ": " << e.report.reason;
       for (std::size_t n = 0; n < e.result.displacement.size(); ++n)
-        off = std::max(off, (e.result.displacement[n] / size - one.result.displacement[n]).norm());
+        off = stability::worst(off, (e.result.displacement[n] / size - one.result.displacement[n]).norm());
     }
     // With turning cells small ones are as without; by 1e3 mm the ball of 30 mm is either solved or the load cut.
     const Ends small = ends(lattice, pulled(1e-9 * Vec3(0.5, 1, 0.2), Elasticity::corotational), level);
     EXPECT_TRUE(small.report.converged) << small.report.reason;
     for (std::size_t n = 0; n < small.result.displacement.size(); ++n)
-      off_small = std::max(off_small, (small.result.displacement[n] / 1e-9 - one.result.displacement[n]).norm());
+      off_small =
+          stability::worst(off_small, (small.result.displacement[n] / 1e-9 - one.result.displacement[n]).norm());
     const Ends large = ends(lattice, pulled({500, 1000, 200}, Elasticity::corotational), level);
     EXPECT_TRUE(large.report.converged || !large.report.reason.empty());
     for (const Vec3& u : large.result.displacement) EXPECT_TRUE(u.allFinite());
@@ -205,11 +208,12 @@ TEST(Units, TheAnswerDoesNotDependOnThem) {
           EXPECT_TRUE(s.report.converged) << "scale " << scale << " E " << young << ": " << s.report.reason;
           double most = 0;
           for (std::size_t n = 0; n < s.result.displacement.size(); ++n)
-            most = std::max(most, (s.result.displacement[n] / scale - plain.result.displacement[n]).norm() / largest);
+            most = stability::worst(most,
+                                    (s.result.displacement[n] / scale - plain.result.displacement[n]).norm() / largest);
           const double in_energy = std::abs(
               s.report.strain_energy_n_mm / (scale * scale * scale * young / 10) / plain.report.strain_energy_n_mm - 1);
-          off = std::max(off, most);
-          off_energy = std::max(off_energy, in_energy);
+          off = stability::worst(off, most);
+          off_energy = stability::worst(off_energy, in_energy);
         }
     }
     c.at_most("displacement off that in mm and 10 kPa, relative", off, 1e-9);
@@ -230,7 +234,7 @@ TEST(Units, FarFromTheOrigin) {
       double largest = 0;
       for (const Vec3& u : near_by.result.displacement) largest = std::max(largest, u.norm());
       for (std::size_t n = 0; n < away.result.displacement.size(); ++n)
-        off = std::max(off, (away.result.displacement[n] - near_by.result.displacement[n]).norm() / largest);
+        off = stability::worst(off, (away.result.displacement[n] - near_by.result.displacement[n]).norm() / largest);
     }
     c.at_most("displacement off that at the origin, relative", off, 1e-6);
   }

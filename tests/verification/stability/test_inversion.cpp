@@ -35,32 +35,52 @@ NodeVector collapsed(const Mesh& mesh, const Collapse& c) {
   return sample(mesh, [&](const Vec3& p) { return Vec3(c.keep.cwiseProduct(p) - p); });
 }
 
+Vec3 mirrored(const Vec3& p, unsigned seed) {
+  const Vec3 normal = random_rotation(seed).col(0);
+  return -2 * normal.dot(p - middle) * normal;
+}
+
 /// Every cell turned inside out.
 struct Mess {
   const char* name;
   bool is_mirror;
   double stirred;  ///< [edges]
-  bool is_gate;
+  double enough;   ///< of the seeds
 };
-const Mess messes[] = {{"mirrored in a random plane", true, 0, true},
-                       {"mirrored and stirred by 1/100 edge", true, 0.01, false},
-                       {"scrambled by 3 edges", false, 3, true}};
+// A mirrored block that is stirred may come to rest with one of its corners inside out, a minimum of its energy.
+const Mess messes[] = {{"mirrored in a random plane", true, 0, 0.95},
+                       {"mirrored and stirred by 1/100 edge", true, 0.01, 0.85},
+                       {"scrambled by 3 edges", false, 3, 0.95}};
 
 NodeVector made(const Mess& mess, const Mesh& mesh, unsigned seed) {
   NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
-  const Vec3 normal = random_rotation(seed).col(0);
-  if (mess.is_mirror) u = sample(mesh, [&](const Vec3& p) { return Vec3(-2 * normal.dot(p - middle) * normal); });
+  if (mess.is_mirror) u = sample(mesh, [&](const Vec3& p) { return mirrored(p, seed); });
   if (mess.stirred > 0) u += noise(mesh.num_dofs(), mess.stirred * edge, seed);
   return u;
 }
 
-unsigned num_seeds(int level) { return stability::whole_or(200U, level == 0 ? 5U : 20U); }
-constexpr double enough = 0.95;  // of the seeds
+unsigned num_seeds(int level) { return stability::whole_or(200U, level == 0 ? 8U : 20U); }
+
+void tell_recovered(Case& c, const Mess& mess, int level, int recovered) {
+  c.at_least(fmt::format("level {}: part of {} seeds recovered", level, num_seeds(level)),
+             static_cast<double>(recovered) / num_seeds(level), mess.enough);
+}
 
 /// The face x = least held where it is at rest.
 std::vector<ConstraintPoint> held_face(const Mesh& mesh) {
   return hold_nodes(
       mesh, [](const Vec3& p) { return p[0] < -0.4 * edge; }, [](const Vec3&) { return Vec3::Zero(); });
+}
+
+/// Three corners held where a mirror puts them: it keeps their distances, so a block at rest fits.
+std::vector<ConstraintPoint> held_corners(const Mesh& mesh, unsigned seed) {
+  const auto is_corner = [](const Vec3& p) {
+    const Vec3 q = (p + Vec3::Constant(edge / 2)) / (across * edge);
+    for (const Vec3& corner : {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)})
+      if ((q - corner).norm() < 0.01) return true;
+    return false;
+  };
+  return hold_nodes(mesh, is_corner, [&](const Vec3& p) { return mirrored(p, seed); });
 }
 
 constexpr double nothing = 1e-8;          // of the energy at the start, in equilibrium
@@ -82,8 +102,8 @@ TEST(Inversion, EquilibriaRecoverFromCollapse) {
       const stability::Descent d =
           stability::descend(lattice, body, held_face(body.mesh), collapsed(body.mesh, collapse));
       EXPECT_TRUE(d.report.converged) << collapse.name << " level " << level << ": " << d.report.reason;
-      rise = std::max(rise, d.largest_rise);
-      left = std::max(left, d.end_energy / d.start_energy);
+      rise = stability::worst(rise, d.largest_rise);
+      left = stability::worst(left, d.end_energy / d.start_energy);
       steps = std::max(steps, d.report.iterations);
     }
   c.at_most("largest rise of the energy in a step", rise, 1e-12);
@@ -94,30 +114,29 @@ TEST(Inversion, EquilibriaRecoverFromCollapse) {
 TEST(Inversion, EquilibriaRecoverFromMirrorsAndScrambles) {
   const Lattice lattice = block();
   for (const Mess& mess : messes) {
-    Case c(family, fmt::format("equilibrium from a block {}, polar", mess.name));
+    const bool is_exact = mess.is_mirror && mess.stirred == 0;
+    Case c(family, fmt::format("equilibrium from a block {}, held at {}, polar", mess.name,
+                               is_exact ? "three corners" : "a face"));
     for (int level = 0; level < levels - 1; ++level) {
       int recovered = 0, tangled = 0;
       double rise = 0;
       for (unsigned seed = 1; seed <= num_seeds(level); ++seed) {
         Body body(lattice, level, Elasticity::corotational);
+        const NodeVector start = made(mess, body.mesh, seed);
         const stability::Descent d =
-            stability::descend(lattice, body, held_face(body.mesh), made(mess, body.mesh, seed));
+            stability::descend(lattice, body, is_exact ? held_corners(body.mesh, seed) : held_face(body.mesh), start);
         EXPECT_TRUE(d.u.allFinite()) << "seed " << seed;
         EXPECT_FALSE(d.report.reason.empty()) << "seed " << seed;
-        rise = std::max(rise, d.largest_rise);
+        rise = stability::worst(rise, d.largest_rise);
         const bool is_free = d.end_energy < nothing * d.start_energy;
         recovered += d.report.converged && is_free;
         tangled += d.report.converged && !is_free;
-        if (seed == 1 && level == 0)
-          c.body(fmt::format("{}: start", mess.name), body.mesh, made(mess, body.mesh, seed));
-        if (seed == 1 && level == 0) c.body(fmt::format("{}: equilibrium", mess.name), body.mesh, d.u);
+        if (seed == 1 && level == 0) {
+          c.body(fmt::format("{}: start", mess.name), body.mesh, start);
+          c.body(fmt::format("{}: equilibrium", mess.name), body.mesh, d.u);
+        }
       }
-      const double part = double(recovered) / num_seeds(level);
-      const std::string what = fmt::format("level {}: part of {} seeds recovered", level, num_seeds(level));
-      if (mess.is_gate)
-        c.at_least(what, part, enough);
-      else
-        c.note(what, part);
+      tell_recovered(c, mess, level, recovered);
       c.note(fmt::format("level {}: in another equilibrium, a corner of the block inside out", level), tangled);
       c.at_most(fmt::format("level {}: largest rise of the energy in a step", level), rise, 1e-12);
     }
@@ -135,8 +154,8 @@ TEST_P(InversionInMotion, MotionsRecoverFromCollapse) {
       motion.set_state(collapsed(motion.mesh(), collapse), stability::still(motion));
       const stability::Run r = stability::run(motion, motion_steps);
       EXPECT_TRUE(r.finished) << collapse.name << " level " << level << ": " << r.reason;
-      gain = std::max(gain, r.largest_gain);
-      left = std::max(left, motion.energies().strain / r.energy[0]);  // it may fly and turn
+      gain = stability::worst(gain, r.largest_gain);
+      left = stability::worst(left, motion.energies().strain / r.energy[0]);  // it may fly and turn
       if (level == 0)
         c.curve({"energy after a collapse", "time [s]", "energy [N mm]", false, true},
                 fmt::format("{}, {}", collapse.name, rotation), r.time, r.energy);
@@ -158,15 +177,10 @@ TEST_P(InversionInMotion, MotionsRecoverFromMirrorsAndScrambles) {
         motion.set_state(made(mess, motion.mesh(), seed), stability::still(motion));
         const stability::Run r = stability::run(motion, motion_steps_of_seeds);
         EXPECT_TRUE(r.finished) << "seed " << seed << ": " << r.reason;
-        gain = std::max(gain, r.largest_gain);
+        gain = stability::worst(gain, r.largest_gain);
         recovered += motion.energies().strain < next_to_nothing * r.energy[0];
       }
-      const double part = double(recovered) / num_seeds(level);
-      const std::string what = fmt::format("level {}: part of {} seeds recovered", level, num_seeds(level));
-      if (mess.is_gate)
-        c.at_least(what, part, enough);
-      else
-        c.note(what, part);
+      tell_recovered(c, mess, level, recovered);
       c.at_most(fmt::format("level {}: energy gained in a step", level), gain, stability::allowed_gain(GetParam()));
     }
   }
@@ -186,10 +200,11 @@ TEST(Inversion, AveragedEdgesOfAnyLengthHaveARotation) {
     Mat3 f;
     f << first, second, third;
     const Mat3 r = orthonormalized(f);
-    off = std::max({off, (r.transpose() * r - Mat3::Identity()).norm(), std::abs(r.determinant() - 1)});
+    off =
+        stability::worst(off, std::max({(r.transpose() * r - Mat3::Identity()).norm(), std::abs(r.determinant() - 1)}));
     const Polar polar = polar_decomposition(f);
-    off = std::max({off, (polar.rotation.transpose() * polar.rotation - Mat3::Identity()).norm(),
-                    std::abs(polar.rotation.determinant() - 1)});
+    off = stability::worst(off, std::max({(polar.rotation.transpose() * polar.rotation - Mat3::Identity()).norm(),
+                                          std::abs(polar.rotation.determinant() - 1)}));
   }
   c.at_most("of either rotation: R^T R off 1, det R off 1", off, 1e-12);
 }

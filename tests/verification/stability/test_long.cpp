@@ -2,10 +2,11 @@
 // Long motions, starved solvers, and arithmetic.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
+#include <unistd.h>
 
 #include <Eigen/Geometry>
 #include <cfenv>
+#include <fstream>
 
 #include "motions.h"
 #include "record.h"
@@ -21,10 +22,12 @@ constexpr const char* lengths = "10 long runs";
 constexpr const char* starvation = "11 starved solver";
 constexpr const char* arithmetic = "13 arithmetic";
 
-double peak_memory_mb() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
+/// That the process holds now.
+double memory_mb() {
+  std::ifstream statm("/proc/self/statm");
+  double size = 0, resident = 0;
+  statm >> size >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
 NodeVector spinning(const Mesh& mesh, const Vec3& spin, const Vec3& velocity, const Vec3& about) {
@@ -85,24 +88,19 @@ TEST(LongRuns, EnergyMomentumAndMemory) {
                                 l.has_floor ? Vec3(10, 0, 0) : Vec3(30, 20, 10), {14, 6, 6}));
     const Vec3 momentum = motion.momentum();
     stability::Run r = stability::run(motion, 100);
-    const double memory = peak_memory_mb();
-    r.append(stability::run(motion, steps - 100));
+    const double memory = memory_mb();
+    r.append(stability::run(motion, steps - 100, steps / 500));
     EXPECT_TRUE(r.finished) << "at " << motion.time() << " s: " << r.reason;
     c.at_most("energy gained in a step", r.largest_gain, 1e-8);
     const double largest = std::abs(*std::max_element(r.energy.begin(), r.energy.end(),
                                                       [](double a, double b) { return std::abs(a) < std::abs(b); }));
-    c.at_most("energy gained from start to end", (r.energy.back() - r.energy.front()) / largest, 1e-6);
-    if (!l.has_gravity && !l.is_held)
+    c.at_most("most energy over that at the start",
+              (*std::max_element(r.energy.begin(), r.energy.end()) - r.energy.front()) / largest, 1e-6);
+    if (!l.is_held && !l.has_floor)
       c.at_most("drift of the momentum, relative", (motion.momentum() - momentum).norm() / momentum.norm(), 1e-7);
-    c.at_most("memory that the process grew by after 100 steps [MB]",
-              peak_memory_mb() - memory - 2.0 * 8 * static_cast<double>(r.time.capacity() + r.energy.capacity()) / 1e6,
-              1);
-    std::vector<double> t, e;
-    for (std::size_t n = 0; n < r.time.size(); n += std::max<std::size_t>(1, r.time.size() / 500)) {
-      t.push_back(r.time[n]);
-      e.push_back(r.energy[n]);
-    }
-    c.curve({l.name, "time [s]", "energy [N mm]", false, false}, l.name, t, e);
+    if (l.has_floor) c.note("parts of steps slowed down, which takes momentum away", motion.counts().slowed);
+    c.at_most("memory that the process holds more than after 100 steps [MB]", memory_mb() - memory, 1);
+    c.curve({l.name, "time [s]", "energy [N mm]", false, false}, l.name, r.time, r.energy);
   }
 }
 
@@ -139,14 +137,12 @@ TEST_P(StarvedSolver, IsSlowNotUnstable) {
           if (!r.finished)
             printf("%d iterations, steps of %g s, kind %d: %s\n", iterations, step, kind, r.reason.c_str());
           (iterations < fewest ? stopped_below : stopped) += !r.finished;
-          gain = std::max(gain, r.largest_gain);
+          gain = stability::worst(gain, r.largest_gain);
           if (kind == 0 && step == 0.01) {
-            std::vector<double> e;
-            for (const double v : r.energy) e.push_back(v);
             c.curve({fmt::format("held beam, steps of 10 ms, {} {}", name[static_cast<int>(solver)],
                                  stability::name_of(GetParam())),
                      "time [s]", "energy [N mm]", false, false},
-                    fmt::format("{} iterations", iterations), r.time, e);
+                    fmt::format("{} iterations", iterations), r.time, r.energy);
           }
         }
       }
@@ -170,14 +166,14 @@ TEST(Arithmetic, SinglePrecisionInsideDoubleOutside) {
       SolveReport report;
       solve_equilibrium(liver_of_phantom(6, 0.3), scene, level, report);
       EXPECT_TRUE(report.converged) << report.reason;
-      residual = std::max(residual, report.relative_residual);
+      residual = stability::worst(residual, report.relative_residual);
     }
   c.at_most("relative residual", residual, 1e-12);
 }
 
 TEST(Arithmetic, NumbersOfAnySize) {
-  // Far outside what single precision holds: forces of 1e-60 N, and of 1e+60.
-  Case c(arithmetic, "loads of 1e-60 and 1e60 N; displacements of 1e-40 mm");
+  // Far outside what single precision holds, and down to where squares are denormal or nothing in double.
+  Case c(arithmetic, "loads of 1e-150 to 1e60 N, small strain");
   const Lattice lattice = box({8, 4, 4}, Vec3::Constant(2), 100, 0.3);
   Scene scene = with({beyond("held", {-0.9, 0, 0}, {-1, 0, 0}, Vec3::Zero())});
   Force force;
@@ -186,7 +182,7 @@ TEST(Arithmetic, NumbersOfAnySize) {
   std::array<Vec3, 3> tip;
   double off = 0;
   for (int level = 0; level < 3; ++level)
-    for (const double size : {1.0, 1e-60, 1e60}) {
+    for (const double size : {1.0, 1e-150, 1e-60, 1e60}) {
       force.total = size * Vec3(1, 2, 3);
       scene.forces = {force};
       SolveReport report;
@@ -196,7 +192,7 @@ TEST(Arithmetic, NumbersOfAnySize) {
       Vec3& expected = tip[static_cast<std::size_t>(level)];
       if (size == 1.0) expected = u;
       const double now = (u - expected).norm() / expected.norm();
-      off = std::max(off, now);
+      off = stability::worst(off, now);
     }
   c.at_most("displacement over load, off that of 1 N, relative", off, 1e-6);
 }

@@ -192,7 +192,8 @@ Ending end_of(const Lattice& lattice, const Scene& scene, int level) {
                                              : solve_equilibrium(lattice, scene, level, report);
     Ending e{report.converged ? Ending::Kind::converged : Ending::Kind::stopped, report.reason, true,
              report.relative_residual};
-    for (const Vec3& u : r.displacement) e.finite = e.finite && u.allFinite();
+    for (const auto* field : {&r.displacement, &r.velocity})
+      for (const Vec3& v : *field) e.finite = e.finite && v.allFinite();
     return e;
   } catch (const hexmesh::Error& e) {
     return {Ending::Kind::refused, e.what(), true, 0};
@@ -212,6 +213,8 @@ TEST(RandomScenes, EndConvergedOrWithAReason) {
   unsigned slowest_seed = 0;
   for (unsigned seed = first; seed <= last; ++seed) {
     SCOPED_TRACE(fmt::format("HEXTOOLS_STABILITY_SEED={}", seed));
+    printf("seed %u: ", seed);  // before anything can go wrong
+    fflush(stdout);
     Dice dice(seed);
     const auto start = std::chrono::steady_clock::now();
     Ending e;
@@ -232,6 +235,8 @@ TEST(RandomScenes, EndConvergedOrWithAReason) {
     } catch (const hexmesh::Error& error) {
       e = {Ending::Kind::refused, error.what(), true, 0};  // no voxel is left
       ++empty;
+    } catch (const std::exception& error) {
+      ADD_FAILURE() << error.what();
     }
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     if (seconds > slowest) {
@@ -247,13 +252,10 @@ TEST(RandomScenes, EndConvergedOrWithAReason) {
       ++not_finite;
       ADD_FAILURE() << "not finite: " << e.reason;
     }
-    if (e.kind == Ending::Kind::stopped || only || seconds > 20) {
-      printf("seed %u (%.1f s): %s\n", seed, seconds, e.reason.c_str());
-      fflush(stdout);
-    }
+    printf("%.1f s, %s\n", seconds, e.reason.c_str());
   }
   c.note("scenes", last - first + 1.0);
-  c.note("converged", count[0]);
+  c.at_least("part of them that converged", double(count[0]) / (last - first + 1), only ? 0 : 0.3);
   c.note("stopped with a reason, the last good state kept (exit 5)", count[1]);
   c.note("refused with a reason (exit 3 or 4)", count[2]);
   c.note("of these without any material", empty);
