@@ -227,8 +227,10 @@ Mat3 Lattice::cell_edges(int level) const { return voxels.direction() * cell_siz
 
 Lattice build_lattice(const LabelVolume& volume, std::vector<LatticeSegment> segments, const LatticeOptions& options,
                       const GreyMaterials* grey) {
-  for (const LatticeSegment& s : segments)
-    if (s.material) check_material(*s.material, s.segment.name);
+  for (const LatticeSegment& s : segments) {
+    const bool follows_grey = grey && grey->rules.contains(s.segment.label);
+    if (s.material && !follows_grey) check_material(*s.material, s.segment.name);
+  }
   auto [box, labels] = crop(volume, segments, options.offset);
   for (int d = 0; d < 3; ++d)
     if (box.extent()[d] >= 65536)
