@@ -20,7 +20,8 @@ namespace {
 
 constexpr const char* family = "14 random scenes";
 
-/// Numbers that are the same on every machine for the same seed.
+/// Numbers that are the same for the same seed; who gets which may differ between compilers, which choose the order of
+/// arguments.
 class Dice {
 public:
   explicit Dice(unsigned seed) : random_(seed) {}

@@ -20,11 +20,8 @@ namespace {
 constexpr const char* thin = "05 thin and stringy";
 constexpr const char* degenerate = "12 degenerate input";
 
-Lattice soft(const Index3& extent, double spacing, const std::function<int(const Index3&)>& label,
-             const hexmesh::LatticeOptions& options = {}) {
-  const hexmesh::LabelVolume volume = make_volume(extent, Vec3::Constant(spacing), label);
-  return hexmesh::build_lattice(volume, {{volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0, ""}},
-                                options);
+Lattice soft(const Index3& extent, double spacing, const std::function<int(const Index3&)>& label) {
+  return lattice_of(make_volume(extent, Vec3::Constant(spacing), label), 100, 0.3);
 }
 
 int sheet(const Index3& i) { return i[2] == 4 || i[0] < 3 ? 1 : 0; }
@@ -260,13 +257,9 @@ TEST(Degenerate, NoLoad) {
 TEST(Degenerate, SegmentsWithoutStiffnessAreRefused) {
   Case c(degenerate, "E = 0");
   const hexmesh::LabelVolume volume = make_volume({4, 4, 4}, {2, 2, 2}, [](const Index3&) { return 1; });
-  std::string message;
-  try {
+  const std::string message = message_of(hexmesh::ErrorKind::input, [&] {
     hexmesh::build_lattice(volume, {{volume.segments[0], hexmesh::material_from_units(0, 0.3, 1000), 0, ""}});
-  } catch (const hexmesh::Error& e) {
-    EXPECT_EQ(e.kind(), hexmesh::ErrorKind::input);
-    message = e.what();
-  }
+  });
   EXPECT_NE(message.find("young"), std::string::npos) << message;
   c.note("refused, exit 3, with", message);
 }

@@ -3,10 +3,11 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "hexmesh/lattice/element_tree.h"
+#include <optional>
+
+#include "hexsolver/newton.h"
 #include "motions.h"
 #include "record.h"
-#include "statics.h"
 #include "support/experiments.h"
 
 using namespace hexsolver;
@@ -24,13 +25,19 @@ double sag_of(const hexmesh::Result& r, const std::vector<Vec3>& points) {
   return most;
 }
 
-/// The first 18 % of the length along x.
-Condition held_part(const std::vector<Vec3>& points) {
-  double low = 1e9, high = -1e9;
+/// Least and largest x.
+std::pair<double, double> reach(const std::vector<Vec3>& points) {
+  double low = 1e300, high = -1e300;
   for (const Vec3& p : points) {
     low = std::min(low, p[0]);
     high = std::max(high, p[0]);
   }
+  return {low, high};
+}
+
+/// The first 18 % of the length along x.
+Condition held_part(const std::vector<Vec3>& points) {
+  const auto [low, high] = reach(points);
   return beyond("held", {low + 0.18 * (high - low), 0, 0}, {-1, 0, 0}, Vec3::Zero());
 }
 
@@ -230,11 +237,7 @@ TEST(Slivers, TheLatticeMayLieAnywhere) {
       const Index3 offset = {n % most * (4 / most), n / most % most * (4 / most), n / most / most * (4 / most)};
       const Lattice lattice = hexmesh::build_lattice(
           p.body, {{p.body.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0, ""}}, {3, offset});
-      double low = 1e300, high = -1e300;
-      for (const Vec3& x : material_points(lattice)) {
-        low = std::min(low, x[0]);
-        high = std::max(high, x[0]);
-      }
+      const auto [low, high] = reach(material_points(lattice));
       const double near_face = 0.45 * lattice.voxels.spacing()[0];  // of half a voxel
       Scene scene =
           with({beyond("held", {low - near_face + p.held_part * (high - low), 0, 0}, {-1, 0, 0}, Vec3::Zero())},
