@@ -155,6 +155,32 @@ TEST_P(EveryWay, ComesToRestWhereTheEquilibriumIs) {
 
 INSTANTIATE_TEST_SUITE_P(Solvers, EveryWay, testing::ValuesIn(ways), [](const auto& p) { return p.param.name; });
 
+TEST(Motion, EnergiesAreThoseOfTheState) {
+  // Again from displacement and velocity alone. A full box: each cell gives an eighth of its mass to each corner.
+  const Lattice lattice = bar();
+  for (int level = 0; level < 2; ++level) {
+    Scene scene = held_bar(moving(0.01, 1, StepSolver::cg, 10));
+    scene.gravity = earth;
+    Motion motion(lattice, scene, level);
+    const Body body(lattice, level, Elasticity::corotational);
+    const double density = lattice.materials[0].material.density;
+    const double share = density * lattice.cell_size(level).prod() / 8;
+    for (int n = 0; n < 20; ++n) {
+      ASSERT_TRUE(motion.step()) << motion.reason();
+      double kinetic = 0, loads = 0;
+      for (std::size_t c = 0; c < body.mesh.num_cells(); ++c)
+        for (const std::int32_t node : body.mesh.cell_nodes()[c]) {
+          kinetic += share / 2 * motion.velocity().segment<3>(3 * Eigen::Index{node}).squaredNorm();
+          loads -= share * earth.dot(motion.displacement().segment<3>(3 * Eigen::Index{node}));
+        }
+      const Energies& told = motion.energies();
+      EXPECT_NEAR(told.kinetic, kinetic, 1e-12 * kinetic);
+      EXPECT_NEAR(told.loads, loads, 1e-12 * std::abs(loads));
+      EXPECT_NEAR(told.strain, body.potential.energy(motion.displacement()), 1e-12 * told.strain);
+    }
+  }
+}
+
 TEST(Motion, ConservesLinearMomentumWithoutForces) {
   const Lattice lattice = bitten_ball({1, 1, 1});
   Scene s = moving(0.01, 1);
