@@ -6,6 +6,7 @@
 
 #include "bench/accuracy.h"
 #include "bench/compare.h"
+#include "bench/machine.h"
 #include "bench/motion.h"
 #include "bench/paper.h"
 #include "bench/speed.h"
@@ -126,18 +127,20 @@ int main(int argc, char** argv) {
        "hexbench lattice liver.hexmesh",
        [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
          app.require_subcommand(1);
+         CLI::App* machine = app.add_subcommand(
+             "machine", "What this machine can do at most: memory bandwidth and fused multiply-adds");
          CLI::App* lattice = app.add_subcommand("lattice", "Element recursion of all levels, against memcpy");
          CLI::App* solver = app.add_subcommand("solver", "Multigrid of one level, against its operator product");
          CLI::App* effects =
              app.add_subcommand("effects", "What each effect of a scene costs and changes, one added after the other");
          CLI::App* motion = app.add_subcommand(
              "motion", "Steps per second of a motion on every level, and what its solvers cost and miss");
-         for (CLI::App* sub : {lattice, solver, effects, motion}) {
+         for (CLI::App* sub : {lattice, solver, effects, motion})
            sub->add_option("lattice", o->input, "Lattice file; - is standard input")->required();
+         for (CLI::App* sub : {machine, lattice, solver, effects, motion})
            sub->add_option("--repeats", o->repeats, "Runs of which the median counts")
                ->check(CLI::Range(1, 1000))
                ->capture_default_str();
-         }
          for (CLI::App* sub : {solver, effects, motion}) {
            sub->add_option("scene", o->scene, "Scene file (TOML)")->required();
            sub->add_option("--level", o->level, "Which level; 0 = voxels")
@@ -190,11 +193,15 @@ int main(int argc, char** argv) {
              ->required();
          against->add_flag("--exact", o->exact,
                            "Which datasets of two results are not equal bit for bit; exit 1 if there are any");
-         for (CLI::App* sub : {lattice, solver, effects, motion, curve, published, against})
+         for (CLI::App* sub : {machine, lattice, solver, effects, motion, curve, published, against})
            sub->add_option("-o,--output", o->output, "JSON (paper: Markdown); - is standard output")
                ->capture_default_str();
          return [=, &app, &common, &console] {
            std::erase(o->accuracy.iterations, 0);
+           if (machine->parsed()) {
+             write_text(o->output, bench_machine(o->repeats).dump(2) + "\n", common);
+             return 0;
+           }
            if (curve->parsed()) return accuracy(*o, common, console);
            if (published->parsed()) return paper(*o, common, console);
            if (against->parsed()) return compare_results(*o, common, console);

@@ -166,6 +166,14 @@ void add_effect_seconds(json& effects, const std::vector<hexsolver::Effect>& fro
   for (std::size_t n = 0; n < from.size(); ++n) effects[n]["seconds"] = from[n].seconds;
 }
 
+json to_json(const hexsolver::NewtonSeconds& s) {
+  return {{"forces", s.forces},
+          {"linearize", s.linearize},
+          {"multigrid_set_up", s.set_up},
+          {"multigrid_cycles", s.cycles},
+          {"products", s.products}};
+}
+
 /// What differs from run to run, as the result file keeps it beside the report.
 json costs_of(const SolveReport& r, double read_seconds) {
   json out;
@@ -178,7 +186,10 @@ json costs_of(const SolveReport& r, double read_seconds) {
 
 /// What differs from run to run: not part of the report in the result file.
 void add_costs(json& out, const SolveReport& r) {
-  for (std::size_t n = 0; n < r.levels.size(); ++n) out["levels"][n]["seconds"] = r.levels[n].seconds;
+  for (std::size_t n = 0; n < r.levels.size(); ++n) {
+    out["levels"][n]["seconds"] = r.levels[n].seconds;
+    if (!r.motion) out["levels"][n]["seconds_of"] = to_json(r.levels[n].newton.seconds);
+  }
   add_effect_seconds(out["effects"], r.effects);
   for (const auto& [what, bytes] : r.bytes) out["memory_mb"][what] = megabytes(bytes);
   out["peak_memory_mb"] = peak_memory_mb();

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cell_product.h"
 
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+
 #include "hexsolver/elastic.h"
 
 // Clones are chosen when the program is loaded; sanitizers run before that can happen.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
+#define HEXSOLVER_CHOOSES
 #define HEXSOLVER_CLONES __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
 #else
 #define HEXSOLVER_CLONES
@@ -23,78 +28,219 @@ template <class Real>
   for (int row = 0; row < 24; ++row) y[row] = sum[row];
 }
 
-/// The same number of eight cells.
-using Lanes = double __attribute__((vector_size(64), may_alias));
+/// The same number of `width` cells side by side, in a register of the machine: one that is longer would be kept in
+/// memory.
+template <class Real, int width>
+struct LanesOf {
+  typedef Real Type __attribute__((vector_size(width * sizeof(Real)), may_alias));  // NOLINT(modernize-use-using)
+};
+template <class Real, int width>
+using Lanes = typename LanesOf<Real, width>::Type;
 
-inline const Lanes* lanes_of(const TurnedCells::Lanes* values) { return reinterpret_cast<const Lanes*>(values); }
+constexpr int lanes = 8;  // of a batch
+
+/// The numbers of some lanes of a batch, one after the other.
+template <int width, class Real>
+struct LaneView {
+  Real* first;
+  auto& operator[](int n) const {
+    if constexpr (std::is_const_v<Real>)
+      return *reinterpret_cast<const Lanes<std::remove_const_t<Real>, width>*>(first + lanes * n);
+    else
+      return *reinterpret_cast<Lanes<Real, width>*>(first + lanes * n);
+  }
+  LaneView operator+(int n) const { return {first + lanes * n}; }
+};
+
+template <int width, class Real, std::size_t n>
+LaneView<width, const Real> view(const std::array<std::array<Real, lanes>, n>& values, int first) {
+  return {values[0].data() + first};
+}
 
 /// y = m x, 3x3 by columns
-[[gnu::always_inline]] inline void multiply3(const Lanes* m, const Lanes* x, Lanes* y) {
+template <class M, class X, class Y>
+[[gnu::always_inline]] inline void multiply3(const M& m, const X& x, const Y& y) {
   for (int i = 0; i < 3; ++i) y[i] = m[i] * x[0] + m[i + 3] * x[1] + m[i + 6] * x[2];
 }
 
 /// sum += p x q
-[[gnu::always_inline]] inline void add_cross(const Lanes* p, const Lanes* q, Lanes* sum) {
+template <class P, class Q, class L>
+[[gnu::always_inline]] inline void add_cross(const P& p, const Q& q, L* sum) {
   sum[0] += p[1] * q[2] - p[2] * q[1];
   sum[1] += p[2] * q[0] - p[0] * q[2];
   sum[2] += p[0] * q[1] - p[1] * q[0];
 }
 
 /// d = p . q
-[[gnu::always_inline]] inline void dot3(const Lanes* p, const Lanes* q, Lanes& d) {
+template <class P, class Q, class L>
+[[gnu::always_inline]] inline void dot3(const P& p, const Q& q, L& d) {
   d = p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
 }
 
-/// y = K x with the same K in all lanes
-[[gnu::always_inline]] inline void multiply_shared(const double* __restrict k, const Lanes* __restrict x,
-                                                   Lanes* __restrict y) {
-  constexpr int rows = 6;  // whose sums stay in registers
-  for (int first = 0; first < 24; first += rows) {
-    Lanes sum[rows] = {};
-    for (int column = 0; column < 24; ++column)
-      for (int row = 0; row < rows; ++row) sum[row] += k[24 * column + first + row] * x[column];
-    for (int row = 0; row < rows; ++row) y[first + row] = sum[row];
+/// Vectors of `width` nodes, (x, y, z) of each, taken apart by axis, or put together again: number n of the 3 `width`
+/// is entry n / 3 of axis n % 3. Two shuffles of two registers each.
+template <int width>
+struct Shuffles {
+  static constexpr int any = -1;
+  static constexpr int apart_of_two(int lane, int axis) { return 3 * lane + axis < 2 * width ? 3 * lane + axis : any; }
+  static constexpr int apart_of_third(int lane, int axis) {
+    return 3 * lane + axis < 2 * width ? lane : 3 * lane + axis - width;
+  }
+  static constexpr int together_of_two(int n) { return n % 3 == 2 ? any : n % 3 * width + n / 3; }
+  static constexpr int together_of_third(int n) { return n % 3 == 2 ? width + n / 3 : n % width; }
+
+  template <int axis, class L, int... lane>
+  [[gnu::always_inline]] static void apart(const L* from, L& to, std::integer_sequence<int, lane...>) {
+    const L two = __builtin_shufflevector(from[0], from[1], apart_of_two(lane, axis)...);
+    to = __builtin_shufflevector(two, from[2], apart_of_third(lane, axis)...);
+  }
+  template <int part, class L, int... lane>
+  [[gnu::always_inline]] static void together(const L* from, L& to, std::integer_sequence<int, lane...>) {
+    const L two = __builtin_shufflevector(from[0], from[1], together_of_two(part * width + lane)...);
+    to = __builtin_shufflevector(two, from[2], together_of_third(part * width + lane)...);
+  }
+};
+
+/// out = vectors of eight nodes in a row, shape (3, 8)
+template <int width, class Real>
+[[gnu::always_inline]] inline void take_apart(const Real* nodes, Real* out) {
+  using L = Lanes<Real, width>;
+  using Each = std::make_integer_sequence<int, width>;
+  for (int first = 0; first < lanes; first += width) {
+    L from[3], to[3];
+    __builtin_memcpy(from, nodes + 3 * first, sizeof(from));
+    Shuffles<width>::template apart<0>(from, to[0], Each{});
+    Shuffles<width>::template apart<1>(from, to[1], Each{});
+    Shuffles<width>::template apart<2>(from, to[2], Each{});
+    for (int axis = 0; axis < 3; ++axis) __builtin_memcpy(out + lanes * axis + first, &to[axis], sizeof(L));
   }
 }
 
-}  // namespace
+/// Vectors of eight nodes in a row += those of shape (3, 8)
+template <int width, class Real>
+[[gnu::always_inline]] inline void add_together(const Real* values, Real* nodes) {
+  using L = Lanes<Real, width>;
+  using Each = std::make_integer_sequence<int, width>;
+  for (int first = 0; first < lanes; first += width) {
+    L from[3], to[3], sum[3];
+    for (int axis = 0; axis < 3; ++axis) __builtin_memcpy(&from[axis], values + lanes * axis + first, sizeof(L));
+    Shuffles<width>::template together<0>(from, to[0], Each{});
+    Shuffles<width>::template together<1>(from, to[1], Each{});
+    Shuffles<width>::template together<2>(from, to[2], Each{});
+    __builtin_memcpy(sum, nodes + 3 * first, sizeof(sum));
+    for (int part = 0; part < 3; ++part) sum[part] += to[part];
+    __builtin_memcpy(nodes + 3 * first, sum, sizeof(sum));
+  }
+}
 
-HEXSOLVER_CLONES void multiply_turned(const double* const* k, bool shared, const TurnedCells& cells, bool stressed,
-                                      double* x_and_out) {
-  Lanes* const x = reinterpret_cast<Lanes*>(x_and_out);
-  const Lanes *const y = lanes_of(cells.y.data()), *const f = lanes_of(cells.f.data()),
-                     *const g = lanes_of(cells.g.data()), *const r = lanes_of(cells.r.data()),
-                     *const inverse_m = lanes_of(cells.inverse_m.data()), *const h = lanes_of(cells.h.data());
-  Lanes v[24], u[24];  // R^T x; Q R^T x, then K times that
-  Lanes turn[3] = {}, w[3];
+/// values = vectors of the nodes of each cell, shape (24, 8)
+template <int width, class Real>
+[[gnu::always_inline]] inline void gather(const BatchNodes& nodes, const Real* x, Real* values) {
+  if (nodes.rows) {
+    for (int a = 0; a < 8; ++a)
+      take_apart<width>(x + 3 * (std::ptrdiff_t{nodes.rows[a / 2]} + a % 2), values + 3 * lanes * a);
+    return;
+  }
+  for (int lane = 0; lane < lanes; ++lane) {
+    const CellNodes& of_cell = nodes.cells[std::min(lane, nodes.count - 1)];  // the last again where there are fewer
+    for (std::size_t a = 0; a < 8; ++a)
+      for (std::size_t i = 0; i < 3; ++i)
+        values[lanes * (3 * a + i) + static_cast<std::size_t>(lane)] = x[3 * static_cast<std::size_t>(of_cell[a]) + i];
+  }
+}
+
+/// y += these
+template <int width, class Real>
+[[gnu::always_inline]] inline void scatter_add(const BatchNodes& nodes, const Real* values, Real* y) {
+  if (nodes.rows) {
+    for (int a = 0; a < 8; ++a)
+      add_together<width>(values + 3 * lanes * a, y + 3 * (std::ptrdiff_t{nodes.rows[a / 2]} + a % 2));
+    return;
+  }
+  for (int lane = 0; lane < nodes.count; ++lane)
+    for (std::size_t a = 0; a < 8; ++a)
+      for (std::size_t i = 0; i < 3; ++i)
+        y[3 * static_cast<std::size_t>(nodes.cells[lane][a]) + i] +=
+            values[lanes * (3 * a + i) + static_cast<std::size_t>(lane)];
+}
+
+/// u <- K u, the same K in all lanes
+template <class Real, class L>
+[[gnu::always_inline]] inline void multiply_alike(const Real* k, L* u) {
+  constexpr int rows = 12;  // whose sums stay in registers
+  L product[24];
+  for (int top = 0; top < 24; top += rows) {
+    L sum[rows] = {};
+    for (int column = 0; column < 24; ++column)
+      for (int row = 0; row < rows; ++row) sum[row] += k[24 * column + top + row] * u[column];
+    for (int row = 0; row < rows; ++row) product[top + row] = sum[row];
+  }
+  for (int n = 0; n < 24; ++n) u[n] = product[n];
+}
+
+/// u <- K u, K that of each lane from `first`
+template <class Real, class L>
+[[gnu::always_inline]] inline void multiply_each(const LaneModels<Real>& models, int first, L* u) {
+  if (models.alike) return multiply_alike(models.stiffness[0], u);
+  constexpr int width = sizeof(L) / sizeof(Real);
+  for (int lane = 0; lane < width; ++lane) {
+    Real one[24], product[24];
+    for (int n = 0; n < 24; ++n) one[n] = u[n][lane];
+    multiply(models.stiffness[first + lane], one, product);
+    for (int n = 0; n < 24; ++n) u[n][lane] = product[n];
+  }
+}
+
+/// The mean gradients of node 0, of node 1, ...
+template <class Real, class L>
+[[gnu::always_inline]] inline void spread_gradients(const LaneModels<Real>& models, int first, L* g) {
+  constexpr int width = sizeof(L) / sizeof(Real);
+  for (int a = 0; a < 8; ++a)
+    for (int i = 0; i < 3; ++i) {
+      L& to = g[3 * a + i];
+      if (models.alike)
+        to = models.mean_gradient[0][a + 8 * i] - L{};
+      else
+        for (int lane = 0; lane < width; ++lane) to[lane] = models.mean_gradient[first + lane][a + 8 * i];
+    }
+}
+
+/// x <- R (Q^T K Q + E) R^T x of `width` lanes from `first`.
+template <int width, class Real>
+[[gnu::always_inline]] inline void multiply_lanes(const LaneModels<Real>& models, const TurnedCells<Real>& cells,
+                                                  bool stressed, const PositiveParts* positive, Real* x_and_out,
+                                                  int first) {
+  using L = Lanes<Real, width>;
+  const LaneView<width, Real> x{x_and_out + first};
+  const auto y = view<width>(cells.y, first), f = view<width>(cells.f, first), r = view<width>(cells.r, first),
+             inverse_m = view<width>(cells.inverse_m, first), h = view<width>(cells.h, first);
+  L added[3] = {};  // Z^T x
+  if (positive) {
+    const auto z = view<width>(positive->z, first);
+    for (int column = 0; column < 3; ++column)
+      for (int n = 0; n < 24; ++n) added[column] += __builtin_convertvector(z[24 * column + n], L) * x[n];
+  }
+  L g[24], v[24], u[24];  // R^T x; Q R^T x, then K times that
+  spread_gradients(models, first, g);
+  L turn[3] = {}, w[3];
   for (int a = 0; a < 24; a += 3) {
     for (int i = 0; i < 3; ++i) v[a + i] = r[3 * i] * x[a] + r[3 * i + 1] * x[a + 1] + r[3 * i + 2] * x[a + 2];
     add_cross(g + a, v + a, turn);
   }
-  multiply3(inverse_m, turn, w);
+  multiply3(inverse_m, turn, &w[0]);
   for (int a = 0; a < 24; a += 3) {
     for (int i = 0; i < 3; ++i) u[a + i] = v[a + i];
     add_cross(y + a, w, u + a);  // - w x y
   }
-  if (shared) {
-    multiply_shared(k[0], u, x);
-    for (int n = 0; n < 24; ++n) u[n] = x[n];
-  } else {
-    for (std::size_t lane = 0; lane < TurnedCells::lanes; ++lane) {
-      double one[24], product[24];
-      for (int n = 0; n < 24; ++n) one[n] = u[n][lane];
-      multiply(k[lane], one, product);
-      for (int n = 0; n < 24; ++n) u[n][lane] = product[n];
-    }
-  }
+  multiply_each(models, first, u);
 
   // Q^T K Q v = K dy - T^T sum y_a x (K dy)_a, and the stress term T^T (A w + L v) + L^T w.
-  Lanes torque[3] = {}, dh[3];
+  L torque[3] = {}, dh[3];
   for (int a = 0; a < 24; a += 3) add_cross(u + a, y + a, torque);
   if (stressed) {
-    Lanes aw[3], hw, gv, hv, gw;
+    L aw[3], hw, gv, hv, gw;
     dot3(h, w, hw);
-    multiply3(lanes_of(cells.a.data()), w, aw);
+    multiply3(view<width>(cells.a, first), w, &aw[0]);
     for (int i = 0; i < 3; ++i) torque[i] += aw[i];
     for (int a = 0; a < 24; a += 3) {
       dot3(g + a, v + a, gv);
@@ -108,23 +254,129 @@ HEXSOLVER_CLONES void multiply_turned(const double* const* k, bool shared, const
       }
     }
   }
-  multiply3(inverse_m, torque, dh);
+  multiply3(inverse_m, torque, &dh[0]);
   for (int a = 0; a < 24; a += 3) {
     add_cross(dh, g + a, u + a);
     multiply3(r, u + a, x + a);
   }
+  if (positive) {
+    const auto z = view<width>(positive->z, first);
+    for (int column = 0; column < 3; ++column)
+      for (int n = 0; n < 24; ++n) x[n] += __builtin_convertvector(z[24 * column + n], L) * added[column];
+  }
 }
 
-HEXSOLVER_CLONES void forces_of_turned(const TurnedCells& cells, double* forces) {
-  Lanes* const out = reinterpret_cast<Lanes*>(forces);
-  const Lanes *const f = lanes_of(cells.f.data()), *const g = lanes_of(cells.g.data()),
-                     *const r = lanes_of(cells.r.data()), *const h = lanes_of(cells.h.data());
+/// forces_of_turned() of `width` lanes from `first`.
+template <int width>
+[[gnu::always_inline]] inline void forces_of_lanes(const LaneModels<double>& models, const TurnedCells<double>& cells,
+                                                   double* forces, int first) {
+  using L = Lanes<double, width>;
+  const LaneView<width, double> out{forces + first};
+  const auto f = view<width>(cells.f, first), r = view<width>(cells.r, first), h = view<width>(cells.h, first);
+  L g[24];
+  spread_gradients(models, first, g);
   for (int a = 0; a < 24; a += 3) {
-    Lanes force[3];
+    L force[3];
     for (int i = 0; i < 3; ++i) force[i] = f[a + i];
     add_cross(g + a, h, force);
     multiply3(r, force, out + a);
   }
+}
+
+template <int width, class Real>
+[[gnu::always_inline]] inline void add_turned(const LaneModels<Real>& models, const TurnedCells<Real>& cells,
+                                              bool stressed, const PositiveParts* positive, const BatchNodes& nodes,
+                                              const Real* x, Real* y) {
+  alignas(64) Real values[24 * lanes];
+  gather<width>(nodes, x, values);
+  for (int first = 0; first < lanes; first += width)
+    multiply_lanes<width>(models, cells, stressed, positive, values, first);
+  scatter_add<width>(nodes, values, y);
+}
+
+template <int width, class Real>
+[[gnu::always_inline]] inline void add_alike(const Real* k, const BatchNodes& nodes, const Real* x, Real* y) {
+  alignas(64) Real values[24 * lanes];
+  gather<width>(nodes, x, values);
+  for (int first = 0; first < lanes; first += width) {
+    const LaneView<width, Real> of_lanes{values + first};
+    Lanes<Real, width> u[24];
+    for (int n = 0; n < 24; ++n) u[n] = of_lanes[n];
+    multiply_alike(k, u);
+    for (int n = 0; n < 24; ++n) of_lanes[n] = u[n];
+  }
+  scatter_add<width>(nodes, values, y);
+}
+
+/// The kernels for registers of one length.
+template <class Real>
+struct Kernels {
+  void (*turned)(const LaneModels<Real>&, const TurnedCells<Real>&, bool, const PositiveParts*, const BatchNodes&,
+                 const Real*, Real*);
+  void (*alike)(const Real*, const BatchNodes&, const Real*, Real*);
+};
+
+#define HEXSOLVER_KERNELS(name, target, Real, width)                                                          \
+  target void turned_##name(const LaneModels<Real>& models, const TurnedCells<Real>& cells, bool stressed,    \
+                            const PositiveParts* positive, const BatchNodes& nodes, const Real* x, Real* y) { \
+    add_turned<width>(models, cells, stressed, positive, nodes, x, y);                                        \
+  }                                                                                                           \
+  target void alike_##name(const Real* k, const BatchNodes& nodes, const Real* x, Real* y) {                  \
+    add_alike<width>(k, nodes, x, y);                                                                         \
+  }                                                                                                           \
+  constexpr Kernels<Real> name = {turned_##name, alike_##name};
+
+HEXSOLVER_KERNELS(doubles_of_16_bytes, , double, 2)
+HEXSOLVER_KERNELS(floats_of_16_bytes, , float, 4)
+#ifdef HEXSOLVER_CHOOSES
+HEXSOLVER_KERNELS(doubles_of_32_bytes, __attribute__((target("arch=x86-64-v3"))), double, 4)
+HEXSOLVER_KERNELS(floats_of_32_bytes, __attribute__((target("arch=x86-64-v3"))), float, 8)
+HEXSOLVER_KERNELS(doubles_of_64_bytes, __attribute__((target("arch=x86-64-v4"))), double, 8)
+#endif
+#undef HEXSOLVER_KERNELS
+
+const Kernels<double>& kernels_for_doubles() {
+#ifdef HEXSOLVER_CHOOSES
+  if (__builtin_cpu_supports("x86-64-v4")) return doubles_of_64_bytes;
+  if (__builtin_cpu_supports("x86-64-v3")) return doubles_of_32_bytes;
+#endif
+  return doubles_of_16_bytes;
+}
+
+const Kernels<float>& kernels_for_floats() {
+#ifdef HEXSOLVER_CHOOSES
+  if (__builtin_cpu_supports("x86-64-v3")) return floats_of_32_bytes;
+#endif
+  return floats_of_16_bytes;
+}
+
+const Kernels<double>& doubles = kernels_for_doubles();
+const Kernels<float>& floats = kernels_for_floats();
+
+}  // namespace
+
+void add_turned_product(const LaneModels<double>& models, const TurnedCells<double>& cells, bool stressed,
+                        const PositiveParts* positive, const BatchNodes& nodes, const double* x, double* y) {
+  doubles.turned(models, cells, stressed, positive, nodes, x, y);
+}
+
+void add_turned_product(const LaneModels<float>& models, const TurnedCells<float>& cells, bool stressed,
+                        const PositiveParts* positive, const BatchNodes& nodes, const float* x, float* y) {
+  floats.turned(models, cells, stressed, positive, nodes, x, y);
+}
+
+void add_alike_product(const double* k, const BatchNodes& nodes, const double* x, double* y) {
+  doubles.alike(k, nodes, x, y);
+}
+
+void add_alike_product(const float* k, const BatchNodes& nodes, const float* x, float* y) {
+  floats.alike(k, nodes, x, y);
+}
+
+HEXSOLVER_CLONES void forces_of_turned(const LaneModels<double>& models, const TurnedCells<double>& cells,
+                                       double* out) {
+  constexpr int width = 2;
+  for (int first = 0; first < lanes; first += width) forces_of_lanes<width>(models, cells, out, first);
 }
 
 HEXSOLVER_CLONES void multiply24(const double* k, const double* x, double* y) { multiply(k, x, y); }

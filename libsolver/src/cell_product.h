@@ -1,23 +1,54 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "hexsolver/mesh.h"
+
 namespace hexsolver {
 
 /// y = K x, K (24, 24) symmetric, x and y of length 24; for the widest vectors of the machine it runs on.
 void multiply24(const double* k, const double* x, double* y);
 void multiply24(const float* k, const float* x, float* y);
 
+template <class Real>
 struct TurnedCells;
+struct PositiveParts;
 
-/// x <- R (Q^T K Q + E) R^T x of each lane; E, what the stress adds, only if `stressed`.
-/// @param k       of each lane, (24, 24) symmetric
-/// @param shared  all are the same
-/// @param x       shape (24, 8), aligned to 64 bytes: vectors of node 0, of node 1, ...; lanes side by side
-void multiply_turned(const double* const* k, bool shared, const TurnedCells& cells, bool stressed, double* x);
+/// The models of the lanes of a batch.
+template <class Real>
+struct LaneModels {
+  static constexpr int lanes = 8;
+  const Real* stiffness[lanes];      ///< K, (24, 24) symmetric
+  const Real* mean_gradient[lanes];  ///< (8, 3) by columns
+  bool alike;                        ///< all are the same
+};
+
+/// Where the vectors of the cells of a batch are among those of all nodes.
+struct BatchNodes {
+  const CellNodes* cells;
+  int count;
+  const std::int32_t* rows;  ///< Mesh::Batch::rows; null unless they are eight in a row
+};
+
+inline BatchNodes nodes_of_batch(const Mesh& mesh, std::size_t number) {
+  const Mesh::Batch& batch = mesh.batches()[number];
+  return {&mesh.cell_nodes()[batch.first], static_cast<int>(batch.count), batch.is_row ? batch.rows.data() : nullptr};
+}
+
+/// y += R (Q^T K Q + E) R^T x of the cells of a batch; E, what the stress adds, only if `stressed`.
+/// @param positive  added to that: Z Z^T x; may be null
+/// @param x         shape (num_nodes, 3), and y
+void add_turned_product(const LaneModels<double>& models, const TurnedCells<double>& cells, bool stressed,
+                        const PositiveParts* positive, const BatchNodes& nodes, const double* x, double* y);
+void add_turned_product(const LaneModels<float>& models, const TurnedCells<float>& cells, bool stressed,
+                        const PositiveParts* positive, const BatchNodes& nodes, const float* x, float* y);
+
+/// y += K x of the cells of a batch, all alike.
+void add_alike_product(const double* k, const BatchNodes& nodes, const double* x, double* y);
+void add_alike_product(const float* k, const BatchNodes& nodes, const float* x, float* y);
 
 /// The forces R (f - h x g) of each lane on its nodes.
 /// @param out  shape (24, 8) as above
-void forces_of_turned(const TurnedCells& cells, double* out);
+void forces_of_turned(const LaneModels<double>& models, const TurnedCells<double>& cells, double* out);
 
 /// K += sum_r a_r b_r^T, K (24, 24) stored by columns, a_r and b_r the rows of arrays of shape (9, 24), stored by rows.
 void add_products24(const double* a, const double* b, double* k);

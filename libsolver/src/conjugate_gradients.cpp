@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 
 #include "parallel.h"
+#include "stopwatch.h"
 
 namespace hexsolver {
 
@@ -74,10 +75,12 @@ ConjugateGradients::Outcome ConjugateGradients::solve(const Potential& potential
       outcome.end = End::interrupted;
       return outcome;
     }
+    const Stopwatch of_preconditioner;
     if (preconditioner)
       preconditioner->apply(r_, z_);
     else
       z_ = r_;
+    outcome.preconditioner_seconds += of_preconditioner.seconds();
     const double rz_next = r_.dot(z_);
     if (!(rz_next > 0)) {
       outcome.end = End::negative_curvature;
@@ -89,8 +92,10 @@ ConjugateGradients::Outcome ConjugateGradients::solve(const Potential& potential
     else
       p_ = z_ + rz_next / rz * p_;
     rz = rz_next;
+    const Stopwatch of_product;
     potential.apply(p_, q_);
     constraints.project(q_);
+    outcome.product_seconds += of_product.seconds();
     const double curvature = p_.dot(q_);
     ++outcome.iterations;
     if (!(curvature > 0)) {

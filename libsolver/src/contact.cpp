@@ -77,11 +77,17 @@ void PenaltyContact::linearize(const NodeVector& u, double clamping) {
   }
 }
 
-void PenaltyContact::add_product(const NodeVector& x, NodeVector& y) const {
+template <class Vector>
+void PenaltyContact::add_product_of(const Vector& x, Vector& y) const {
+  using Real = typename Vector::Scalar;
   for (const Active& a : active_)
-    mesh_.scatter_add(static_cast<std::size_t>(a.cell),
-                      spread(a.weights, a.hessian * mesh_.interpolate(a.cell, a.weights, x)), y);
+    mesh_.scatter_add(
+        static_cast<std::size_t>(a.cell),
+        spread(a.weights, a.hessian * mesh_.interpolate(a.cell, a.weights, x)).template cast<Real>().eval(), y);
 }
+
+void PenaltyContact::add_product(const NodeVector& x, NodeVector& y) const { add_product_of(x, y); }
+void PenaltyContact::add_product(const FloatNodeVector& x, FloatNodeVector& y) const { add_product_of(x, y); }
 
 std::pair<std::size_t, std::size_t> PenaltyContact::active_in(std::size_t cell) const {
   const auto range = std::equal_range(active_.begin(), active_.end(), Active{static_cast<std::int32_t>(cell), {}, {}},

@@ -10,6 +10,8 @@
 namespace hexsolver {
 namespace {
 
+constexpr std::size_t lanes = TurnedCells<double>::lanes;
+
 Mat3 cross_matrix(const Vec3& v) {
   Mat3 m;
   m << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0;
@@ -50,9 +52,9 @@ double CorotationalCells::energy(const NodeVector& u) const {
   if (!is_linearized_at(u)) return ElasticCells::energy(u);
   double sum = 0;
   for (std::size_t b = 0; b < frames_.size(); ++b) {
-    TurnedCells::Lanes of_lane{};
+    std::array<double, lanes> of_lane{};
     for (std::size_t n = 0; n < 24; ++n)
-      for (std::size_t lane = 0; lane < TurnedCells::lanes; ++lane)
+      for (std::size_t lane = 0; lane < lanes; ++lane)
         of_lane[lane] += 0.5 * (frames_[b].y[n][lane] - rest_[static_cast<Eigen::Index>(n)]) * frames_[b].f[n][lane];
     for (std::size_t lane = 0; lane < mesh_.batches()[b].count; ++lane) sum += of_lane[lane];
   }
@@ -88,9 +90,8 @@ Mat3 CorotationalCells::stress(std::size_t cell, const NodeVector& u) const {
 void CorotationalCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
   if (is_linearized_at(u)) {
     mesh_.for_each_batch([&](std::size_t b) {
-      constexpr std::size_t lanes = TurnedCells::lanes;
       alignas(64) std::array<double, 24 * lanes> values;
-      forces_of_turned(frames_[b], values.data());
+      forces_of_turned(models_of_batch<double>(b), frames_[b], values.data());
       for (std::size_t lane = 0; lane < mesh_.batches()[b].count; ++lane) {
         CellVector force;
         for (std::size_t n = 0; n < 24; ++n) force[static_cast<Eigen::Index>(n)] = values[lanes * n + lane];
@@ -134,13 +135,12 @@ Mat3 CorotationalCells::stress_matrix(const Frame& f) {
   return out;
 }
 
-void CorotationalCells::pack(const Frame& f, const NodeGradients& gradient, TurnedCells& cells, std::size_t lane) {
-  const auto put = [lane](auto& lanes, const double* values) {
-    for (std::size_t n = 0; n < lanes.size(); ++n) lanes[n][lane] = values[n];
+void CorotationalCells::pack(const Frame& f, TurnedCells<double>& cells, std::size_t lane) {
+  const auto put = [lane](auto& of_lanes, const double* values) {
+    for (std::size_t n = 0; n < of_lanes.size(); ++n) of_lanes[n][lane] = values[n];
   };
   put(cells.y, f.y.data());
   put(cells.f, f.f.data());
-  put(cells.g, Eigen::Matrix<double, 3, 8>(gradient.transpose()).data());
   put(cells.r, f.r.data());
   put(cells.inverse_m, f.inverse_m.data());
   put(cells.a, f.a.data());
@@ -149,10 +149,10 @@ void CorotationalCells::pack(const Frame& f, const NodeGradients& gradient, Turn
 
 CorotationalCells::Frame CorotationalCells::unpacked(std::size_t cell) const {
   const std::size_t batch = mesh_.batch_of(cell), lane = cell - mesh_.batches()[batch].first;
-  const auto get = [lane](const auto& lanes, double* values) {
-    for (std::size_t n = 0; n < lanes.size(); ++n) values[n] = lanes[n][lane];
+  const auto get = [lane](const auto& of_lanes, double* values) {
+    for (std::size_t n = 0; n < of_lanes.size(); ++n) values[n] = of_lanes[n][lane];
   };
-  const TurnedCells& cells = frames_[batch];
+  const TurnedCells<double>& cells = frames_[batch];
   Frame f;
   get(cells.y, f.y.data());
   get(cells.f, f.f.data());
@@ -185,58 +185,81 @@ void CorotationalCells::linearize(const NodeVector& u, double clamping) {
   if (clamping == clamping_ && is_linearized_at(u)) return;
   clamping_ = clamping;
   state_ = u;
+  single_is_current_ = false;
   const bool clamps = clamping > Hessian::exact && clamping <= Hessian::clamped;
   frames_.resize(mesh_.batches().size());
-  positive_.resize(clamps ? mesh_.num_cells() : 0);
+  positive_.resize(clamps ? mesh_.batches().size() : 0);
   mesh_.for_each_batch([&](std::size_t b) {
     const Mesh::Batch& batch = mesh_.batches()[b];
     for (std::size_t lane = 0; lane < batch.count; ++lane) {
       const std::size_t c = batch.first + lane;
-      if (!turns(c)) {
-        pack(still_frame(c, u), model(c).mean_gradient, frames_[b], lane);
-        if (clamps) positive_[c].setZero();
-        continue;
-      }
-      Frame f = frame(c, u);
-      if (clamping != Hessian::without_stress) f.a = stress_matrix(f);
-      pack(f, model(c).mean_gradient, frames_[b], lane);
+      Frame f = turns(c) ? frame(c, u) : still_frame(c, u);
+      if (turns(c) && clamping != Hessian::without_stress) f.a = stress_matrix(f);
+      pack(f, frames_[b], lane);
       if (!clamps) continue;
-      positive_[c] = positive_part(stress_term(f, model(c).mean_gradient));
-      for (int a = 0; a < 8; ++a) positive_[c].middleRows<3>(3 * a) = f.r * positive_[c].middleRows<3>(3 * a);
+      Columns z = Columns::Zero();
+      if (turns(c)) z = positive_part(stress_term(f, model(c).mean_gradient));
+      for (int a = 0; a < 8; ++a) z.middleRows<3>(3 * a) = f.r * z.middleRows<3>(3 * a);
+      for (std::size_t n = 0; n < 72; ++n) positive_[b].z[n][lane] = static_cast<float>(z.data()[n]);
     }
   });
 }
 
-void CorotationalCells::add_product(const NodeVector& x, NodeVector& y) const {
-  constexpr std::size_t lanes = TurnedCells::lanes;
-  static_assert(lanes == Mesh::batch_size);
+template <>
+const std::vector<TurnedCells<double>>& CorotationalCells::frames() const {
+  return frames_;
+}
+
+template <>
+const std::vector<TurnedCells<float>>& CorotationalCells::frames() const {
+  if (single_is_current_) return single_frames_;
+  static_assert(sizeof(TurnedCells<double>) == 2 * sizeof(TurnedCells<float>));
+  constexpr std::size_t numbers = sizeof(TurnedCells<float>) / sizeof(float);
+  single_frames_.resize(frames_.size());
+  const auto count = static_cast<std::ptrdiff_t>(frames_.size());
+#pragma omp parallel for schedule(static) if (mesh_.num_cells() >= Mesh::worth_threads)
+  for (std::ptrdiff_t b = 0; b < count; ++b) {
+    const double* from = frames_[static_cast<std::size_t>(b)].y[0].data();
+    float* to = single_frames_[static_cast<std::size_t>(b)].y[0].data();
+    for (std::size_t n = 0; n < numbers; ++n) to[n] = static_cast<float>(from[n]);
+  }
+  single_is_current_ = true;
+  return single_frames_;
+}
+
+template <class Real>
+LaneModels<Real> CorotationalCells::models_of_batch(std::size_t number) const {
+  const Mesh::Batch& batch = mesh_.batches()[number];
+  LaneModels<Real> models;
+  models.alike = true;
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    const auto& model =
+        model_in<Real>(batch.first + std::min(lane, batch.count - 1));  // the last again if there are fewer
+    models.stiffness[lane] = model.stiffness.data();
+    models.mean_gradient[lane] = model.mean_gradient.data();
+    models.alike = models.alike && models.stiffness[lane] == models.stiffness[0];
+  }
+  return models;
+}
+
+template <class Vector>
+void CorotationalCells::add_product_of(const Vector& x, Vector& y) const {
+  using Real = typename Vector::Scalar;
+  static_assert(lanes == Mesh::batch_size && lanes == LaneModels<Real>::lanes);
+  need_models<Real>();
+  const std::vector<TurnedCells<Real>>& turned = frames<Real>();
   mesh_.for_each_batch([&](std::size_t b) {
-    const Mesh::Batch& batch = mesh_.batches()[b];
-    alignas(64) std::array<double, 24 * lanes> values;
-    std::array<CellVector, lanes> given;
-    std::array<const double*, lanes> k;
-    bool shared = true;
-    for (std::size_t lane = 0; lane < lanes; ++lane) {
-      const std::size_t c = batch.first + std::min(lane, batch.count - 1);  // a last one again where there are fewer
-      k[lane] = model(c).stiffness.data();
-      shared = shared && k[lane] == k[0];
-      given[lane] = mesh_.gather(c, x);
-      for (std::size_t n = 0; n < 24; ++n) values[lanes * n + lane] = given[lane][static_cast<Eigen::Index>(n)];
-    }
-    multiply_turned(k.data(), shared, frames_[b], clamping_ == Hessian::exact, values.data());
-    for (std::size_t lane = 0; lane < batch.count; ++lane) {
-      const std::size_t c = batch.first + lane;
-      CellVector out;
-      for (std::size_t n = 0; n < 24; ++n) out[static_cast<Eigen::Index>(n)] = values[lanes * n + lane];
-      if (!positive_.empty()) out += positive_[c] * (positive_[c].transpose() * given[lane]);
-      mesh_.scatter_add(c, out, y);
-    }
+    add_turned_product(models_of_batch<Real>(b), turned[b], clamping_ == Hessian::exact,
+                       positive_.empty() ? nullptr : &positive_[b], nodes_of_batch(mesh_, b), x.data(), y.data());
   });
 }
+
+void CorotationalCells::add_product(const NodeVector& x, NodeVector& y) const { add_product_of(x, y); }
+void CorotationalCells::add_product(const FloatNodeVector& x, FloatNodeVector& y) const { add_product_of(x, y); }
 
 std::size_t CorotationalCells::bytes() const {
-  return ElasticCells::bytes() + hexmesh::bytes_of(frames_) + hexmesh::bytes_of(positive_) +
-         sizeof(double) * static_cast<std::size_t>(state_.size());
+  return ElasticCells::bytes() + hexmesh::bytes_of(frames_) + hexmesh::bytes_of(single_frames_) +
+         hexmesh::bytes_of(positive_) + sizeof(double) * static_cast<std::size_t>(state_.size());
 }
 
 void CorotationalCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
@@ -261,7 +284,11 @@ void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) 
   const CellMatrix half = e.t.transpose() * inner;
   h += half + half.transpose();
   hessian += rotate(f.r, h);
-  if (!positive_.empty()) hessian += positive_[cell] * positive_[cell].transpose();
+  if (positive_.empty()) return;
+  const std::size_t batch = mesh_.batch_of(cell), lane = cell - mesh_.batches()[batch].first;
+  Columns z;
+  for (std::size_t n = 0; n < 72; ++n) z.data()[n] = static_cast<double>(positive_[batch].z[n][lane]);
+  hessian += z * z.transpose();
 }
 
 }  // namespace hexsolver

@@ -42,12 +42,18 @@ void EdgeRotatedCells::linearize(const NodeVector& u, double /*clamping*/) {
   mesh_.for_each_cell([&](std::size_t c) { rotations_[c] = rotation(mesh_.gather(c, u)); });
 }
 
-void EdgeRotatedCells::add_product(const NodeVector& x, NodeVector& y) const {
+template <class Vector>
+void EdgeRotatedCells::add_product_of(const Vector& x, Vector& y) const {
+  using Real = typename Vector::Scalar;
+  need_models<Real>();
   mesh_.for_each_cell([&](std::size_t c) {
-    const Mat3& r = rotations_[c];
-    mesh_.scatter_add(c, rotate(r, times(model(c).stiffness, rotate(r.transpose(), mesh_.gather(c, x)))), y);
+    const Eigen::Matrix<Real, 3, 3> r = rotations_[c].cast<Real>(), back = r.transpose();
+    mesh_.scatter_add(c, rotate(r, times(model_in<Real>(c).stiffness, rotate(back, mesh_.gather(c, x)))), y);
   });
 }
+
+void EdgeRotatedCells::add_product(const NodeVector& x, NodeVector& y) const { add_product_of(x, y); }
+void EdgeRotatedCells::add_product(const FloatNodeVector& x, FloatNodeVector& y) const { add_product_of(x, y); }
 
 std::size_t EdgeRotatedCells::bytes() const { return ElasticCells::bytes() + hexmesh::bytes_of(rotations_); }
 

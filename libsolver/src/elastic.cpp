@@ -48,7 +48,14 @@ ElasticCells::ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements,
 }
 
 std::size_t ElasticCells::model_bytes() const { return hexmesh::bytes_of(*models_); }
-std::size_t ElasticCells::bytes() const { return hexmesh::bytes_of(elements_) + model_bytes(); }
+std::size_t ElasticCells::bytes() const {
+  return hexmesh::bytes_of(elements_) + model_bytes() + hexmesh::bytes_of(single_models_);
+}
+
+void ElasticCells::make_single_models() const {
+  for (const ElementModel& m : *models_)
+    single_models_.push_back({m.stiffness.cast<float>(), m.mean_gradient.cast<float>()});
+}
 
 double ElasticCells::energy(const NodeVector& u) const {
   energies_.resize(mesh_.num_cells());
@@ -74,9 +81,25 @@ void CauchyCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVe
   });
 }
 
-void CauchyCells::add_product(const NodeVector& x, NodeVector& y) const {
-  mesh_.for_each_cell([&](std::size_t c) { mesh_.scatter_add(c, times(model(c).stiffness, mesh_.gather(c, x)), y); });
+template <class Vector>
+void CauchyCells::add_product_of(const Vector& x, Vector& y) const {
+  using Real = typename Vector::Scalar;
+  need_models<Real>();
+  mesh_.for_each_batch([&](std::size_t b) {
+    const Mesh::Batch& batch = mesh_.batches()[b];
+    const auto first = elements_.begin() + static_cast<std::ptrdiff_t>(batch.first);
+    const auto last = first + static_cast<std::ptrdiff_t>(batch.count);
+    if (std::all_of(first, last, [&](std::int32_t e) { return e == *first; })) {
+      add_alike_product(model_in<Real>(batch.first).stiffness.data(), nodes_of_batch(mesh_, b), x.data(), y.data());
+      return;
+    }
+    for (std::size_t c = batch.first; c < batch.first + batch.count; ++c)
+      mesh_.scatter_add(c, times(model_in<Real>(c).stiffness, mesh_.gather(c, x)), y);
+  });
 }
+
+void CauchyCells::add_product(const NodeVector& x, NodeVector& y) const { add_product_of(x, y); }
+void CauchyCells::add_product(const FloatNodeVector& x, FloatNodeVector& y) const { add_product_of(x, y); }
 
 void CauchyCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
   hexsolver::add_diagonal(Mat3::Identity(), model(cell).stiffness, blocks);

@@ -60,6 +60,7 @@ void solve_with_cutback(Solved& state, NewtonOptions options, bool has_start, co
     total.interrupted = report.interrupted;
     total.preconditioner_bytes = std::max(total.preconditioner_bytes, report.preconditioner_bytes);
     total.remaining = std::move(report.remaining);
+    total.seconds += report.seconds;
     if (report.interrupted) break;
     if (report.converged) {
       good = std::move(trial);
@@ -234,6 +235,7 @@ private:
       solve_with_cutback(next, options, true, progress_);
       next.newton.iterations += before.newton.iterations;
       next.newton.linear_iterations += before.newton.linear_iterations;
+      next.newton.seconds += before.newton.seconds;
       if (next.newton.converged) continue;
       next.u = before.u;
       next.load_fraction = before.load_fraction;

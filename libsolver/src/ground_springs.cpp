@@ -26,10 +26,15 @@ void GroundSprings::add_gradient(const NodeVector& u, NodeVector& gradient, Node
   }
 }
 
-void GroundSprings::add_product(const NodeVector& x, NodeVector& y) const {
+template <class Vector>
+void GroundSprings::add_product_of(const Vector& x, Vector& y) const {
   for (const auto& [cell, k] : stiffness_)
-    mesh_.scatter_add(static_cast<std::size_t>(cell), k * mesh_.gather(static_cast<std::size_t>(cell), x), y);
+    mesh_.scatter_add(static_cast<std::size_t>(cell),
+                      static_cast<typename Vector::Scalar>(k) * mesh_.gather(static_cast<std::size_t>(cell), x), y);
 }
+
+void GroundSprings::add_product(const NodeVector& x, NodeVector& y) const { add_product_of(x, y); }
+void GroundSprings::add_product(const FloatNodeVector& x, FloatNodeVector& y) const { add_product_of(x, y); }
 
 void GroundSprings::add_cell_hessian(std::size_t cell, CellMatrix& h) const { h.diagonal().array() += of_cell(cell); }
 

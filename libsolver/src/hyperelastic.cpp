@@ -225,14 +225,18 @@ void HyperelasticCells::linearize(const NodeVector& u, double clamping) {
   });
 }
 
-void HyperelasticCells::add_product(const NodeVector& x, NodeVector& y) const {
+template <class Vector>
+void HyperelasticCells::add_product_of(const Vector& x, Vector& y) const {
   mesh_.for_each_cell([&](std::size_t c) {
-    const Eigen::Matrix<float, 24, 1> v = mesh_.gather(c, x).cast<float>();
+    const Eigen::Matrix<float, 24, 1> v = mesh_.gather(c, x).template cast<float>();
     Eigen::Matrix<float, 24, 1> out;
     multiply24(hessians_[c].data(), v.data(), out.data());
-    mesh_.scatter_add(c, out.cast<double>(), y);
+    mesh_.scatter_add(c, out.template cast<typename Vector::Scalar>().eval(), y);
   });
 }
+
+void HyperelasticCells::add_product(const NodeVector& x, NodeVector& y) const { add_product_of(x, y); }
+void HyperelasticCells::add_product(const FloatNodeVector& x, FloatNodeVector& y) const { add_product_of(x, y); }
 
 std::size_t HyperelasticCells::bytes() const {
   std::size_t sum = ElasticCells::bytes() + hexmesh::bytes_of(hessians_) + hexmesh::bytes_of(points_);

@@ -67,9 +67,16 @@ void Inertia::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector
   });
 }
 
-void Inertia::add_product(const NodeVector& x, NodeVector& y) const {
-  parallel_for(x.size(), [&](Index n) { y[n] += stiffness_ * node_masses_[static_cast<std::size_t>(n / 3)] * x[n]; });
+template <class Vector>
+void Inertia::add_product_of(const Vector& x, Vector& y) const {
+  using Real = typename Vector::Scalar;
+  parallel_for(x.size(), [&](Index n) {
+    y[n] += static_cast<Real>(stiffness_ * node_masses_[static_cast<std::size_t>(n / 3)]) * x[n];
+  });
 }
+
+void Inertia::add_product(const NodeVector& x, NodeVector& y) const { add_product_of(x, y); }
+void Inertia::add_product(const FloatNodeVector& x, FloatNodeVector& y) const { add_product_of(x, y); }
 
 void Inertia::add_cell_hessian(std::size_t cell, CellMatrix& h) const {
   const NodeWeights& m = masses_[static_cast<std::size_t>(elements_[cell])];

@@ -77,7 +77,7 @@ private:
   Hierarchy hierarchy_;
   std::vector<bool> islands_;
   std::unique_ptr<Constraints> constraints_;
-  std::vector<Vec3> prescribed_;  ///< space for the points of the constraints [mm]
+  std::vector<Vec3> prescribed_;                               ///< space for the points of the constraints [mm]
   std::vector<std::unique_ptr<DeadLoad>> new_loads_;           ///< until the potential takes them
   std::vector<std::unique_ptr<PenaltyContact>> new_contacts_;  ///< likewise
   std::vector<DeadLoad*> loads_;

@@ -22,10 +22,20 @@ Mesh::Mesh(std::vector<Index3> cells, const Mat3& edges, const Vec3& corner)
   batch_of_.resize(cells_.size());
   for (const auto& [begin, end] : slabs_)
     for (std::size_t first = begin; first < end; first += batch_size) {
-      batches_.push_back({first, std::min(batch_size, end - first)});
+      batches_.push_back(make_batch(first, std::min(batch_size, end - first)));
       for (std::size_t c = first; c < first + batches_.back().count; ++c)
         batch_of_[c] = static_cast<std::int32_t>(batches_.size() - 1);
     }
+}
+
+Mesh::Batch Mesh::make_batch(std::size_t first, std::size_t count) const {
+  Batch batch{first, count, count == batch_size};
+  for (std::size_t r = 0; r < 4; ++r) batch.rows[r] = cell_nodes()[first][2 * r];
+  for (std::size_t lane = 0; lane < count; ++lane)
+    for (std::size_t a = 0; a < 8; ++a)
+      batch.is_row =
+          batch.is_row && cell_nodes()[first + lane][a] == batch.rows[a / 2] + static_cast<std::int32_t>(lane + a % 2);
+  return batch;
 }
 
 std::size_t Mesh::bytes() const {

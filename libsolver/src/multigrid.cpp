@@ -100,14 +100,13 @@ private:
   using Block = Eigen::Matrix<Scalar, 3, 3>;
   using Point = Eigen::Matrix<Scalar, 3, 1>;
   struct Level {
-    std::vector<std::int32_t> index;  ///< cell -> pool; empty on a finest level of unlike cells
+    std::vector<std::int32_t> index;  ///< cell -> pool; empty on the finest level, whose operator is the potential's
     std::vector<Matrix> pool;
     std::vector<Block> inverse_diagonal;  ///< per node
     double largest_eigenvalue = 0;        ///< of D^-1 A
     mutable Vector b, x, r, d, t;         ///< work space of a cycle
   };
 
-  void share_finest();
   void choose_support_weights();
   void coarsen(std::size_t level);
   bool invert_diagonal(Level& level, const std::vector<Mat3>& diagonal);
@@ -126,7 +125,6 @@ private:
   std::unordered_map<std::size_t, std::vector<std::size_t>> points_of_cell_;  ///< constraint points, finest level
   std::vector<double> support_weight_;                                        ///< w of each condition [N/mm]
   std::vector<Level> levels_;
-  mutable NodeVector wide_x_, wide_y_;  ///< for the operator of unlike cells, where Scalar is single
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> coarsest_;
   Eigen::MatrixXd dense_matrix_;
   Eigen::LLT<Eigen::MatrixXd> dense_;  ///< in place of coarsest_ where that is small
@@ -162,36 +160,11 @@ Multigrid::CyclesOf<Scalar>::CyclesOf(const Hierarchy& hierarchy, const Potentia
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::update() {
   positive_ = true;
-  share_finest();
   for (std::size_t level = 0; level + 1 < levels_.size() && positive_; ++level) {
     coarsen(level);
     if (positive_) estimate_eigenvalue(level);
   }
   if (positive_) factor_coarsest();
-}
-
-/// Where all cells of the finest level share Hessians, the cycle works on single-precision copies of these.
-template <class Scalar>
-void Multigrid::CyclesOf<Scalar>::share_finest() {
-  const std::size_t count = hierarchy_.meshes[0].num_cells();
-  levels_[0].index.clear();
-  levels_[0].pool.clear();
-  for (std::size_t c = 0; c < count; ++c)
-    if (potential_.shared_hessian(c) < 0) return;
-  std::vector<std::int32_t> index(count);
-  std::vector<std::size_t> first;  // cell of each entry
-  for (std::size_t c = 0; c < count; ++c) {
-    const std::int32_t shared = potential_.shared_hessian(c);
-    index[c] = shared;
-    if (static_cast<std::size_t>(shared) >= first.size()) first.resize(static_cast<std::size_t>(shared) + 1, count);
-    first[static_cast<std::size_t>(shared)] = c;
-  }
-  // As many matrices as cells would only cost memory.
-  if (2 * first.size() > count) return;
-  Level& finest = levels_[0];
-  finest.index = std::move(index);
-  for (const std::size_t c : first)
-    finest.pool.push_back(c == count ? Matrix::Zero() : Matrix(potential_.cell_hessian(c).template cast<Scalar>()));
 }
 
 template <class Scalar>
@@ -380,7 +353,7 @@ void Multigrid::CyclesOf<Scalar>::solve_coarsest(const Vector& b, Vector& x) con
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::multiply(std::size_t level, const Vector& x, Vector& y) const {
   const Mesh& mesh = hierarchy_.meshes[level];
-  if (!levels_[level].pool.empty()) {
+  if (level > 0) {
     set_zero(y, x.size());
     mesh.for_each_cell([&](std::size_t c) {
       const Eigen::Matrix<Scalar, 24, 1> v = mesh.gather(c, x);
@@ -388,14 +361,8 @@ void Multigrid::CyclesOf<Scalar>::multiply(std::size_t level, const Vector& x, V
       multiply24(levels_[level].pool[static_cast<std::size_t>(levels_[level].index[c])].data(), v.data(), w.data());
       mesh.scatter_add(c, w, y);
     });
-  } else if constexpr (std::is_same_v<Scalar, double>) {
-    potential_.apply(x, y);
   } else {
-    wide_x_.resize(x.size());
-    parallel_for(x.size(), [&](Index n) { wide_x_[n] = static_cast<double>(x[n]); });
-    potential_.apply(wide_x_, wide_y_);
-    y.resize(x.size());
-    parallel_for(x.size(), [&](Index n) { y[n] = static_cast<Scalar>(wide_y_[n]); });
+    potential_.apply(x, y);
   }
   if (level == 0) constraints_.project(y);
 }

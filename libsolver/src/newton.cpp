@@ -6,8 +6,19 @@
 #include <optional>
 
 #include "hexsolver/multigrid.h"
+#include "stopwatch.h"
 
 namespace hexsolver {
+
+NewtonSeconds& NewtonSeconds::operator+=(const NewtonSeconds& other) {
+  forces += other.forces;
+  linearize += other.linearize;
+  set_up += other.set_up;
+  cycles += other.cycles;
+  products += other.products;
+  return *this;
+}
+
 namespace {
 
 using Linear = ConjugateGradients::End;
@@ -59,21 +70,24 @@ public:
   NewtonReport run(NodeVector& u, const NewtonProgress& progress);
 
 private:
-  Residual residual(const NodeVector& u) const;
+  NewtonReport descend(NodeVector& u, const NewtonProgress& progress);
+  Residual residual(const NodeVector& u);
+  double energy(const NodeVector& u);
   double rounding(const NodeVector& u) const;
   double energy_rounding(double energy, const NodeVector& step) const;
   void prepare(const NodeVector& u, double clamping);
   LinearOutcome find_step(const NodeVector& u, const NodeVector& gradient, const NodeVector& support_step,
                           double forcing, Clamping& clamping, NodeVector& step);
   double forcing(const Residual& now, bool supports_hold) const;
-  std::optional<NodeVector> move_supports(const NodeVector& u, const NodeVector& step) const;
-  std::optional<double> search_line(NodeVector& u, Residual& now, const NodeVector& step) const;
+  std::optional<NodeVector> move_supports(const NodeVector& u, const NodeVector& step);
+  std::optional<double> search_line(NodeVector& u, Residual& now, const NodeVector& step);
 
   const Hierarchy& hierarchy_;
   Potential& potential_;
   const Constraints& constraints_;
   const NewtonOptions& options_;
   double rounding_;
+  NewtonSeconds seconds_;
   std::unique_ptr<const Multigrid> preconditioner_;  ///< of the last prepare()
   ConjugateGradients conjugate_gradients_;
 };
@@ -87,14 +101,23 @@ double Minimizer::rounding(const NodeVector& u) const {
 }
 
 /// |P g| over the sum of absolute cell forces and loads; forces of the size of rounding errors count as balanced.
-Residual Minimizer::residual(const NodeVector& u) const {
+Residual Minimizer::residual(const NodeVector& u) {
+  const Stopwatch watch;
   Residual residual;
   NodeVector magnitude;
   potential_.gradient(u, residual.gradient, magnitude);
   constraints_.project(residual.gradient);
   const double balanced = magnitude.norm() + rounding(u) / options_.tolerance;
   residual.relative = balanced == 0 ? 0 : residual.gradient.norm() / balanced;
+  seconds_.forces += watch.seconds();
   return residual;
+}
+
+double Minimizer::energy(const NodeVector& u) {
+  const Stopwatch watch;
+  const double energy = potential_.energy(u);
+  seconds_.forces += watch.seconds();
+  return energy;
 }
 
 /// By how much energies may differ by rounding alone.
@@ -104,8 +127,12 @@ double Minimizer::energy_rounding(double energy, const NodeVector& step) const {
 
 void Minimizer::prepare(const NodeVector& u, double clamping) {
   preconditioner_.reset();
+  const Stopwatch of_linearize;
   potential_.linearize(u, clamping);
+  seconds_.linearize += of_linearize.seconds();
+  const Stopwatch of_set_up;
   preconditioner_ = std::make_unique<const Multigrid>(hierarchy_, potential_, constraints_);
+  seconds_.set_up += of_set_up.seconds();
 }
 
 /// The Newton step beyond the one that brings the supports to their places; where the exact Hessian is not positive,
@@ -131,6 +158,8 @@ LinearOutcome Minimizer::find_step(const NodeVector& u, const NodeVector& gradie
           return residual(end).relative / options_.tolerance;
         };
       outcome = conjugate_gradients_.solve(potential_, constraints_, preconditioner_.get(), b, linear, step);
+      seconds_.cycles += outcome.preconditioner_seconds;
+      seconds_.products += outcome.product_seconds;
     }
     iterations += outcome.iterations;
     if (outcome.end != Linear::negative_curvature || clamping.now() == Hessian::clamped)
@@ -148,16 +177,15 @@ double Minimizer::forcing(const Residual& now, bool supports_hold) const {
 
 /// Backtrack from u + step until the energy falls enough (Armijo), or the residual where there is no energy.
 /// @returns the part of the step taken; nothing if no part helps
-std::optional<double> Minimizer::search_line(NodeVector& u, Residual& now, const NodeVector& step) const {
+std::optional<double> Minimizer::search_line(NodeVector& u, Residual& now, const NodeVector& step) {
   const bool has_energy = potential_.is_conservative();
-  const double energy = potential_.energy(u);
+  const double before = energy(u);
   const double slope = now.gradient.dot(step);
   const double shortest = has_energy ? 1e-4 : 1e-2;
   for (double length = 1; length >= shortest; length /= 2) {
     NodeVector trial = u + length * step;
     // Near the solution energies differ by rounding only.
-    if (has_energy && !(potential_.energy(trial) <= energy + 1e-4 * length * slope + energy_rounding(energy, step)))
-      continue;
+    if (has_energy && !(energy(trial) <= before + 1e-4 * length * slope + energy_rounding(before, step))) continue;
     Residual next = residual(trial);
     if (!has_energy && !(next.gradient.norm() < (1 - 1e-4 * length) * now.gradient.norm())) continue;
     u = std::move(trial);
@@ -168,19 +196,25 @@ std::optional<double> Minimizer::search_line(NodeVector& u, Residual& now, const
 }
 
 /// u + step, or a part of the step where the law has no meaning at its end; nothing if no part is possible.
-std::optional<NodeVector> Minimizer::move_supports(const NodeVector& u, const NodeVector& step) const {
+std::optional<NodeVector> Minimizer::move_supports(const NodeVector& u, const NodeVector& step) {
   constexpr double shortest = 1.0 / 64;
   for (double length = 1; length >= shortest; length /= 2) {
     NodeVector end = u + length * step;
-    if (potential_.is_linear() || std::isfinite(potential_.energy(end))) return end;
+    if (potential_.is_linear() || std::isfinite(energy(end))) return end;
   }
   return {};
 }
 
 NewtonReport Minimizer::run(NodeVector& u, const NewtonProgress& progress) {
+  NewtonReport report = descend(u, progress);
+  report.seconds = seconds_;
+  return report;
+}
+
+NewtonReport Minimizer::descend(NodeVector& u, const NewtonProgress& progress) {
   NewtonReport report;
   Clamping clamping;
-  if (!potential_.is_linear() && !std::isfinite(potential_.energy(u))) {
+  if (!potential_.is_linear() && !std::isfinite(energy(u))) {
     report.reason = "points of the body are inside out at the start";
     return report;
   }

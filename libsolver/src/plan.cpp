@@ -141,8 +141,16 @@ SolverTimes measure_solver(const hexmesh::Lattice& lattice, const Scene& scene, 
   const NodeVector u = NodeVector::Zero(dofs);
   NodeVector x = NodeVector::LinSpaced(dofs, -1, 1), y;
   problem.constraints().project(x);
-  times.linearize = median_seconds(repeats, [&] { potential.linearize(u, Hessian::exact); });
+  // Far enough from rest that no two linearizations are the same.
+  int n = 0;
+  const auto linearize_anew = [&](double clamping) { potential.linearize(u + 1e-3 * ++n * x, clamping); };
+  times.clamp = median_seconds(repeats, [&] { linearize_anew(Hessian::clamped); });
+  times.linearize = median_seconds(repeats, [&] { linearize_anew(Hessian::exact); });
   times.product = median_seconds(repeats, [&] { potential.apply(x, y); });
+  const FloatNodeVector single_x = x.cast<float>();
+  FloatNodeVector single_y;
+  potential.apply(single_x, single_y);  // makes its copies
+  times.single_product = median_seconds(repeats, [&] { potential.apply(single_x, single_y); });
   std::unique_ptr<const Multigrid> multigrid;
   times.set_up = median_seconds(repeats, [&] {
     multigrid = std::make_unique<const Multigrid>(problem.hierarchy(), potential, problem.constraints());

@@ -57,6 +57,11 @@ void Potential::apply(const NodeVector& x, NodeVector& y) const {
   for_each_term([&](const Term& t) { t.add_product(x, y); });
 }
 
+void Potential::apply(const FloatNodeVector& x, FloatNodeVector& y) const {
+  set_zero(y, x.size());
+  for_each_term([&](const Term& t) { t.add_product(x, y); });
+}
+
 CellMatrix Potential::cell_hessian(std::size_t cell) const {
   CellMatrix h = CellMatrix::Zero();
   for (const Timed& t : terms_) t.term->add_cell_hessian(cell, h);

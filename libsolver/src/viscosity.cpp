@@ -41,6 +41,12 @@ void Viscosity::add_product(const NodeVector& x, NodeVector& y) const {
   y += stiffness_ * product_;
 }
 
+void Viscosity::add_product(const FloatNodeVector& x, FloatNodeVector& y) const {
+  set_zero(single_product_, x.size());
+  cells_->add_product(x, single_product_);
+  y += static_cast<float>(stiffness_) * single_product_;
+}
+
 void Viscosity::add_cell_hessian(std::size_t cell, CellMatrix& h) const {
   CellMatrix own = CellMatrix::Zero();
   cells_->add_cell_hessian(cell, own);
@@ -56,7 +62,8 @@ void Viscosity::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
 
 std::size_t Viscosity::bytes() const {
   return cells_->bytes() - cells_->model_bytes() +
-         sizeof(double) * static_cast<std::size_t>(start_.size() + moved_.size() + product_.size());
+         sizeof(double) * static_cast<std::size_t>(start_.size() + moved_.size() + product_.size()) +
+         sizeof(float) * static_cast<std::size_t>(single_product_.size());
 }
 
 }  // namespace hexsolver

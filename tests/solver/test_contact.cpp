@@ -65,6 +65,7 @@ TEST_P(Obstacles, ForcesAndHessianAreDerivativesOfTheEnergy) {
   for (std::size_t c = 0; c < mesh.num_cells(); ++c)
     mesh.scatter_add(c, potential.cell_hessian(c) * mesh.gather(c, direction), added);
   EXPECT_LT((claimed - added).norm(), 1e-12 * claimed.norm());
+  EXPECT_LT(error_of_single_precision(potential, direction), 1e-6);
   potential.linearize(u, Hessian::clamped);
   potential.apply(direction, claimed);
   EXPECT_GT(claimed.dot(direction), 0);

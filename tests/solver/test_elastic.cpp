@@ -5,6 +5,9 @@
 
 #include "hexsolver/dead_load.h"
 #include "hexsolver/elastic.h"
+#include "hexsolver/ground_springs.h"
+#include "hexsolver/inertia.h"
+#include "hexsolver/viscosity.h"
 #include "support/bodies.h"
 
 using namespace hexsolver;
@@ -71,6 +74,13 @@ TEST_P(ElasticLevels, CellHessiansAddUpToTheOperator) {
       body.mesh.scatter_add(c, h * body.mesh.gather(c, direction), added);
     }
     EXPECT_LT((applied - added).norm(), precision * applied.norm());
+  }
+}
+
+TEST_P(ElasticLevels, SinglePrecisionIsOffByItsRounding) {
+  for (const double clamping : {Hessian::exact, Hessian::clamped}) {
+    body.potential.linearize(u, clamping);
+    EXPECT_LT(error_of_single_precision(body.potential, direction), 1e-6);  // 2^-24 times some ten
   }
 }
 
@@ -229,6 +239,28 @@ TEST(EdgeRotatedCells, CellHessiansAddUpToTheOperator) {
   for (std::size_t c = 0; c < body.mesh.num_cells(); ++c)
     body.mesh.scatter_add(c, body.potential.cell_hessian(c) * body.mesh.gather(c, direction), added);
   EXPECT_LT((applied - added).norm(), 1e-11 * applied.norm());
+  EXPECT_LT(error_of_single_precision(body.potential, direction), 1e-6);
+}
+
+TEST(Potential, InSinglePrecisionEachTermIsOffByItsRounding) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  const Body body(lattice, 1, Elasticity::corotational);
+  const std::vector<std::int32_t>& element = lattice.levels[1].element;
+  const NodeVector u = large_deformation(body.mesh, 0.05), direction = noise(body.mesh.num_dofs(), 1, 33);
+  const auto expect_of = [&](std::unique_ptr<Term> term) {
+    Potential potential(body.mesh);
+    potential.add(std::move(term));
+    potential.linearize(u, Hessian::exact);
+    EXPECT_LT(error_of_single_precision(potential, direction), 1e-6);
+  };
+  auto inertia = std::make_unique<Inertia>(body.mesh, element, lumped_masses(lattice, 1), 0.5);
+  inertia->set_step(u, direction, 0.01);
+  expect_of(std::move(inertia));
+  auto viscosity = std::make_unique<Viscosity>(*body.elastic, 0.1);
+  viscosity->set_step(u, 0.01);
+  expect_of(std::move(viscosity));
+  expect_of(
+      std::make_unique<GroundSprings>(body.mesh, std::vector<std::pair<std::int32_t, double>>{{2, 3.0}, {5, 1.0}}));
 }
 
 TEST(Potential, IsTheSumOfItsTermsAndOfTheFractionOfTheLoads) {

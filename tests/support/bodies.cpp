@@ -133,6 +133,14 @@ NodeVector noise(std::size_t dofs, double size, unsigned seed) {
   return u;
 }
 
+double error_of_single_precision(const hexsolver::Potential& potential, const hexsolver::NodeVector& x) {
+  hexsolver::NodeVector y;
+  hexsolver::FloatNodeVector single_y;
+  potential.apply(x, y);
+  potential.apply(x.cast<float>(), single_y);
+  return (single_y.cast<double>() - y).norm() / y.norm();
+}
+
 Mat3 random_rotation(unsigned seed) {
   const NodeVector q = noise(4, 1, seed);
   return Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix();

@@ -54,6 +54,9 @@ hexsolver::NodeVector sample(const hexsolver::Mesh& mesh, const std::function<Ve
 /// Uniform in [-size, size], the same for the same seed.
 hexsolver::NodeVector noise(std::size_t dofs, double size, unsigned seed = 1);
 
+/// |H x in single precision - H x| / |H x| of a potential that is linearized.
+double error_of_single_precision(const hexsolver::Potential& potential, const hexsolver::NodeVector& x);
+
 /// A random proper rotation.
 Mat3 random_rotation(unsigned seed);
 

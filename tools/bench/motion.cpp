@@ -8,6 +8,7 @@
 
 #include "hexmesh/lattice/embedded_points.h"
 #include "hexsolver/dynamics.h"
+#include "machine.h"
 
 namespace hextools {
 namespace {
@@ -19,35 +20,6 @@ using hexsolver::StepSolver;
 using nlohmann::json;
 
 constexpr double least_seconds = 0.5;  // of each measurement
-
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-__attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))
-#endif
-double
-multiply_and_add(int rounds) {
-  using Lanes = double __attribute__((vector_size(64)));
-  constexpr int chains = 10;  // independent, more than the latency of one
-  Lanes sum[chains], x = {1, 1, 1, 1, 1, 1, 1, 1};
-  for (int c = 0; c < chains; ++c) sum[c] = x * (1e-3 * c);
-  const Lanes factor = x * 0.999;
-  for (int n = 0; n < rounds; ++n)
-    for (int c = 0; c < chains; ++c) sum[c] = sum[c] * factor + x;
-  double total = 0;
-  for (int c = 0; c < chains; ++c) total += sum[c][0];
-  return total;
-}
-
-/// Multiplications and additions per second of one thread in double precision, in 1e9.
-double peak_gflops() {
-  constexpr int rounds = 2000000;
-  double best = 0, checksum = 0;
-  for (int n = 0; n < 5; ++n) {
-    const double start = omp_get_wtime();
-    checksum += multiply_and_add(rounds);
-    best = std::max(best, 2.0 * 80 * rounds / (omp_get_wtime() - start) * 1e-9);
-  }
-  return checksum > 0 ? best : 0;
-}
 
 /// Seconds of one call, over as many as fill `least_seconds`.
 template <class F>
@@ -150,7 +122,7 @@ json bench_motion_levels(const Lattice& lattice, const Scene& scene, const Conso
 }
 
 json bench_motion(const Lattice& lattice, const Scene& scene, int level, const Console& console) {
-  json report = {{"threads", omp_get_max_threads()}, {"peak_gflops_of_a_thread", peak_gflops()}};
+  json report = {{"threads", omp_get_max_threads()}, {"peak_gflops_of_a_thread", double_flops_of_a_thread() / 1e9}};
   console.note(fmt::format("{} threads, peak of one {:.3g} GFLOP/s", omp_get_max_threads(),
                            report["peak_gflops_of_a_thread"].get<double>()));
   report["levels"] = bench_motion_levels(lattice, scene, console);

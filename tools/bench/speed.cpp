@@ -123,8 +123,10 @@ json bench_solver(const Lattice& lattice, const hexsolver::Scene& scene, int lev
           {"dofs", t.dofs},
           {"threads", omp_get_max_threads()},
           {"product_seconds", t.product},
+          {"single_product_seconds", t.single_product},
           {"cells_per_second", static_cast<double>(t.cells) / t.product},
           {"linearize_products", t.linearize / t.product},
+          {"linearize_clamped_products", t.clamp / t.product},
           {"multigrid_set_up_products", t.set_up / t.product},
           {"cycle_products", t.cycle / t.product}};
 }

@@ -49,6 +49,7 @@ public:
     int iterations = 0;
     End end = End::solved;  ///< negative curvature: d is the best before it was met
     double reduction = 1;   ///< |r| over |P b| before the last iteration
+    double product_seconds = 0, preconditioner_seconds = 0;
   };
 
   /// @param preconditioner  nullptr: none

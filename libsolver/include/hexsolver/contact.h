@@ -26,6 +26,7 @@ public:
   bool is_linear() const override { return false; }
   void linearize(const NodeVector& u, double clamping) override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
+  void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   std::int32_t shared_hessian(std::size_t cell) const override;
   std::size_t bytes() const override;
@@ -47,6 +48,9 @@ public:
   double largest_load_step() const;
 
 private:
+  template <class Vector>
+  void add_product_of(const Vector& x, Vector& y) const;
+
   struct Point {
     std::int32_t cell;
     NodeWeights weights;

@@ -92,13 +92,35 @@ public:
   const ElementModel& model(std::size_t cell) const { return (*models_)[static_cast<std::size_t>(elements_[cell])]; }
 
 protected:
+  /// What products in single precision take from a model.
+  struct SingleModel {
+    Eigen::Matrix<float, 24, 24> stiffness;
+    Eigen::Matrix<float, 8, 3> mean_gradient;
+  };
+  /// The model of a cell as products of that precision take it, after need_models(): copies of single precision are
+  /// made when they are first asked for.
+  template <class Real>
+  const auto& model_in(std::size_t cell) const {
+    if constexpr (std::is_same_v<Real, double>)
+      return model(cell);
+    else
+      return single_models_[static_cast<std::size_t>(elements_[cell])];
+  }
+  template <class Real>
+  void need_models() const {
+    if (std::is_same_v<Real, float> && single_models_.empty()) make_single_models();
+  }
+
   const Mesh& mesh_;
   std::vector<std::int32_t> elements_;
   std::shared_ptr<const std::vector<ElementModel>> models_;
   CellVector rest_;  ///< X, corners relative to the cell's centre
 
 private:
+  void make_single_models() const;
+
   double rounding_ = 0;
+  mutable std::vector<SingleModel> single_models_;
   mutable std::vector<double> energies_;  ///< per cell, space for energy()
 };
 
@@ -111,19 +133,33 @@ public:
   Mat3 stress(std::size_t cell, const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
+  void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override { h += model(cell).stiffness; }
   void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;
   std::int32_t shared_hessian(std::size_t cell) const override { return elements_[cell]; }
+
+private:
+  template <class Vector>
+  void add_product_of(const Vector& x, Vector& y) const;
 };
 
 /// Up to eight co-rotational cells at one state, side by side, for products with their Hessians; the letters are those
 /// of THEORY.md. Matrices by columns; what has a vector for each node holds that of node 0, of node 1, ...
-struct alignas(64) TurnedCells {
+template <class Real>
+struct alignas(8 * sizeof(Real)) TurnedCells {
   static constexpr std::size_t lanes = 8;
-  using Lanes = std::array<double, lanes>;
-  std::array<Lanes, 24> y, f, g;  ///< g: mean gradients of the nodes
+  using Lanes = std::array<Real, lanes>;
+  std::array<Lanes, 24> y, f;
   std::array<Lanes, 9> r, inverse_m, a;
   std::array<Lanes, 3> h;
+};
+
+template <class Real>
+struct LaneModels;
+
+/// What a clamped Hessian adds to each of these, Z Z^T: the three columns of R Z. It need not be exact.
+struct alignas(32) PositiveParts {
+  std::array<std::array<float, TurnedCells<float>::lanes>, 72> z;
 };
 
 /// W(x) = 1/2 (R^T x - X)^T K (R^T x - X), R = polar(F), F = grad x averaged over the filled part of the cell.
@@ -158,6 +194,7 @@ public:
   bool is_linear() const override { return false; }
   void linearize(const NodeVector& u, double clamping) override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
+  void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;  ///< that of R K R^T
   std::int32_t shared_hessian(std::size_t cell) const override { return turns(cell) ? own_hessian : elements_[cell]; }
@@ -183,16 +220,24 @@ private:
   Frame frame(std::size_t cell, const NodeVector& u) const;
   Frame still_frame(std::size_t cell, const NodeVector& u) const;  ///< of a cell that does not turn, R = 1 and M^-1 = 0
   static Mat3 stress_matrix(const Frame& f);                       ///< A
-  static void pack(const Frame& f, const NodeGradients& gradient, TurnedCells& cells, std::size_t lane);
+  static void pack(const Frame& f, TurnedCells<double>& cells, std::size_t lane);
   Frame unpacked(std::size_t cell) const;  ///< of the last linearize(), without s
   static StressTerm stress_term(const Frame& f, const NodeGradients& gradient);
   static Columns positive_part(const StressTerm& e);  ///< Z with Z Z^T = the positive part of E
+  template <class Real>
+  const std::vector<TurnedCells<Real>>& frames() const;
+  template <class Real>
+  LaneModels<Real> models_of_batch(std::size_t number) const;
+  template <class Vector>
+  void add_product_of(const Vector& x, Vector& y) const;
 
   std::vector<bool> turning_;
-  NodeVector state_;                 ///< of the last linearize(): energy and forces there follow from its frames
-  std::vector<TurnedCells> frames_;  ///< of the last linearize(), by Mesh::batches()
-  std::vector<Columns> positive_;    ///< likewise, of a clamped Hessian: R Z
-  double clamping_ = 0;              ///< likewise
+  NodeVector state_;  ///< of the last linearize(): energy and forces there follow from its frames
+  std::vector<TurnedCells<double>> frames_;                ///< of the last linearize(), by Mesh::batches()
+  mutable std::vector<TurnedCells<float>> single_frames_;  ///< copies, made when first asked for
+  mutable bool single_is_current_ = false;
+  std::vector<PositiveParts> positive_;  ///< likewise; empty where the Hessian is not clamped
+  double clamping_ = 0;                  ///< of the last linearize()
 };
 
 /// The paper's co-rotational cell: force R K (R^T x - X) with R from the averaged edges, and R K R^T for its
@@ -208,12 +253,15 @@ public:
   bool is_linear() const override { return false; }
   void linearize(const NodeVector& u, double clamping) override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
+  void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;
   std::int32_t shared_hessian(std::size_t /*cell*/) const override { return own_hessian; }
   std::size_t bytes() const override;
 
 private:
+  template <class Vector>
+  void add_product_of(const Vector& x, Vector& y) const;
   Mat3 rotation(const CellVector& moved) const;  ///< of a cell whose corners are displaced by `moved`
 
   std::vector<Mat3> rotations_;  ///< of the last linearize()

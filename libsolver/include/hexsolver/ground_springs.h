@@ -23,12 +23,16 @@ public:
   double energy(const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
+  void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   std::int32_t shared_hessian(std::size_t cell) const override;
 
   Vec3 force(const NodeVector& u) const;  ///< on the body [N]
 
 private:
+  template <class Vector>
+  void add_product_of(const Vector& x, Vector& y) const;
+
   double of_cell(std::size_t cell) const;  ///< 0 for a cell without springs
 
   const Mesh& mesh_;

@@ -59,6 +59,7 @@ public:
   bool is_linear() const override { return false; }
   void linearize(const NodeVector& u, double clamping) override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
+  void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override { h += hessians_[cell].cast<double>(); }
   std::int32_t shared_hessian(std::size_t /*cell*/) const override { return own_hessian; }
   std::size_t bytes() const override;
@@ -66,6 +67,9 @@ public:
   double least_jacobian(std::size_t cell, const NodeVector& u) const override;
 
 private:
+  template <class Vector>
+  void add_product_of(const Vector& x, Vector& y) const;
+
   struct Point {
     NodeGradients gradient;
     double volume, shear, bulk;

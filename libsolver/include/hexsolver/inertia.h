@@ -38,6 +38,7 @@ public:
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   double rounding() const override { return rounding_; }
   void add_product(const NodeVector& x, NodeVector& y) const override;
+  void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;
   std::int32_t shared_hessian(std::size_t cell) const override { return elements_[cell]; }
@@ -48,6 +49,9 @@ public:
   Vec3 momentum(const NodeVector& velocity) const;                                  ///< sum_n m_n v_n [N s]
 
 private:
+  template <class Vector>
+  void add_product_of(const Vector& x, Vector& y) const;
+
   const Mesh& mesh_;
   std::vector<std::int32_t> elements_;
   std::vector<NodeWeights> masses_;

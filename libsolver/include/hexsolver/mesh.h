@@ -75,6 +75,9 @@ public:
   /// Cells next to each other in one layer, at most eight.
   struct Batch {
     std::size_t first = 0, count = 0;
+    /// Eight in a row: then their nodes 2 r are rows[r], rows[r] + 1, ..., and 2 r + 1 those after them.
+    bool is_row = false;
+    std::array<std::int32_t, 4> rows{};
   };
   static constexpr std::size_t batch_size = 8;
   const std::vector<Batch>& batches() const noexcept { return batches_; }
@@ -104,8 +107,10 @@ public:
   }
 
   /// The value of a field at a point of a cell: sum_a w_a u_a.
-  Vec3 interpolate(std::int32_t cell, const NodeWeights& weights, const NodeVector& u) const {
-    const CellVector v = gather(static_cast<std::size_t>(cell), u);
+  template <class Scalar>
+  Vec3 interpolate(std::int32_t cell, const NodeWeights& weights,
+                   const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& u) const {
+    const CellVector v = gather(static_cast<std::size_t>(cell), u).template cast<double>();
     return Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * weights;
   }
 
@@ -120,6 +125,8 @@ public:
   std::size_t bytes() const;  ///< of memory
 
 private:
+  Batch make_batch(std::size_t first, std::size_t count) const;
+
   std::vector<Index3> cells_;
   hexmesh::NodeNumbering numbering_;
   Mat3 edges_;

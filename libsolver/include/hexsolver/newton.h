@@ -17,6 +17,17 @@ struct NewtonOptions {
   std::function<bool()> interrupt;  ///< asked before every linear iteration; true ends it
 };
 
+/// Where the time went [s].
+struct NewtonSeconds {
+  double forces = 0;     ///< and energies
+  double linearize = 0;  ///< Hessians of cells
+  double set_up = 0;     ///< of the multigrid levels
+  double cycles = 0;     ///< of multigrid
+  double products = 0;   ///< with the Hessian, outside of cycles
+
+  NewtonSeconds& operator+=(const NewtonSeconds& other);
+};
+
 struct NewtonReport {
   bool converged = false;
   std::string reason;  ///< why it ended
@@ -25,6 +36,7 @@ struct NewtonReport {
   double relative_residual = 0;
   bool interrupted = false;
   std::size_t preconditioner_bytes = 0;  ///< of memory
+  NewtonSeconds seconds;
   /// What one more step would add, by one V-cycle: an estimate of how far u is from the exact solution. Where it
   /// converged, if asked.
   NodeVector remaining;

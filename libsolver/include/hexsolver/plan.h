@@ -40,10 +40,12 @@ SolvePlan plan_solution(const hexmesh::Lattice& lattice, const Scene& scene, int
 /// What the parts of a linear solution take on one level, at rest.
 struct SolverTimes {
   std::size_t cells = 0, dofs = 0;
-  double product = 0;    ///< H x, medians [s]
-  double linearize = 0;  ///< prepare H
-  double set_up = 0;     ///< of the multigrid levels
-  double cycle = 0;      ///< one V-cycle
+  double product = 0;         ///< H x, medians [s]
+  double single_product = 0;  ///< likewise, in single precision
+  double linearize = 0;       ///< prepare H
+  double clamp = 0;           ///< prepare the clamped H
+  double set_up = 0;          ///< of the multigrid levels
+  double cycle = 0;           ///< one V-cycle
 };
 
 SolverTimes measure_solver(const hexmesh::Lattice& lattice, const Scene& scene, int level, int repeats);

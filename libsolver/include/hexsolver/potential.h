@@ -28,9 +28,10 @@ public:
   /// Prepare apply() and cell_hessian() at u.
   void linearize(const NodeVector& u, double clamping);
 
-  void apply(const NodeVector& x, NodeVector& y) const;           ///< y = H x
-  CellMatrix cell_hessian(std::size_t cell) const;                ///< shape (24, 24), symmetric
-  void add_diagonal(std::size_t cell, NodeBlocks& blocks) const;  ///< as Term::add_diagonal
+  void apply(const NodeVector& x, NodeVector& y) const;            ///< y = H x
+  void apply(const FloatNodeVector& x, FloatNodeVector& y) const;  ///< likewise, in single precision
+  CellMatrix cell_hessian(std::size_t cell) const;                 ///< shape (24, 24), symmetric
+  void add_diagonal(std::size_t cell, NodeBlocks& blocks) const;   ///< as Term::add_diagonal
 
   /// Cells of one number share their Hessian; Term::own_hessian where a cell has its own.
   std::int32_t shared_hessian(std::size_t cell) const;

@@ -43,8 +43,9 @@ public:
   /// @param clamping  Hessian::exact to Hessian::clamped; a term may take all that is not exact for clamped
   virtual void linearize(const NodeVector& /*u*/, double /*clamping*/) {}
 
-  /// y += H x
+  /// y += H x; in single precision for preconditioners
   virtual void add_product(const NodeVector& /*x*/, NodeVector& /*y*/) const {}
+  virtual void add_product(const FloatNodeVector& /*x*/, FloatNodeVector& /*y*/) const {}
 
   /// h += H of one cell; shape (24, 24), symmetric.
   virtual void add_cell_hessian(std::size_t /*cell*/, CellMatrix& /*h*/) const {}

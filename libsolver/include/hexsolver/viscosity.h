@@ -27,6 +27,7 @@ public:
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   double rounding() const override { return stiffness_ * cells_->rounding(); }
   void add_product(const NodeVector& x, NodeVector& y) const override;
+  void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;
   std::int32_t shared_hessian(std::size_t cell) const override { return cells_->shared_hessian(cell); }
@@ -40,6 +41,7 @@ private:
   double stiffness_ = 0;  ///< b / h
   NodeVector start_;      ///< u_0
   mutable NodeVector moved_, product_;
+  mutable FloatNodeVector single_product_;
 };
 
 }  // namespace hexsolver
