@@ -30,6 +30,7 @@ struct Options {
   std::vector<std::string> settings;
   std::optional<int> level;
   std::optional<double> accuracy, budget;
+  double max_memory_mb = 0;
   bool example = false, check = false, plan = false, stream = false;
 };
 
@@ -287,6 +288,30 @@ int show_plan(const hexsolver::SolvePlan& plan, const Options& o, const CommonOp
   return 0;
 }
 
+/// Save memory if the finest level would not fit otherwise; an accuracy or a budget may end on a coarser one.
+/// @returns the finest level that fits
+/// @throws Error{input} if the level asked does not
+int fit_into_memory(const Options& o, const hexmesh::Lattice& lattice, int finest, hexsolver::Scene& scene,
+                    const Console& console) {
+  const double allowed = o.max_memory_mb > 0 ? o.max_memory_mb : 0.8 * machine_memory_mb();
+  const auto expected = [&](int level) { return megabytes(hexsolver::expected_bytes(lattice, scene, level)); };
+  const double fastest = expected(finest);
+  if (fastest <= allowed) return finest;
+  scene.saves_memory = true;
+  int level = finest;
+  const int most = scene.accuracy || scene.budget ? static_cast<int>(lattice.levels.size()) - 1 : finest;
+  while (level < most && expected(level) > allowed) ++level;
+  const std::string what = fmt::format("level {} ({} cells) would take about {:.3g} MB", finest,
+                                       lattice.levels[static_cast<std::size_t>(finest)].cells.size(), fastest);
+  if (expected(level) > allowed)
+    throw Error(ErrorKind::input, fmt::format("{}, {:.3g} MB at the least, expected at most {:.3g} MB (--max-memory): "
+                                              "solve a coarser level",
+                                              what, expected(level), allowed));
+  console.note(fmt::format("{}: to save memory it takes longer{}", what,
+                           level > finest ? fmt::format(", and level {} is the finest", level) : ""));
+  return level;
+}
+
 /// The moving surface on standard output, step by step: "Stream" in FORMATS.md.
 class SurfaceStream {
 public:
@@ -413,10 +438,11 @@ int run(const Options& o, const CommonOptions& common, const Console& console) {
   }();
   if (o.level && *o.level >= static_cast<int>(lattice.levels.size()))
     throw Error(ErrorKind::usage, fmt::format("--level is {}, expected 0 to {}", *o.level, lattice.levels.size() - 1));
-  const int level = hexsolver::finest_level(scene, lattice);
+  int level = hexsolver::finest_level(scene, lattice);
   if (o.check) return show_check(hexsolver::check_scene(lattice, scene, level), o, common, console);
   if (o.plan) return show_plan(hexsolver::plan_solution(lattice, scene, level), o, common);
   const double read_done = omp_get_wtime();
+  level = fit_into_memory(o, lattice, level, scene, console);
 
   SolveReport report;
   hexsolver::SolveProgress progress;
@@ -494,6 +520,10 @@ int main(int argc, char** argv) {
              "--accuracy", o->accuracy, "Solve to the first level whose estimated mean error is at most this, in mm");
          CLI::Option* budget =
              app.add_option("--budget", o->budget, "Solve as many levels, coarse to fine, as this many seconds allow");
+         app.add_option("--max-memory", o->max_memory_mb,
+                        "Take longer rather than more memory than this, or refuse [MB]; default: four fifths of the "
+                        "machine's")
+             ->check(CLI::PositiveNumber);
          const CLI::Validator positive(
              [](const std::string& text) {
                double value = 0;

@@ -32,7 +32,11 @@ template <class Real>
 /// memory.
 template <class Real, int width>
 struct LanesOf {
-  typedef Real Type __attribute__((vector_size(width * sizeof(Real)), may_alias));  // NOLINT(modernize-use-using)
+  // NOLINTBEGIN(modernize-use-using)
+  typedef Real Type __attribute__((vector_size(width * sizeof(Real)), may_alias));
+  typedef Real Loose
+      __attribute__((vector_size(width * sizeof(Real)), aligned(alignof(Real)), may_alias));  ///< anywhere
+  // NOLINTEND(modernize-use-using)
 };
 template <class Real, int width>
 using Lanes = typename LanesOf<Real, width>::Type;
@@ -105,14 +109,15 @@ struct Shuffles {
 template <int width, class Real>
 [[gnu::always_inline]] inline void take_apart(const Real* nodes, Real* out) {
   using L = Lanes<Real, width>;
+  using Loose = typename LanesOf<Real, width>::Loose;
   using Each = std::make_integer_sequence<int, width>;
   for (int first = 0; first < lanes; first += width) {
-    L from[3], to[3];
-    __builtin_memcpy(from, nodes + 3 * first, sizeof(from));
+    const Loose* in = reinterpret_cast<const Loose*>(nodes + 3 * first);
+    const L from[3] = {in[0], in[1], in[2]};
+    const LaneView<width, Real> to{out + first};
     Shuffles<width>::template apart<0>(from, to[0], Each{});
     Shuffles<width>::template apart<1>(from, to[1], Each{});
     Shuffles<width>::template apart<2>(from, to[2], Each{});
-    for (int axis = 0; axis < 3; ++axis) __builtin_memcpy(out + lanes * axis + first, &to[axis], sizeof(L));
   }
 }
 
@@ -120,16 +125,17 @@ template <int width, class Real>
 template <int width, class Real>
 [[gnu::always_inline]] inline void add_together(const Real* values, Real* nodes) {
   using L = Lanes<Real, width>;
+  using Loose = typename LanesOf<Real, width>::Loose;
   using Each = std::make_integer_sequence<int, width>;
   for (int first = 0; first < lanes; first += width) {
-    L from[3], to[3], sum[3];
-    for (int axis = 0; axis < 3; ++axis) __builtin_memcpy(&from[axis], values + lanes * axis + first, sizeof(L));
-    Shuffles<width>::template together<0>(from, to[0], Each{});
-    Shuffles<width>::template together<1>(from, to[1], Each{});
-    Shuffles<width>::template together<2>(from, to[2], Each{});
-    __builtin_memcpy(sum, nodes + 3 * first, sizeof(sum));
-    for (int part = 0; part < 3; ++part) sum[part] += to[part];
-    __builtin_memcpy(nodes + 3 * first, sum, sizeof(sum));
+    const LaneView<width, const Real> of_axis{values + first};
+    const L from[3] = {of_axis[0], of_axis[1], of_axis[2]};
+    L sum[3];
+    Shuffles<width>::template together<0>(from, sum[0], Each{});
+    Shuffles<width>::template together<1>(from, sum[1], Each{});
+    Shuffles<width>::template together<2>(from, sum[2], Each{});
+    Loose* to = reinterpret_cast<Loose*>(nodes + 3 * first);
+    for (int part = 0; part < 3; ++part) to[part] += sum[part];
   }
 }
 
@@ -164,30 +170,31 @@ template <int width, class Real>
             values[lanes * (3 * a + i) + static_cast<std::size_t>(lane)];
 }
 
-/// u <- K u, the same K in all lanes
-template <class Real, class L>
-[[gnu::always_inline]] inline void multiply_alike(const Real* k, L* u) {
+/// y = K x, the same K in all lanes
+template <class Real, class X, class Y>
+[[gnu::always_inline]] inline void multiply_alike(const Real* k, const X& x, const Y& y) {
   constexpr int rows = 12;  // whose sums stay in registers
-  L product[24];
+  using L = std::remove_cvref_t<decltype(x[0])>;
   for (int top = 0; top < 24; top += rows) {
     L sum[rows] = {};
-    for (int column = 0; column < 24; ++column)
-      for (int row = 0; row < rows; ++row) sum[row] += k[24 * column + top + row] * u[column];
-    for (int row = 0; row < rows; ++row) product[top + row] = sum[row];
+    for (int column = 0; column < 24; ++column) {
+      const L v = x[column];
+      for (int row = 0; row < rows; ++row) sum[row] += k[24 * column + top + row] * v;
+    }
+    for (int row = 0; row < rows; ++row) y[top + row] = sum[row];
   }
-  for (int n = 0; n < 24; ++n) u[n] = product[n];
 }
 
-/// u <- K u, K that of each lane from `first`
+/// y = K x, K that of each lane from `first`
 template <class Real, class L>
-[[gnu::always_inline]] inline void multiply_each(const LaneModels<Real>& models, int first, L* u) {
-  if (models.alike) return multiply_alike(models.stiffness[0], u);
+[[gnu::always_inline]] inline void multiply_each(const LaneModels<Real>& models, int first, const L* x, L* y) {
+  if (models.alike) return multiply_alike(models.stiffness[0], x, y);
   constexpr int width = sizeof(L) / sizeof(Real);
   for (int lane = 0; lane < width; ++lane) {
     Real one[24], product[24];
-    for (int n = 0; n < 24; ++n) one[n] = u[n][lane];
+    for (int n = 0; n < 24; ++n) one[n] = x[n][lane];
     multiply(models.stiffness[first + lane], one, product);
-    for (int n = 0; n < 24; ++n) u[n][lane] = product[n];
+    for (int n = 0; n < 24; ++n) y[n][lane] = product[n];
   }
 }
 
@@ -220,7 +227,7 @@ template <int width, class Real>
     for (int column = 0; column < 3; ++column)
       for (int n = 0; n < 24; ++n) added[column] += __builtin_convertvector(z[24 * column + n], L) * x[n];
   }
-  L g[24], v[24], u[24];  // R^T x; Q R^T x, then K times that
+  L g[24], v[24], q[24], u[24];  // v = R^T x, q = Q v, u = K q
   spread_gradients(models, first, g);
   L turn[3] = {}, w[3];
   for (int a = 0; a < 24; a += 3) {
@@ -229,10 +236,10 @@ template <int width, class Real>
   }
   multiply3(inverse_m, turn, &w[0]);
   for (int a = 0; a < 24; a += 3) {
-    for (int i = 0; i < 3; ++i) u[a + i] = v[a + i];
-    add_cross(y + a, w, u + a);  // - w x y
+    for (int i = 0; i < 3; ++i) q[a + i] = v[a + i];
+    add_cross(y + a, w, q + a);  // - w x y
   }
-  multiply_each(models, first, u);
+  multiply_each(models, first, q, u);
 
   // Q^T K Q v = K dy - T^T sum y_a x (K dy)_a, and the stress term T^T (A w + L v) + L^T w.
   L torque[3] = {}, dh[3];
@@ -296,16 +303,13 @@ template <int width, class Real>
 
 template <int width, class Real>
 [[gnu::always_inline]] inline void add_alike(const Real* k, const BatchNodes& nodes, const Real* x, Real* y) {
-  alignas(64) Real values[24 * lanes];
+  alignas(64) Real values[24 * lanes], sums[24 * lanes];
   gather<width>(nodes, x, values);
   for (int first = 0; first < lanes; first += width) {
-    const LaneView<width, Real> of_lanes{values + first};
-    Lanes<Real, width> u[24];
-    for (int n = 0; n < 24; ++n) u[n] = of_lanes[n];
-    multiply_alike(k, u);
-    for (int n = 0; n < 24; ++n) of_lanes[n] = u[n];
+    const LaneView<width, Real> of_lanes{values + first}, products{sums + first};
+    multiply_alike(k, of_lanes, products);
   }
-  scatter_add<width>(nodes, values, y);
+  scatter_add<width>(nodes, sums, y);
 }
 
 /// The kernels for registers of one length.
@@ -381,6 +385,69 @@ HEXSOLVER_CLONES void forces_of_turned(const LaneModels<double>& models, const T
 
 HEXSOLVER_CLONES void multiply24(const double* k, const double* x, double* y) { multiply(k, x, y); }
 HEXSOLVER_CLONES void multiply24(const float* k, const float* x, float* y) { multiply(k, x, y); }
+
+namespace {
+
+constexpr int size = 24;  // of the matrix of a cell
+
+[[gnu::always_inline]] inline void transpose(const double* __restrict from, double* __restrict to) {
+  for (int column = 0; column < size; ++column)
+    for (int row = 0; row < size; ++row) to[size * column + row] = from[size * row + column];
+}
+
+/// to = from R^T, node by node
+[[gnu::always_inline]] inline void turn_columns(const double* __restrict from, const double* __restrict r,
+                                                double* __restrict to) {
+  for (int a = 0; a < size; a += 3)
+    for (int i = 0; i < 3; ++i)
+      for (int row = 0; row < size; ++row)
+        to[size * (a + i) + row] =
+            from[size * a + row] * r[i] + from[size * (a + 1) + row] * r[i + 3] + from[size * (a + 2) + row] * r[i + 6];
+}
+
+/// k <- k L. Axis by axis: a child in the lower half has its lower nodes on the parent's and its upper ones half way,
+/// and the other way round in the upper half.
+[[gnu::always_inline]] inline void interpolate_columns(int slot, const Index3& factor, double* __restrict k) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (factor[static_cast<std::size_t>(axis)] == 1) continue;
+    const bool upper = hexmesh::corner_bit(slot, axis) != 0;
+    for (int a = 0; a < 8; ++a) {
+      if (hexmesh::corner_bit(a, axis)) continue;
+      const int low = 3 * a, high = 3 * (a | 1 << axis);
+      double* const whole = k + size * (upper ? high : low);
+      double* const half = k + size * (upper ? low : high);
+      for (int n = 0; n < 3 * size; ++n) {
+        half[n] *= 0.5;
+        whole[n] += half[n];
+      }
+    }
+  }
+}
+
+}  // namespace
+
+HEXSOLVER_CLONES void add_turned_hessian(const double* __restrict k, const double* __restrict t,
+                                         const double* __restrict b, const double* __restrict r, double* __restrict h) {
+  double m[size * size], n[size * size];
+  for (int column = 0; column < size; ++column)
+    for (int row = 0; row < size; ++row) {
+      double sum = k[size * column + row];
+      for (int i = 0; i < 3 * size; i += size) sum += t[i + row] * b[i + column] + b[i + row] * t[i + column];
+      m[size * column + row] = sum;
+    }
+  turn_columns(m, r, n);
+  transpose(n, m);
+  turn_columns(m, r, n);
+  for (int i = 0; i < size * size; ++i) h[i] += n[i];
+}
+
+HEXSOLVER_CLONES void interpolate_from_parent(int slot, const Index3& factor, double* k) {
+  double m[size * size];
+  interpolate_columns(slot, factor, k);
+  transpose(k, m);
+  interpolate_columns(slot, factor, m);
+  for (int i = 0; i < size * size; ++i) k[i] = m[i];
+}
 
 HEXSOLVER_CLONES void add_products24(const double* __restrict a, const double* __restrict b, double* __restrict k) {
   for (int column = 0; column < 24; ++column) {

@@ -50,6 +50,16 @@ void add_alike_product(const float* k, const BatchNodes& nodes, const float* x, 
 /// @param out  shape (24, 8) as above
 void forces_of_turned(const LaneModels<double>& models, const TurnedCells<double>& cells, double* out);
 
+/// H += R (K + T^T B + B^T T) R^T, node by node. K and H (24, 24) symmetric.
+/// @param t, b  shape (3, 24), stored by rows
+/// @param r     (3, 3) stored by columns
+void add_turned_hessian(const double* k, const double* t, const double* b, const double* r, double* h);
+
+/// K <- L^T K L, K (24, 24) symmetric, L the trilinear interpolation from the nodes of a parent to those of its child
+/// in a slot.
+/// @param factor  children along each axis, 1 or 2
+void interpolate_from_parent(int slot, const Index3& factor, double* k);
+
 /// K += sum_r a_r b_r^T, K (24, 24) stored by columns, a_r and b_r the rows of arrays of shape (9, 24), stored by rows.
 void add_products24(const double* a, const double* b, double* k);
 

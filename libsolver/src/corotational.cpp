@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 
 #include "cell_vectors.h"
 #include "hexmesh/core/bytes.h"
@@ -11,6 +10,15 @@ namespace hexsolver {
 namespace {
 
 constexpr std::size_t lanes = TurnedCells<double>::lanes;
+
+/// Frames come from memory once and in order, but in more streams than a machine follows by itself.
+template <class Real>
+void fetch(const std::vector<TurnedCells<Real>>& frames, std::size_t batch) {
+  if (batch >= frames.size()) return;
+  constexpr std::size_t line = 64;
+  for (std::size_t n = 0; n < sizeof(TurnedCells<Real>); n += line)
+    __builtin_prefetch(reinterpret_cast<const char*>(&frames[batch]) + n);
+}
 
 Mat3 cross_matrix(const Vec3& v) {
   Mat3 m;
@@ -49,7 +57,7 @@ double CorotationalCells::cell_energy(std::size_t cell, const NodeVector& u) con
 }
 
 double CorotationalCells::energy(const NodeVector& u) const {
-  if (!is_linearized_at(u)) return ElasticCells::energy(u);
+  if (!has_frames_of(u)) return ElasticCells::energy(u);
   double sum = 0;
   for (std::size_t b = 0; b < frames_.size(); ++b) {
     std::array<double, lanes> of_lane{};
@@ -88,7 +96,7 @@ Mat3 CorotationalCells::stress(std::size_t cell, const NodeVector& u) const {
 }
 
 void CorotationalCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
-  if (is_linearized_at(u)) {
+  if (has_frames_of(u)) {
     mesh_.for_each_batch([&](std::size_t b) {
       alignas(64) std::array<double, 24 * lanes> values;
       forces_of_turned(models_of_batch<double>(b), frames_[b], values.data());
@@ -148,6 +156,7 @@ void CorotationalCells::pack(const Frame& f, TurnedCells<double>& cells, std::si
 }
 
 CorotationalCells::Frame CorotationalCells::unpacked(std::size_t cell) const {
+  if (saves_memory_) return frame_of_state(cell);
   const std::size_t batch = mesh_.batch_of(cell), lane = cell - mesh_.batches()[batch].first;
   const auto get = [lane](const auto& of_lanes, double* values) {
     for (std::size_t n = 0; n < of_lanes.size(); ++n) values[n] = of_lanes[n][lane];
@@ -164,21 +173,28 @@ CorotationalCells::Frame CorotationalCells::unpacked(std::size_t cell) const {
 }
 
 CorotationalCells::Columns CorotationalCells::positive_part(const StressTerm& e) {
-  // E = W^T C W with W = [T; L] and C = [[A, 1], [1, 0]]; in an orthonormal basis of W's rows it is 6 x 6.
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
-  Eigen::Matrix<double, 24, 6> w;
-  w << e.t.transpose(), e.l.transpose();
-  Matrix6 c = Matrix6::Zero();
-  c.topLeftCorner<3, 3>() = e.a;
-  c.topRightCorner<3, 3>().setIdentity();
-  c.bottomLeftCorner<3, 3>().setIdentity();
-  const Eigen::HouseholderQR<Eigen::Matrix<double, 24, 6>> qr(w);
-  const Matrix6 r = qr.matrixQR().topRows<6>().triangularView<Eigen::Upper>();
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(r * c * r.transpose());
-  Eigen::Matrix<double, 24, 3> z = Eigen::Matrix<double, 24, 3>::Zero();
-  z.topRows<6>() =
-      eigen.eigenvectors().rightCols<3>() * eigen.eigenvalues().tail<3>().cwiseMax(0).cwiseSqrt().asDiagonal();
-  return qr.householderQ() * z;
+  // E = T^T N + N^T T with N = L + A T / 2 is (P^T P - M^T M) / 2 with P, M = S T +- S^-T N for any S. P^T P + M^T M is
+  // least, and what is kept nearest to the positive part, where S^T S is the geometric mean of (T T^T)^-1 and N N^T.
+  constexpr double nothing = 1e-12;  // of the largest
+  const Eigen::Matrix<double, 3, 24> n = e.l + (0.5 * e.a).lazyProduct(e.t);
+  Eigen::SelfAdjointEigenSolver<Mat3> of_t, of_both;
+  of_t.computeDirect(e.t.lazyProduct(e.t.transpose()));
+  const Vec3 sizes = of_t.eigenvalues().cwiseMax(nothing * of_t.eigenvalues()[2]).cwiseSqrt();
+  const Mat3& q = of_t.eigenvectors();
+  const Mat3 root = q * sizes.asDiagonal() * q.transpose(),
+             inverse = q * sizes.cwiseInverse().asDiagonal() * q.transpose();
+  const Mat3 nn = n.lazyProduct(n.transpose());
+  of_both.computeDirect(root * nn * root);
+  Columns z = Columns::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const double squared = of_both.eigenvalues()[i];
+    if (!(squared > nothing * of_both.eigenvalues()[2]) || !(sizes[0] > 0)) continue;
+    const double scale = std::sqrt(0.5 * std::sqrt(squared));
+    const Vec3 v = of_both.eigenvectors().col(i);
+    z.col(i) =
+        scale * (e.t.transpose().lazyProduct(inverse * v)) + 1 / (2 * scale) * (n.transpose().lazyProduct(root * v));
+  }
+  return z;
 }
 
 void CorotationalCells::linearize(const NodeVector& u, double clamping) {
@@ -187,44 +203,60 @@ void CorotationalCells::linearize(const NodeVector& u, double clamping) {
   state_ = u;
   single_is_current_ = false;
   const bool clamps = clamping > Hessian::exact && clamping <= Hessian::clamped;
-  frames_.resize(mesh_.batches().size());
+  if (!saves_memory_) frames_.resize(mesh_.batches().size());
   positive_.resize(clamps ? mesh_.batches().size() : 0);
+  if (saves_memory_ && !clamps) return;
   mesh_.for_each_batch([&](std::size_t b) {
+    if (!saves_memory_) turn(b, frames_[b]);
+    if (!clamps) return;
     const Mesh::Batch& batch = mesh_.batches()[b];
     for (std::size_t lane = 0; lane < batch.count; ++lane) {
       const std::size_t c = batch.first + lane;
-      Frame f = turns(c) ? frame(c, u) : still_frame(c, u);
-      if (turns(c) && clamping != Hessian::without_stress) f.a = stress_matrix(f);
-      pack(f, frames_[b], lane);
-      if (!clamps) continue;
       Columns z = Columns::Zero();
-      if (turns(c)) z = positive_part(stress_term(f, model(c).mean_gradient));
-      for (int a = 0; a < 8; ++a) z.middleRows<3>(3 * a) = f.r * z.middleRows<3>(3 * a);
+      if (turns(c)) {
+        const Frame f = unpacked(c);
+        z = positive_part(stress_term(f, model(c).mean_gradient));
+        for (int a = 0; a < 8; ++a) z.middleRows<3>(3 * a) = f.r * z.middleRows<3>(3 * a);
+      }
       for (std::size_t n = 0; n < 72; ++n) positive_[b].z[n][lane] = static_cast<float>(z.data()[n]);
     }
   });
 }
 
-template <>
-const std::vector<TurnedCells<double>>& CorotationalCells::frames() const {
-  return frames_;
+CorotationalCells::Frame CorotationalCells::frame_of_state(std::size_t cell) const {
+  if (!turns(cell)) return still_frame(cell, state_);
+  Frame f = frame(cell, state_);
+  if (clamping_ != Hessian::without_stress) f.a = stress_matrix(f);
+  return f;
 }
 
-template <>
-const std::vector<TurnedCells<float>>& CorotationalCells::frames() const {
-  if (single_is_current_) return single_frames_;
+void CorotationalCells::turn(std::size_t batch, TurnedCells<double>& cells) const {
+  const auto [first, count] = std::pair(mesh_.batches()[batch].first, mesh_.batches()[batch].count);
+  for (std::size_t lane = 0; lane < lanes; ++lane) pack(frame_of_state(first + std::min(lane, count - 1)), cells, lane);
+}
+
+const TurnedCells<double>& CorotationalCells::turned(std::size_t batch, TurnedCells<double>& space) const {
+  if (!saves_memory_) return frames_[batch];
+  turn(batch, space);
+  return space;
+}
+
+const TurnedCells<float>& CorotationalCells::turned(std::size_t batch, TurnedCells<float>& /*space*/) const {
+  return single_frames_[batch];
+}
+
+void CorotationalCells::keep_single_frames() const {
+  if (single_is_current_) return;
   static_assert(sizeof(TurnedCells<double>) == 2 * sizeof(TurnedCells<float>));
   constexpr std::size_t numbers = sizeof(TurnedCells<float>) / sizeof(float);
-  single_frames_.resize(frames_.size());
-  const auto count = static_cast<std::ptrdiff_t>(frames_.size());
-#pragma omp parallel for schedule(static) if (mesh_.num_cells() >= Mesh::worth_threads)
-  for (std::ptrdiff_t b = 0; b < count; ++b) {
-    const double* from = frames_[static_cast<std::size_t>(b)].y[0].data();
-    float* to = single_frames_[static_cast<std::size_t>(b)].y[0].data();
+  single_frames_.resize(mesh_.batches().size());
+  mesh_.for_each_batch([&](std::size_t b) {
+    TurnedCells<double> space;
+    const double* from = turned(b, space).y[0].data();
+    float* to = single_frames_[b].y[0].data();
     for (std::size_t n = 0; n < numbers; ++n) to[n] = static_cast<float>(from[n]);
-  }
+  });
   single_is_current_ = true;
-  return single_frames_;
 }
 
 template <class Real>
@@ -247,9 +279,11 @@ void CorotationalCells::add_product_of(const Vector& x, Vector& y) const {
   using Real = typename Vector::Scalar;
   static_assert(lanes == Mesh::batch_size && lanes == LaneModels<Real>::lanes);
   need_models<Real>();
-  const std::vector<TurnedCells<Real>>& turned = frames<Real>();
+  if (std::is_same_v<Real, float>) keep_single_frames();
   mesh_.for_each_batch([&](std::size_t b) {
-    add_turned_product(models_of_batch<Real>(b), turned[b], clamping_ == Hessian::exact,
+    TurnedCells<Real> space;
+    fetch(kept_frames<Real>(), b + 1);
+    add_turned_product(models_of_batch<Real>(b), turned(b, space), clamping_ == Hessian::exact,
                        positive_.empty() ? nullptr : &positive_[b], nodes_of_batch(mesh_, b), x.data(), y.data());
   });
 }
@@ -274,16 +308,16 @@ void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) 
   }
   const Frame f = unpacked(cell);
   const StressTerm e = stress_term(f, model(cell).mean_gradient);
-  Columns y;  // w x y_a = (Y w)_a
+  Columns y, ky;  // w x y_a = (Y w)_a
   for (int a = 0; a < 8; ++a) y.block<3, 3>(3 * a, 0) = -cross_matrix(f.y.segment<3>(3 * a));
+  for (int column = 0; column < 3; ++column) ky.col(column) = times(k, y.col(column));
   // (1 - Y T)^T K (1 - Y T) = K - B^T - B with B = T^T (Y^T K - Y^T K Y T / 2)
-  const Columns ky = k * y;
-  Eigen::Matrix<double, 3, 24> inner = 0.5 * (y.transpose() * ky) * e.t - ky.transpose();
-  if (clamping_ == Hessian::exact) inner += e.l + 0.5 * e.a * e.t;
-  CellMatrix h = k;
-  const CellMatrix half = e.t.transpose() * inner;
-  h += half + half.transpose();
-  hessian += rotate(f.r, h);
+  using Rows = Eigen::Matrix<double, 3, 24, Eigen::RowMajor>;
+  const Mat3 yky = y.transpose().lazyProduct(ky);
+  const Rows t = e.t;
+  Rows inner = (0.5 * yky).lazyProduct(e.t) - ky.transpose();
+  if (clamping_ == Hessian::exact) inner += e.l + (0.5 * e.a).lazyProduct(e.t);
+  add_turned_hessian(k.data(), t.data(), inner.data(), f.r.data(), hessian.data());
   if (positive_.empty()) return;
   const std::size_t batch = mesh_.batch_of(cell), lane = cell - mesh_.batches()[batch].first;
   Columns z;

@@ -163,7 +163,8 @@ std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const hexmesh
   if (settings.elasticity == Elasticity::corotational && settings.rotation == Rotation::edges)
     return std::make_unique<EdgeRotatedCells>(mesh, std::move(element), std::move(models));
   if (settings.elasticity == Elasticity::corotational)
-    return std::make_unique<CorotationalCells>(mesh, std::move(element), std::move(models), settings.turning);
+    return std::make_unique<CorotationalCells>(mesh, std::move(element), std::move(models), settings.turning,
+                                               settings.saves_memory);
   std::vector<std::vector<hexmesh::MaterialPoint>> points;
   if (settings.stiffness == Stiffness::uniform)
     for (const hexmesh::Element& e : elements)

@@ -216,7 +216,8 @@ std::vector<std::string> LevelProblem::conflicts() const {
 
 void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> turning) {
   auto elastic = make_elastic_cells(
-      mesh(), lattice_, level_, {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(turning)});
+      mesh(), lattice_, level_,
+      {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(turning), scene_.saves_memory});
   elastic_ = elastic.get();
   std::vector<std::pair<std::int32_t, double>> springs;
   for (std::size_t c = 0; c < islands_.size(); ++c)

@@ -27,24 +27,6 @@ constexpr int chebyshev_degree = 6;
 /// The smoother damps eigenvalues of D^-1 A in [largest / smoothing_range, largest].
 constexpr double smoothing_range = 80;
 
-/// k <- L^T k L for the child in the given slot of its parent. Axis by axis: a child in the lower half has its lower
-/// nodes on the parent's and its upper ones half way, and the other way round in the upper half.
-void to_parent(CellMatrix& k, int slot, const Index3& factor) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (factor[static_cast<std::size_t>(axis)] == 1) continue;
-    const bool upper = hexmesh::corner_bit(slot, axis) != 0;
-    for (int a = 0; a < 8; ++a) {
-      if (hexmesh::corner_bit(a, axis)) continue;
-      const int low = 3 * a, high = 3 * (a | 1 << axis);
-      const int whole = upper ? high : low, half = upper ? low : high;
-      k.middleRows<3>(half) *= 0.5;
-      k.middleRows<3>(whole) += k.middleRows<3>(half);
-      k.middleCols<3>(half) *= 0.5;
-      k.middleCols<3>(whole) += k.middleCols<3>(half);
-    }
-  }
-}
-
 template <class Vector>
 double wide_dot(const Vector& x, const Vector& y) {
   return x.template cast<double>().dot(y.template cast<double>());
@@ -267,7 +249,7 @@ void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
             fine.cell_nodes()[static_cast<std::size_t>(child)][static_cast<std::size_t>(a)])] +=
             k.block<3, 3>(3 * a, 3 * a);
       if (!computes[parent]) continue;
-      to_parent(k, slot, merge.factor);
+      interpolate_from_parent(slot, merge.factor, k.data());
       sum += k;
     }
     if (computes[parent]) to.pool[static_cast<std::size_t>(to.index[parent])] = sum.template cast<Scalar>();

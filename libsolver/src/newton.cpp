@@ -75,9 +75,10 @@ private:
   double energy(const NodeVector& u);
   double rounding(const NodeVector& u) const;
   double energy_rounding(double energy, const NodeVector& step) const;
-  void prepare(const NodeVector& u, double clamping);
-  LinearOutcome find_step(const NodeVector& u, const NodeVector& gradient, const NodeVector& support_step,
-                          double forcing, Clamping& clamping, NodeVector& step);
+  void prepare(const NodeVector& u, double clamping, bool is_near);
+  LinearOutcome find_step(const NodeVector& u, const Residual& now, const NodeVector& support_step, Clamping& clamping,
+                          NodeVector& step);
+  void judge_preconditioner(const LinearOutcome& outcome);
   double forcing(const Residual& now, bool supports_hold) const;
   std::optional<NodeVector> move_supports(const NodeVector& u, const NodeVector& step);
   std::optional<double> search_line(NodeVector& u, Residual& now, const NodeVector& step);
@@ -86,9 +87,13 @@ private:
   Potential& potential_;
   const Constraints& constraints_;
   const NewtonOptions& options_;
+  static constexpr double near = 1e-3;  ///< residual
   double rounding_;
   NewtonSeconds seconds_;
-  std::unique_ptr<const Multigrid> preconditioner_;  ///< of the last prepare()
+  std::unique_ptr<const Multigrid> preconditioner_;
+  double clamping_of_preconditioner_ = Hessian::clamped;
+  std::optional<double> rate_;  ///< log |r| per iteration of the first solution with it
+  bool is_worn_ = false;
   ConjugateGradients conjugate_gradients_;
 };
 
@@ -125,47 +130,65 @@ double Minimizer::energy_rounding(double energy, const NodeVector& step) const {
   return 1e-13 * std::abs(energy) + rounding_ * step.lpNorm<Eigen::Infinity>();
 }
 
-void Minimizer::prepare(const NodeVector& u, double clamping) {
-  preconditioner_.reset();
+/// Linearize at u. Near the solution the coarse levels of the last step are as good, until iterations tell otherwise.
+void Minimizer::prepare(const NodeVector& u, double clamping, bool is_near) {
+  const bool keeps = is_near && preconditioner_ && !is_worn_ && clamping == Hessian::exact &&
+                     clamping_of_preconditioner_ == Hessian::exact && preconditioner_->is_positive();
+  if (!keeps) preconditioner_.reset();
   const Stopwatch of_linearize;
   potential_.linearize(u, clamping);
   seconds_.linearize += of_linearize.seconds();
+  if (keeps) return;
   const Stopwatch of_set_up;
+  clamping_of_preconditioner_ = clamping;
+  rate_.reset();
   preconditioner_ = std::make_unique<const Multigrid>(hierarchy_, potential_, constraints_);
   seconds_.set_up += of_set_up.seconds();
 }
 
 /// The Newton step beyond the one that brings the supports to their places; where the exact Hessian is not positive,
 /// that of the clamped one. An empty step: the clamped one is not positive either.
-LinearOutcome Minimizer::find_step(const NodeVector& u, const NodeVector& gradient, const NodeVector& support_step,
-                                   double forcing, Clamping& clamping, NodeVector& step) {
+LinearOutcome Minimizer::find_step(const NodeVector& u, const Residual& now, const NodeVector& support_step,
+                                   Clamping& clamping, NodeVector& step) {
+  const bool supports_hold = support_step.size() == 0;
   int iterations = 0;
   while (true) {
-    prepare(u, clamping.now());
+    prepare(u, clamping.now(), supports_hold && now.relative < near);
     step.resize(0);
     LinearOutcome outcome{0, Linear::negative_curvature};
     if (preconditioner_->is_positive()) {
-      NodeVector b = -gradient;
-      if (support_step.size() > 0) {
+      NodeVector b = -now.gradient;
+      if (!supports_hold) {
         potential_.apply(support_step, b);
-        b = -gradient - b;
+        b = -now.gradient - b;
       }
-      ConjugateGradients::Options linear{options_.max_linear_iterations, forcing, {}, options_.interrupt};
+      ConjugateGradients::Options linear{
+          options_.max_linear_iterations, forcing(now, supports_hold), {}, options_.interrupt};
       if (potential_.is_linear())
         linear.excess = [&](const NodeVector& d) {
           NodeVector end = u + d;
-          if (support_step.size() > 0) end += support_step;
+          if (!supports_hold) end += support_step;
           return residual(end).relative / options_.tolerance;
         };
       outcome = conjugate_gradients_.solve(potential_, constraints_, preconditioner_.get(), b, linear, step);
       seconds_.cycles += outcome.preconditioner_seconds;
       seconds_.products += outcome.product_seconds;
+      judge_preconditioner(outcome);
     }
     iterations += outcome.iterations;
     if (outcome.end != Linear::negative_curvature || clamping.now() == Hessian::clamped)
       return {iterations, outcome.end};
     clamping.add();
   }
+}
+
+void Minimizer::judge_preconditioner(const LinearOutcome& outcome) {
+  constexpr double worth_keeping = 0.7;
+  is_worn_ = true;
+  if (outcome.end != Linear::solved || outcome.iterations == 0) return;
+  const double rate = std::log(outcome.reduction) / outcome.iterations;
+  if (!rate_) rate_ = rate;
+  is_worn_ = rate > worth_keeping * *rate_;
 }
 
 /// Solve as sharply as the next residual can use; a linear problem at once.
@@ -232,7 +255,7 @@ NewtonReport Minimizer::descend(NodeVector& u, const NewtonProgress& progress) {
 
     if (supports_hold) support_step.resize(0);
     NodeVector step;
-    const LinearOutcome linear = find_step(u, now.gradient, support_step, forcing(now, supports_hold), clamping, step);
+    const LinearOutcome linear = find_step(u, now, support_step, clamping, step);
     report.linear_iterations += linear.iterations;
     report.preconditioner_bytes = preconditioner_->bytes();
     if (linear.end == Linear::interrupted) {
@@ -272,7 +295,7 @@ NewtonReport Minimizer::descend(NodeVector& u, const NewtonProgress& progress) {
   report.converged = true;
   report.reason = "residual below tolerance";
   if (!options_.estimate_remaining) return report;
-  if (!preconditioner_) prepare(u, Hessian::clamped);
+  if (!preconditioner_) prepare(u, Hessian::clamped, false);
   if (preconditioner_->is_positive()) preconditioner_->apply(now.gradient, report.remaining);
   return report;
 }

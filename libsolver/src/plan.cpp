@@ -17,6 +17,7 @@ struct UsualCost {
   double bytes_per_cell;
 };
 constexpr UsualCost linear_cost = {280, 800}, corotational_cost = {420, 2500}, hyperelastic_cost = {750, 3000};
+constexpr double saved_per_cell = sizeof(TurnedCells<double>) / double(TurnedCells<double>::lanes);
 
 /// Linear iterations grow with nearly incompressible material: 10 to 24 from nu = 0.3 to 0.49.
 double growth_with_poisson(const hexmesh::Lattice& lattice) {
@@ -28,6 +29,10 @@ double growth_with_poisson(const hexmesh::Lattice& lattice) {
 const UsualCost& usual_cost(Elasticity elasticity) {
   if (is_hyperelastic(elasticity)) return hyperelastic_cost;
   return elasticity == Elasticity::cauchy ? linear_cost : corotational_cost;
+}
+
+bool has_frames(const Scene& scene) {
+  return scene.elasticity == Elasticity::corotational && scene.rotation == Rotation::polar;
 }
 
 template <class F>
@@ -100,7 +105,7 @@ SolvePlan plan_motion(const hexmesh::Lattice& lattice, const Scene& scene, int l
   const double seconds = scene.dynamics->num_steps() * products_per_step(*scene.dynamics) * count *
                          seconds_per_cell(lattice, scene, level, level);
   plan.levels = {{level, cells.cells.size(), 3 * hexmesh::number_nodes(cells.cells).nodes.size(), seconds,
-                  static_cast<std::size_t>(usual_cost(scene.elasticity).bytes_per_cell * count)}};
+                  expected_bytes(lattice, scene, level)}};
   for (Effect& e : plan.effects)
     if (e.name == "elasticity") e.seconds = seconds;
   return plan;
@@ -118,7 +123,7 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
     const hexmesh::Level& cells = lattice.levels[static_cast<std::size_t>(number)];
     const auto count = static_cast<double>(cells.cells.size());
     plan.levels.push_back({number, cells.cells.size(), 3 * hexmesh::number_nodes(cells.cells).nodes.size(),
-                           products * per_cell * count, static_cast<std::size_t>(cost.bytes_per_cell * count)});
+                           products * per_cell * count, expected_bytes(lattice, scene, number)});
     total += plan.levels.back().seconds;
   }
   for (Effect& e : plan.effects)
@@ -127,6 +132,13 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
 }
 
 }  // namespace
+
+std::size_t expected_bytes(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
+  double per_cell = usual_cost(scene.elasticity).bytes_per_cell;
+  if (scene.saves_memory && has_frames(scene)) per_cell -= saved_per_cell;
+  return static_cast<std::size_t>(per_cell *
+                                  static_cast<double>(lattice.levels[static_cast<std::size_t>(level)].cells.size()));
+}
 
 SolvePlan plan_solution(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
   return scene.dynamics ? plan_motion(lattice, scene, level) : plan_equilibrium(lattice, scene, level);

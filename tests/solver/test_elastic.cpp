@@ -143,6 +143,59 @@ TEST(Elastic, TheClampedHessianIsPositiveSemidefinite) {
   }
 }
 
+TEST(Elastic, TheClampedHessianTakesNothingAwayAndAddsLittle) {
+  // The exact Hessian and what is added are E's: E+ >= E, and no larger than needed by more than a part.
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  for (const double squeeze : {-0.5, -0.1, 0.3}) {
+    Body body(lattice, 1, Elasticity::corotational);
+    const NodeVector u =
+        sample(body.mesh, [&](const Vec3& x) -> Vec3 { return squeeze * x; }) + noise(body.mesh.num_dofs(), 0.4, 5);
+    std::vector<CellMatrix> exact;
+    body.potential.linearize(u, Hessian::exact);
+    for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) exact.push_back(body.potential.cell_hessian(c));
+    body.potential.linearize(u, Hessian::without_stress);
+    double added = 0, needed = 0;
+    std::vector<CellMatrix> bare;
+    for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) bare.push_back(body.potential.cell_hessian(c));
+    body.potential.linearize(u, Hessian::clamped);
+    for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
+      const CellMatrix clamped = body.potential.cell_hessian(c), stress = exact[c] - bare[c];
+      // The positive part is kept in single precision.
+      EXPECT_GT(Eigen::SelfAdjointEigenSolver<CellMatrix>(clamped - exact[c]).eigenvalues()[0], -1e-6 * stress.norm());
+      added += (clamped - bare[c]).trace();
+      needed += Eigen::SelfAdjointEigenSolver<CellMatrix>(stress).eigenvalues().cwiseMax(0).sum();
+    }
+    EXPECT_GT(added, 0.999999 * needed);
+    EXPECT_LT(added, 1.25 * needed);
+  }
+}
+
+TEST(Elastic, SavingMemoryChangesNothingButWhatIsKept) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  const Body body(lattice, 1, Elasticity::corotational);
+  const NodeVector u = large_deformation(body.mesh, 0.05), direction = noise(body.mesh.num_dofs(), 1, 33);
+  for (const double clamping : {Hessian::exact, Hessian::clamped}) {
+    std::array<NodeVector, 2> product, gradient;
+    std::array<std::size_t, 2> bytes{};
+    std::array<CellMatrix, 2> of_cell;
+    for (const bool saves : {false, true}) {
+      Potential potential(body.mesh);
+      potential.add(make_elastic_cells(body.mesh, lattice, 1, {.saves_memory = saves}));
+      potential.linearize(u, clamping);
+      potential.apply(direction, product[saves]);
+      EXPECT_LT(error_of_single_precision(potential, direction), 1e-6);
+      NodeVector magnitude;
+      potential.gradient(u, gradient[saves], magnitude);
+      of_cell[saves] = potential.cell_hessian(3);
+      bytes[saves] = potential.costs()[0].bytes;
+    }
+    EXPECT_EQ(product[0], product[1]);
+    EXPECT_EQ(of_cell[0], of_cell[1]);
+    EXPECT_LT((gradient[0] - gradient[1]).norm(), 1e-13 * gradient[0].norm());
+    EXPECT_EQ(bytes[0] - bytes[1], body.mesh.batches().size() * sizeof(TurnedCells<double>));
+  }
+}
+
 TEST(Elastic, BothHessiansAgreeWithCauchyAtRest) {
   const Lattice lattice = bitten_ball({1, 1, 1});
   Body linear(lattice, 1, Elasticity::cauchy), rotated(lattice, 1, Elasticity::corotational);

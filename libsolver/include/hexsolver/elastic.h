@@ -39,6 +39,7 @@ struct ElasticSettings {
   Volumetric volumetric = Volumetric::mean;
   Stiffness stiffness = Stiffness::exact;
   std::vector<bool> turning;  ///< which co-rotational cells turn; empty = all
+  bool saves_memory = false;  ///< co-rotational cells find their frames again for each product
 };
 
 /// What cells alike share.
@@ -172,10 +173,13 @@ struct alignas(32) PositiveParts {
 /// Cells that do not turn, if so chosen, keep R = 1 and cost what Cauchy's do.
 class CorotationalCells final : public ElasticCells {
 public:
-  /// @param turning  which cells turn; empty = all
+  /// @param turning       which cells turn; empty = all
+  /// @param saves_memory  keep no frames in double precision: products find them again
   CorotationalCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models,
-                    std::vector<bool> turning = {})
-      : ElasticCells(mesh, std::move(elements), std::move(models)), turning_(std::move(turning)) {}
+                    std::vector<bool> turning = {}, bool saves_memory = false)
+      : ElasticCells(mesh, std::move(elements), std::move(models)),
+        turning_(std::move(turning)),
+        saves_memory_(saves_memory) {}
   explicit CorotationalCells(const ElasticCells& same) : ElasticCells(same) {}
 
   /// Let cells turn that are turned by more than `on` [rad], and no longer those turned by less than `off`.
@@ -216,16 +220,27 @@ private:
   using Columns = Eigen::Matrix<double, 24, 3>;
 
   bool is_linearized_at(const NodeVector& u) const { return u.size() == state_.size() && u == state_; }
+  bool has_frames_of(const NodeVector& u) const { return !saves_memory_ && is_linearized_at(u); }
   bool turns(std::size_t cell) const { return turning_.empty() || turning_[cell]; }
   Frame frame(std::size_t cell, const NodeVector& u) const;
   Frame still_frame(std::size_t cell, const NodeVector& u) const;  ///< of a cell that does not turn, R = 1 and M^-1 = 0
   static Mat3 stress_matrix(const Frame& f);                       ///< A
   static void pack(const Frame& f, TurnedCells<double>& cells, std::size_t lane);
-  Frame unpacked(std::size_t cell) const;  ///< of the last linearize(), without s
+  Frame unpacked(std::size_t cell) const;  ///< of the last linearize(); kept ones without s
   static StressTerm stress_term(const Frame& f, const NodeGradients& gradient);
   static Columns positive_part(const StressTerm& e);  ///< Z with Z Z^T = the positive part of E
+  Frame frame_of_state(std::size_t cell) const;       ///< of the last linearize()
+  void turn(std::size_t batch, TurnedCells<double>& cells) const;
+  void keep_single_frames() const;
+  const TurnedCells<double>& turned(std::size_t batch, TurnedCells<double>& space) const;
+  const TurnedCells<float>& turned(std::size_t batch, TurnedCells<float>& space) const;
   template <class Real>
-  const std::vector<TurnedCells<Real>>& frames() const;
+  const std::vector<TurnedCells<Real>>& kept_frames() const {
+    if constexpr (std::is_same_v<Real, double>)
+      return frames_;
+    else
+      return single_frames_;
+  }
   template <class Real>
   LaneModels<Real> models_of_batch(std::size_t number) const;
   template <class Vector>
@@ -233,7 +248,8 @@ private:
 
   std::vector<bool> turning_;
   NodeVector state_;  ///< of the last linearize(): energy and forces there follow from its frames
-  std::vector<TurnedCells<double>> frames_;                ///< of the last linearize(), by Mesh::batches()
+  bool saves_memory_ = false;
+  std::vector<TurnedCells<double>> frames_;  ///< of the last linearize(), by Mesh::batches(); none if memory is saved
   mutable std::vector<TurnedCells<float>> single_frames_;  ///< copies, made when first asked for
   mutable bool single_is_current_ = false;
   std::vector<PositiveParts> positive_;  ///< likewise; empty where the Hessian is not clamped

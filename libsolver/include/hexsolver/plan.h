@@ -37,6 +37,9 @@ struct SolvePlan {
 /// level times the number of products that equilibria usually take (THEORY.md, "Accuracy").
 SolvePlan plan_solution(const hexmesh::Lattice& lattice, const Scene& scene, int level);
 
+/// The memory that a solution is expected to take on its finest level [bytes].
+std::size_t expected_bytes(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+
 /// What the parts of a linear solution take on one level, at rest.
 struct SolverTimes {
   std::size_t cells = 0, dofs = 0;

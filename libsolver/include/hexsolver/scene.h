@@ -142,7 +142,8 @@ struct Scene {
   std::optional<double> budget;    ///< solve as many levels as this allows [s]
   double tolerance = 1e-8;
   Islands islands = Islands::error;
-  bool compromise = false;  ///< conditions that contradict each other are met by least squares
+  bool saves_memory = false;  ///< rather than time; not a key of the file
+  bool compromise = false;    ///< conditions that contradict each other are met by least squares
   std::map<std::string, MaterialOverride> materials;
   std::vector<Condition> conditions;
   std::vector<Force> forces;
