@@ -321,6 +321,25 @@ TEST_F(Tools, ABudgetGivesTheBestLevelThatThereIsTimeFor) {
   expect_failure("hexsolve liver.hexmesh liver.toml --budget 1 --level 2 -o x.hexresult", 2, {"--budget", "--level"});
 }
 
+TEST_F(Tools, WhereMemoryIsShortItTakesLongerOrIsRefused) {
+  const CommandResult plan = run("hexsolve liver.hexmesh liver.toml --level 1 --plan --report -");
+  ASSERT_EQ(plan.exit_code, 0) << plan.errors;
+  const double expected = json::parse(plan.output)["levels"].back()["memory_mb"];
+  const CommandResult fast = run("hexsolve liver.hexmesh liver.toml --level 1 -o fast.hexresult --report -");
+  const CommandResult lean = run(fmt::format(
+      "hexsolve liver.hexmesh liver.toml --level 1 -o lean.hexresult --report - --max-memory {}", 0.95 * expected));
+  ASSERT_EQ(fast.exit_code, 0) << fast.errors;
+  ASSERT_EQ(lean.exit_code, 0) << lean.errors;
+  EXPECT_NE(lean.errors.find("to save memory it takes longer"), std::string::npos) << lean.errors;
+  const json of_fast = json::parse(fast.output), of_lean = json::parse(lean.output);
+  EXPECT_LT(of_lean["memory_mb"]["elasticity"].get<double>(), 0.75 * of_fast["memory_mb"]["elasticity"].get<double>());
+  EXPECT_NEAR(of_lean["strain_energy_n_mm"].get<double>(), of_fast["strain_energy_n_mm"].get<double>(),
+              1e-8 * of_fast["strain_energy_n_mm"].get<double>());
+  expect_failure(
+      fmt::format("hexsolve liver.hexmesh liver.toml --level 1 -o none.hexresult --max-memory {}", 0.1 * expected), 3,
+      {"--max-memory", "coarser level"});
+}
+
 TEST_F(Tools, CheckAndPlanSolveNothing) {
   const auto before = listing();
   const CommandResult check = run("hexsolve liver.hexmesh liver.toml --level 1 --check");
