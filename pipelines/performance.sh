@@ -16,7 +16,7 @@ while [ $# -gt 0 ]; do
 done
 mkdir -p "$folder"
 cd "$folder"
-rm -f ./*.json callgrind.*
+rm -f machine.json machine.1.json solver.{cauchy,corotational}.*.json solve.{coarse,size}.*.json callgrind.{cauchy,corotational,json}
 
 tissue='*:young_kpa=100,poisson=0.3,density_kg_m3=1000'
 threads=$(nproc)
@@ -73,7 +73,7 @@ echo "== instructions" >&2
 if command -v valgrind >/dev/null; then
   for strain in cauchy corotational; do
     OMP_NUM_THREADS=1 valgrind -q --tool=callgrind --callgrind-out-file="callgrind.$strain" \
-      hexbench solver cells.hexmesh "$strain.toml" --level 2 --repeats 1 -o /dev/null 2>/dev/null
+      hexbench solver cells.hexmesh "$strain.toml" --level 2 --repeats 1 --force -o callgrind.json
   done
 fi
 

@@ -113,8 +113,8 @@ def sizes(folder, rows, linear_product):
                  median_of(runs, lambda r: r["seconds"]["read"] + r["seconds"]["setup"]) / product, "", "100")
         for phase, part in r["levels"][-1].get("seconds_of", {}).items():
             rows.add(group, f"finest level: {phase}", part, "s")
-        rows.add(group, "Newton steps, linear iterations of the finest level", r["newton_iterations"] + r["linear_iterations"] / 1000,
-                 "steps.iterations/1000")
+        rows.add(group, "finest level: Newton steps", r["newton_iterations"], "")
+        rows.add(group, "finest level: linear iterations", r["linear_iterations"], "")
         per_dof = seconds / dofs
         first = first or per_dof
         rows.add(group, "time per unknown over that of the smallest", per_dof / first, "", "1.5")
@@ -124,7 +124,7 @@ def sizes(folder, rows, linear_product):
 
 def instructions(folder, rows):
     """Own instructions of the kernels for each of their calls."""
-    for path in sorted(folder.glob("callgrind.*")):
+    for path in (p for p in sorted(folder.glob("callgrind.*")) if p.suffix != ".json"):
         names, own, calls = {}, {}, {}
         current, skip = None, False
         for line in path.read_text().splitlines():
@@ -140,16 +140,20 @@ def instructions(folder, rows):
                 calls[callee] = calls.get(callee, 0) + int(line.split()[0][6:])
                 skip = True
             elif line[:1] in "0123456789+-*" and current:
-                if not skip:
-                    own[current] = own.get(current, 0) + int(line.split()[1])
+                parts = line.split()  # position, instructions
+                if not skip and len(parts) == 2:
+                    own[current] = own.get(current, 0) + int(parts[1])
                 skip = False
+        of_kernel = {}  # the most: beside each kernel there is a jump to it
         for number, name in names.items():
-            kernel = re.match(r"hexsolver::(multiply24|multiply_turned|forces_of_turned)\(([^)]*)", name)
+            kernel = re.match(r"hexsolver::(?:\(anonymous namespace\)::)?(multiply24|turned_\w+|alike_\w+)\(([^)]*)", name)
             if kernel and calls.get(number) and own.get(number):
                 precision = "single" if "float" in kernel[2] else "double"
                 cells = 1 if kernel[1] == "multiply24" else 8
-                rows.add("instructions (callgrind)", f"{path.suffix[1:]}: {kernel[1]}, {precision} precision, per cell",
-                         own[number] / calls[number] / cells, "")
+                what = f"{path.suffix[1:]}: {kernel[1]}, {precision} precision, per cell"
+                of_kernel[what] = max(of_kernel.get(what, 0), own[number] / calls[number] / cells)
+        for what, count in of_kernel.items():
+            rows.add("instructions (callgrind)", what, count, "")
 
 
 def main():
