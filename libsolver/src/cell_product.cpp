@@ -273,23 +273,6 @@ template <int width, class Real>
   }
 }
 
-/// forces_of_turned() of `width` lanes from `first`.
-template <int width>
-[[gnu::always_inline]] inline void forces_of_lanes(const LaneModels<double>& models, const TurnedCells<double>& cells,
-                                                   double* forces, int first) {
-  using L = Lanes<double, width>;
-  const LaneView<width, double> out{forces + first};
-  const auto f = view<width>(cells.f, first), r = view<width>(cells.r, first), h = view<width>(cells.h, first);
-  L g[24];
-  spread_gradients(models, first, g);
-  for (int a = 0; a < 24; a += 3) {
-    L force[3];
-    for (int i = 0; i < 3; ++i) force[i] = f[a + i];
-    add_cross(g + a, h, force);
-    multiply3(r, force, out + a);
-  }
-}
-
 template <int width, class Real>
 [[gnu::always_inline]] inline void add_turned(const LaneModels<Real>& models, const TurnedCells<Real>& cells,
                                               bool stressed, const PositiveParts* positive, const BatchNodes& nodes,
@@ -378,9 +361,21 @@ void add_alike_product(const float* k, const BatchNodes& nodes, const float* x, 
 }
 
 HEXSOLVER_CLONES void forces_of_turned(const LaneModels<double>& models, const TurnedCells<double>& cells,
-                                       double* out) {
-  constexpr int width = 2;
-  for (int first = 0; first < lanes; first += width) forces_of_lanes<width>(models, cells, out, first);
+                                       double* forces) {
+  constexpr int width = 2;  // of the registers of every machine: it is called once a Newton step
+  using L = Lanes<double, width>;
+  for (int first = 0; first < lanes; first += width) {
+    const LaneView<width, double> out{forces + first};
+    const auto f = view<width>(cells.f, first), r = view<width>(cells.r, first), h = view<width>(cells.h, first);
+    L g[24];
+    spread_gradients(models, first, g);
+    for (int a = 0; a < 24; a += 3) {
+      L force[3];
+      for (int i = 0; i < 3; ++i) force[i] = f[a + i];
+      add_cross(g + a, h, force);
+      multiply3(r, force, out + a);
+    }
+  }
 }
 
 HEXSOLVER_CLONES void multiply24(const double* k, const double* x, double* y) { multiply(k, x, y); }

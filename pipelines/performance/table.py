@@ -13,7 +13,7 @@ FLOPS_PER_CELL = 1152  # of one product with a 24 x 24 matrix
 # Bytes that a product has to move per cell: nodes and their numbers, and what each turned cell keeps.
 NODE_BYTES = {"double": 24 + 24, "single": 12 + 12}
 NUMBERS_OF_A_TURNED_CELL = 78
-# Published times of SOFA 26.12 for the same experiment on one thread of a core with this peak [GFLOP/s]: cells, seconds.
+# Times of SOFA 26.12 for a like experiment, measured elsewhere on one thread with this peak [GFLOP/s]: cells, seconds.
 SOFA_PEAK = 59
 SOFA_SECONDS = {3: (244, 0.066), 2: (1357, 3.5), 1: (8848, 51.7)}
 
