@@ -11,7 +11,8 @@
 namespace hexsolver {
 namespace {
 
-void smooth_pressure(const ElasticCells& cells, CellMeasures& measures) {
+void smooth_pressure(const ElasticCells& cells, const std::function<bool(const Index3&)>& counts,
+                     CellMeasures& measures) {
   const Mesh& mesh = cells.mesh();
   struct AtNode {
     double sum = 0, volume = 0, alternating = 0;
@@ -39,18 +40,20 @@ void smooth_pressure(const ElasticCells& cells, CellMeasures& measures) {
     measures.smoothed_pressure.push_back(mean);
   }
   double squares = 0;
-  int count = 0;
-  for (const AtNode& node : at)
-    if (node.cells == 8) {
-      squares += node.alternating * node.alternating;
+  std::size_t count = 0;
+  for (std::size_t n = 0; n < at.size(); ++n)
+    if (at[n].cells == 8 && (!counts || counts(mesh.nodes()[n]))) {
+      squares += at[n].alternating * at[n].alternating;
       ++count;
     }
-  if (count > 0) measures.pressure_checkerboard = std::sqrt(squares / count);
+  if (count > 0) measures.pressure_checkerboard = std::sqrt(squares / static_cast<double>(count));
+  measures.checkerboard_nodes = count;
 }
 
 }  // namespace
 
-CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u) {
+CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u,
+                           const std::function<bool(const Index3&)>& counts) {
   CellMeasures out;
   for (std::size_t c = 0; c < cells.mesh().num_cells(); ++c) {
     const Mat3 f = cells.mean_gradient(c, u);
@@ -68,7 +71,7 @@ CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u) {
     out.min_jacobian.push_back(jacobian);
     out.inverted_cells += jacobian <= 0;
   }
-  smooth_pressure(cells, out);
+  smooth_pressure(cells, counts, out);
   return out;
 }
 

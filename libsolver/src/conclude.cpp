@@ -14,16 +14,10 @@ namespace {
 using hexmesh::Lattice;
 using hexmesh::Result;
 
-Result make_result(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u) {
+/// What lies beside the cells.
+void add_surface_and_conditions(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u, Result& r) {
   const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(problem.level())];
   const Mesh& mesh = problem.mesh();
-  Result r = hexmesh::rest_state(lattice, problem.level());
-  r.displacement = to_points(u);
-
-  const double cell_volume = lattice.cell_size(problem.level()).prod();
-  std::vector<double>& density = r.cell_fields["strain_energy_density"];
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-    density.push_back(problem.elastic().cell_energy(c, u) / (level.fill(c) * cell_volume));
   if (!problem.islands().empty()) r.cell_fields["island"] = {problem.islands().begin(), problem.islands().end()};
 
   const hexmesh::CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells);
@@ -31,17 +25,10 @@ Result make_result(const Lattice& lattice, const LevelProblem& problem, const No
       .interpolate({u.data(), static_cast<std::size_t>(u.size())}, r.surface_displacement);
 
   for (const Condition& c : problem.scene().conditions) r.conditions.push_back({c.name, {}, {}, c.axes});
-  for (const ConstraintPoint& p : problem.constraints().points()) {
-    auto& condition = r.conditions[static_cast<std::size_t>(p.condition)];
-    condition.points.push_back(mesh.rest_position(p.cell, p.weights));
-    condition.displacement.push_back(problem.constraints().displacement(p, u));
-  }
-  return r;
+  add_condition_points(problem.constraints(), mesh, u, r.conditions);
 }
 
-void add_measures(CellMeasures measures, Result& result, SolveReport& report) {
-  report.min_jacobian = *std::min_element(measures.min_jacobian.begin(), measures.min_jacobian.end());
-  report.inverted_cells = measures.inverted_cells;
+void add_measures(CellMeasures& measures, Result& result) {
   for (std::size_t d = 0; d < 3; ++d)
     result.cell_fields[fmt::format("principal_stretch_{}", d + 1)] = std::move(measures.principal_stretch[d]);
   result.cell_fields["min_jacobian"] = std::move(measures.min_jacobian);
@@ -51,15 +38,32 @@ void add_measures(CellMeasures measures, Result& result, SolveReport& report) {
   result.cell_fields["von_mises_stress"] = std::move(measures.von_mises_stress);
   result.cell_fields["pressure"] = std::move(measures.pressure);
   result.cell_fields["smoothed_pressure"] = std::move(measures.smoothed_pressure);
-  report.pressure_checkerboard = measures.pressure_checkerboard;
 }
 
-/// Where the law or the state have no meaning.
-void warn_of_large_changes(const ElasticCells& elastic, const NodeVector& u, const Result& result,
-                           SolveReport& report) {
+constexpr double least_stretch = 0.7, most_stretch = 1.4;  // where Hooke's law is meant for
+constexpr double small_degrees = 10;
+
+}  // namespace
+
+CellChanges count_changes(const Result& result, std::size_t first, std::size_t count) {
+  const std::vector<double>&longest = result.cell_fields.at("principal_stretch_1"),
+        &shortest = result.cell_fields.at("principal_stretch_3"), &rotation = result.cell_fields.at("rotation_degrees"),
+        &jacobian = result.cell_fields.at("min_jacobian");
+  CellChanges changes;
+  changes.cells = count;
+  for (std::size_t c = first; c < first + count; ++c) {
+    changes.strained += longest[c] > most_stretch || shortest[c] < least_stretch;
+    changes.turned += rotation[c] > small_degrees;
+    changes.inverted += jacobian[c] <= 0;
+    changes.least_jacobian = std::min(changes.least_jacobian, jacobian[c]);
+  }
+  return changes;
+}
+
+void report_changes(const CellChanges& changes, SolveReport& report) {
   constexpr double allowed_part = 0.05;
-  if (report.converged)
-    if (const std::string limit = elastic.limit_reached(u, false); !limit.empty()) report.warnings.push_back(limit);
+  report.min_jacobian = changes.least_jacobian;
+  report.inverted_cells = changes.inverted;
   if (report.inverted_cells > 0)
     report.warnings.push_back(
         fmt::format("{} cells are inverted, least Jacobian {:.2g}: there the solution has no meaning",
@@ -67,30 +71,22 @@ void warn_of_large_changes(const ElasticCells& elastic, const NodeVector& u, con
   else if (report.min_jacobian < 0.1)
     report.warnings.push_back(
         fmt::format("the least Jacobian is {:.2g}: cells are nearly flat there, trust little", report.min_jacobian));
-  constexpr double least_stretch = 0.7, most_stretch = 1.4;
-  const std::vector<double>&longest = result.cell_fields.at("principal_stretch_1"),
-        &shortest = result.cell_fields.at("principal_stretch_3");
-  std::size_t strained = 0;
-  for (std::size_t c = 0; c < longest.size(); ++c) strained += longest[c] > most_stretch || shortest[c] < least_stretch;
-  if (!is_hyperelastic(report.elasticity) && strained > allowed_part * static_cast<double>(longest.size()))
-    report.warnings.push_back(fmt::format(
-        "{:.0f} % of the cells are stretched beyond {:g} to {:g}: Hooke's law is for small strain, "
-        "law = \"neo-hookean\" for large",
-        100.0 * static_cast<double>(strained) / static_cast<double>(longest.size()), least_stretch, most_stretch));
-  if (report.elasticity != Elasticity::cauchy) return;
-  constexpr double small_degrees = 10;
-  const std::vector<double>& rotation = result.cell_fields.at("rotation_degrees");
-  const auto turned = std::count_if(rotation.begin(), rotation.end(), [](double r) { return r > small_degrees; });
-  const double part = static_cast<double>(turned) / static_cast<double>(rotation.size());
-  if (part > allowed_part)
+  const auto part = [&](std::size_t count) { return static_cast<double>(count) / static_cast<double>(changes.cells); };
+  if (!is_hyperelastic(report.elasticity) && part(changes.strained) > allowed_part)
+    report.warnings.push_back(
+        fmt::format("{:.0f} % of the cells are stretched beyond {:g} to {:g}: Hooke's law is for small strain, "
+                    "law = \"neo-hookean\" for large",
+                    100 * part(changes.strained), least_stretch, most_stretch));
+  if (report.elasticity == Elasticity::cauchy && part(changes.turned) > allowed_part)
     report.warnings.push_back(fmt::format(
         "{:.0f} % of the cells turn by more than {:g} degrees, which strain = \"cauchy\" takes for strain; the "
         "error estimate does not know",
-        100 * part, small_degrees));
+        100 * part(changes.turned), small_degrees));
 }
 
+namespace {
+
 void report_conditions(const LevelProblem& problem, const NodeVector& u, SolveReport& report) {
-  const Constraints& constraints = problem.constraints();
   NodeVector gradient, magnitude;
   problem.potential().gradient(u, gradient, magnitude);
   for (const LevelProblem::Load& load : problem.loads()) report.forces.push_back({load.name, load.total});
@@ -102,7 +98,14 @@ void report_conditions(const LevelProblem& problem, const NodeVector& u, SolveRe
       report.warnings.push_back(fmt::format("{} touches nothing: the nearest surface point is {:.3g} mm away",
                                             problem.contacts()[c]->name(), state.nearest));
   }
-  report.conditions = report_points(problem);
+  report_constraints(problem.constraints(), problem.scene(), u, gradient, report);
+}
+
+}  // namespace
+
+void report_constraints(const Constraints& constraints, const Scene& scene, const NodeVector& u,
+                        const NodeVector& gradient, SolveReport& report) {
+  report.conditions = report_points(constraints, scene);
   for (const ConstraintPoint& p : constraints.points()) {
     ConditionReport& r = report.conditions[static_cast<std::size_t>(p.condition)];
     Vec3 miss = p.value - constraints.displacement(p, u);
@@ -119,8 +122,6 @@ void report_conditions(const LevelProblem& problem, const NodeVector& u, SolveRe
   if (std::optional<double>& largest = report.levels.back().error.max_mm)
     for (const ConditionReport& c : report.conditions) largest = std::max(*largest, c.misfit_mm);
 }
-
-}  // namespace
 
 std::vector<Vec3> to_points(const NodeVector& u) {
   std::vector<Vec3> out(static_cast<std::size_t>(u.size() / 3));
@@ -143,6 +144,28 @@ void add_effect_seconds(const LevelProblem& problem, SolveReport& report) {
     }
 }
 
+void add_condition_points(const Constraints& constraints, const Mesh& mesh, const NodeVector& u,
+                          std::vector<hexmesh::ConditionPoints>& conditions) {
+  for (const ConstraintPoint& p : constraints.points()) {
+    hexmesh::ConditionPoints& condition = conditions[static_cast<std::size_t>(p.condition)];
+    condition.points.push_back(mesh.rest_position(p.cell, p.weights));
+    condition.displacement.push_back(constraints.displacement(p, u));
+  }
+}
+
+Result state_of_cells(const Lattice& lattice, int number, const ElasticCells& elastic, const NodeVector& u,
+                      CellMeasures measures) {
+  const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(number)];
+  Result r = hexmesh::rest_state(lattice, number);
+  r.displacement = to_points(u);
+  const double cell_volume = lattice.cell_size(number).prod();
+  std::vector<double>& density = r.cell_fields["strain_energy_density"];
+  for (std::size_t c = 0; c < level.cells.size(); ++c)
+    density.push_back(elastic.cell_energy(c, u) / (level.fill(c) * cell_volume));
+  add_measures(measures, r);
+  return r;
+}
+
 Result conclude(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u, SolveReport& report) {
   report.strain_energy_n_mm = problem.elastic().energy(u);
   report.held_cells = problem.num_island_cells();
@@ -151,9 +174,14 @@ Result conclude(const Lattice& lattice, const LevelProblem& problem, const NodeV
     report.warnings.push_back(fmt::format("{} cells are held by springs: nothing else holds them", report.held_cells));
   report_conditions(problem, u, report);
   for (const Potential::Cost& cost : problem.potential().costs()) report.bytes.emplace_back(cost.name, cost.bytes);
-  Result result = make_result(lattice, problem, u);
-  add_measures(measure_cells(problem.elastic(), u), result, report);
-  warn_of_large_changes(problem.elastic(), u, result, report);
+  CellMeasures measures = measure_cells(problem.elastic(), u);
+  report.pressure_checkerboard = measures.pressure_checkerboard;
+  Result result = state_of_cells(lattice, problem.level(), problem.elastic(), u, std::move(measures));
+  add_surface_and_conditions(lattice, problem, u, result);
+  if (report.converged)
+    if (const std::string limit = problem.elastic().limit_reached(u, false); !limit.empty())
+      report.warnings.push_back(limit);
+  report_changes(count_changes(result, 0, result.cells.size()), report);
   return result;
 }
 

@@ -203,7 +203,7 @@ public:
           if (row.time < settings_.duration && times.size() < most_times) times.insert(row.time);
     for (const double t : times) {
       problem_.set_progress({std::min(1.0, t / settings_.duration), t});
-      add(check_conflicts(problem_, scene_));
+      add(check_conflicts(problem_.constraints(), problem_.level(), scene_));
     }
     problem_.set_progress(progress());
     add(check_contacts_at(problem_, u_));

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "conclude.h"
+#include "error_estimator.h"
 #include "hexmesh/core/error.h"
 #include "hexsolver/rotation.h"
 #include "level_problem.h"
@@ -21,10 +22,6 @@ using hexmesh::ErrorKind;
 using hexmesh::Lattice;
 using hexmesh::Result;
 
-constexpr std::size_t default_most_cells = 20000;
-constexpr double smallest_load_step = 1.0 / 64;
-/// Coarser levels only provide a start.
-constexpr double nested_tolerance = 1e-4;
 /// The algebraic error is to be at most this part of the accuracy asked.
 constexpr double algebraic_part = 0.1;
 
@@ -93,42 +90,6 @@ void solve_with_cutback(Solved& state, NewtonOptions options, bool has_start, co
   state.load_fraction = reached;
   state.newton = std::move(total);
 }
-
-/// What one level differs from the coarser one before it, and what both are expected to differ from the limit.
-class ErrorEstimator {
-public:
-  /// Levels come coarse to fine; `difference` is that to the level before, nothing for one without.
-  /// Writes the estimates of the last levels into `levels`.
-  void add(const std::optional<ElasticCells::Size>& difference, std::vector<LevelReport>& levels) {
-    // Errors fall from level to level by about `fall`: between h^2, inside the body, and h, at the rims of patches.
-    // With e the error of a level and d its difference from the coarser one, d = e / fall - e. Differences scatter,
-    // since each level holds patches by other nodes: the larger of what the last two lead to is taken. On the coarsest
-    // levels, where patches and the body itself are a few cells, errors fall less.
-    constexpr double fall = 0.32, part = fall / (1 - fall), coarsest_part = 0.75;
-    if (!difference) {
-      differences_.clear();
-      return;
-    }
-    ErrorEstimate& now = levels.back().error;
-    now.mean_mm = differences_.empty() ? coarsest_part * difference->mean
-                                       : part * std::max(difference->mean, fall * differences_.back().mean);
-    // Extremes sit where the limit is approached slowest: no more is expected of the next level than of the last.
-    now.max_mm = difference->largest;
-    differences_.push_back(*difference);
-    // What is known about coarser levels gets sharper.
-    double mean = *now.mean_mm, largest = *now.max_mm;
-    for (std::size_t n = 0; n < differences_.size(); ++n) {
-      mean += differences_[differences_.size() - 1 - n].mean;
-      largest += differences_[differences_.size() - 1 - n].largest;
-      ErrorEstimate& coarser = levels[levels.size() - 2 - n].error;
-      coarser.mean_mm = mean;
-      coarser.max_mm = largest;
-    }
-  }
-
-private:
-  std::vector<ElasticCells::Size> differences_;
-};
 
 /// Of the box of a body [mm].
 double diameter(const Mesh& mesh) {
@@ -378,7 +339,14 @@ private:
 }  // namespace
 
 int finest_level(const Scene& scene, const Lattice& lattice) {
-  const int count = static_cast<int>(lattice.levels.size());
+  std::vector<std::size_t> num_cells;
+  for (const hexmesh::Level& level : lattice.levels) num_cells.push_back(level.cells.size());
+  return finest_level(scene, num_cells);
+}
+
+int finest_level(const Scene& scene, const std::vector<std::size_t>& num_cells) {
+  constexpr std::size_t default_most_cells = 20000;
+  const int count = static_cast<int>(num_cells.size());
   if (scene.level) {
     if (*scene.level >= count)
       throw Error(ErrorKind::input, fmt::format("solve.level is {}, expected 0 to {}", *scene.level, count - 1));
@@ -386,7 +354,7 @@ int finest_level(const Scene& scene, const Lattice& lattice) {
   }
   if (scene.accuracy || scene.budget) return 0;
   for (int level = 0; level < count; ++level)
-    if (lattice.levels[static_cast<std::size_t>(level)].cells.size() <= default_most_cells) return level;
+    if (num_cells[static_cast<std::size_t>(level)] <= default_most_cells) return level;
   return count - 1;
 }
 

@@ -78,6 +78,24 @@ std::size_t coarsest_dofs(const Lattice& lattice, const Scene& scene) {
   return is_of_high_contrast(lattice) ? of_high_contrast : Hierarchy::usual_coarsest_dofs;
 }
 
+/// Words for each condition that the cells cannot follow; empty if there are none.
+std::vector<std::string> conflicts_of(const Constraints& constraints, const Scene& scene) {
+  std::vector<double> miss(scene.conditions.size());
+  const std::vector<double> of_point = constraints.contradiction();
+  for (std::size_t p = 0; p < of_point.size(); ++p) {
+    double& worst = miss[static_cast<std::size_t>(constraints.held()[p].condition)];
+    worst = std::max(worst, of_point[p]);
+  }
+  std::vector<std::string> words;
+  constexpr double rounding = 1e-6;  // mm
+  const double allowed = std::max(rounding, conflict_fraction * largest_prescribed(constraints));
+  for (std::size_t c = 0; c < miss.size(); ++c)
+    if (miss[c] > allowed)
+      words.push_back(
+          fmt::format("'{}' ({}, misses by {:.3g} mm)", scene.conditions[c].name, scene.conditions[c].where, miss[c]));
+  return words;
+}
+
 Progress at_the_end(const Scene& scene) { return {1, scene.dynamics ? scene.dynamics->duration : 0}; }
 
 }  // namespace
@@ -197,23 +215,6 @@ double LevelProblem::largest_load_step() const {
   return step;
 }
 
-std::vector<std::string> LevelProblem::conflicts() const {
-  std::vector<double> miss(scene_.conditions.size());
-  const std::vector<double> of_point = constraints_->contradiction();
-  for (std::size_t p = 0; p < of_point.size(); ++p) {
-    double& worst = miss[static_cast<std::size_t>(constraints_->held()[p].condition)];
-    worst = std::max(worst, of_point[p]);
-  }
-  std::vector<std::string> words;
-  constexpr double rounding = 1e-6;  // mm
-  const double allowed = std::max(rounding, conflict_fraction * largest_prescribed(*constraints_));
-  for (std::size_t c = 0; c < miss.size(); ++c)
-    if (miss[c] > allowed)
-      words.push_back(fmt::format("'{}' ({}, misses by {:.3g} mm)", scene_.conditions[c].name,
-                                  scene_.conditions[c].where, miss[c]));
-  return words;
-}
-
 void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> turning) {
   auto elastic = make_elastic_cells(
       mesh(), lattice_, level_,
@@ -238,18 +239,28 @@ void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> turn
 }
 
 int first_nested_level(const Lattice& lattice, int finest) {
+  std::vector<std::size_t> num_cells;
+  for (const hexmesh::Level& level : lattice.levels) num_cells.push_back(level.cells.size());
+  return first_nested_level(num_cells, finest);
+}
+
+int first_nested_level(const std::vector<std::size_t>& num_cells, int finest) {
   constexpr std::size_t least_cells = 8;
   int first = finest;
-  for (int coarser = finest + 1; coarser < static_cast<int>(lattice.levels.size()); ++coarser)
-    if (lattice.levels[static_cast<std::size_t>(coarser)].cells.size() >= least_cells) first = coarser;
+  for (int coarser = finest + 1; coarser < static_cast<int>(num_cells.size()); ++coarser)
+    if (num_cells[static_cast<std::size_t>(coarser)] >= least_cells) first = coarser;
   return first;
 }
 
 std::vector<ConditionReport> report_points(const LevelProblem& problem) {
+  return report_points(problem.constraints(), problem.scene());
+}
+
+std::vector<ConditionReport> report_points(const Constraints& constraints, const Scene& scene) {
   std::vector<ConditionReport> out;
-  for (const Condition& c : problem.scene().conditions) out.push_back({c.name, 0, 0, 0, Vec3::Zero()});
-  for (const ConstraintPoint& p : problem.constraints().points()) ++out[static_cast<std::size_t>(p.condition)].points;
-  const std::vector<std::size_t> kept = problem.constraints().kept_by_condition(out.size());
+  for (const Condition& c : scene.conditions) out.push_back({c.name, 0, 0, 0, Vec3::Zero()});
+  for (const ConstraintPoint& p : constraints.points()) ++out[static_cast<std::size_t>(p.condition)].points;
+  const std::vector<std::size_t> kept = constraints.kept_by_condition(out.size());
   for (std::size_t c = 0; c < kept.size(); ++c) out[c].kept = kept[c];
   return out;
 }
@@ -314,11 +325,11 @@ std::vector<std::string> check_contacts_at(const LevelProblem& problem, const No
   return check_contacts(problem, &u);
 }
 
-std::vector<std::string> check_conflicts(const LevelProblem& problem, const Scene& scene) {
-  const std::vector<std::string> conflicts = problem.conflicts();
+std::vector<std::string> check_conflicts(const Constraints& constraints, int level, const Scene& scene) {
+  const std::vector<std::string> conflicts = conflicts_of(constraints, scene);
   if (conflicts.empty()) return {};
   const std::string what =
-      fmt::format("conditions contradict each other at level {}: {}", problem.level(), fmt::join(conflicts, " and "));
+      fmt::format("conditions contradict each other at level {}: {}", level, fmt::join(conflicts, " and "));
   if (scene.compromise) return {what + "; they are met by least squares"};
   throw Error(ErrorKind::geometry,
               fmt::format("{}, expected displacements that the cells can follow (a finer level, patches farther apart, "
@@ -327,7 +338,7 @@ std::vector<std::string> check_conflicts(const LevelProblem& problem, const Scen
 }
 
 std::vector<std::string> check_level(const LevelProblem& problem, const Scene& scene) {
-  std::vector<std::string> warnings = check_conflicts(problem, scene);
+  std::vector<std::string> warnings = check_conflicts(problem.constraints(), problem.level(), scene);
   const std::vector<std::string> overlaps = check_contacts(problem, nullptr);
   warnings.insert(warnings.end(), overlaps.begin(), overlaps.end());
   return warnings;

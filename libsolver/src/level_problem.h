@@ -26,9 +26,6 @@ public:
   LevelProblem(const LevelProblem&) = delete;
   LevelProblem& operator=(const LevelProblem&) = delete;
 
-  /// Words for each condition that the cells of this level cannot follow; empty if there are none.
-  std::vector<std::string> conflicts() const;
-
   /// Form the elements; before this there is no potential.
   /// @param turning  which cells turn; empty = all
   void build_potential(Elasticity elasticity, std::vector<bool> turning = {});
@@ -98,9 +95,11 @@ Scene for_coarser_levels(Scene scene);
 
 /// The coarsest level that a solution on `finest` starts from.
 int first_nested_level(const hexmesh::Lattice& lattice, int finest);
+int first_nested_level(const std::vector<std::size_t>& num_cells, int finest);  ///< of each level
 
 /// Points and kept directions of each condition.
 std::vector<ConditionReport> report_points(const LevelProblem& problem);
+std::vector<ConditionReport> report_points(const Constraints& constraints, const Scene& scene);
 
 /// What to tell about conditions on single points, whose displacement has no continuum limit.
 /// @throws Error{input} if an accuracy is asked of them
@@ -110,7 +109,7 @@ std::vector<std::string> check_single_points(const Scene& scene);
 void check_open_ended(const Scene& scene, const hexmesh::Lattice& lattice, int finest);
 
 /// The parts of check_level(): of conditions as they are prescribed now, of obstacles as they are now.
-std::vector<std::string> check_conflicts(const LevelProblem& problem, const Scene& scene);
+std::vector<std::string> check_conflicts(const Constraints& constraints, int level, const Scene& scene);
 std::vector<std::string> check_contacts_at(const LevelProblem& problem, const NodeVector& u);
 
 /// @returns warnings: of conditions that contradict each other and are to be met by least squares, of surface points

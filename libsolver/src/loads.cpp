@@ -38,6 +38,7 @@ std::unique_ptr<DeadLoad> surface_force(const Force& force, const Mesh& mesh, Se
   const bool by_area = force.selection.on == SurfacePoints::faces;
   double whole = 0;
   for (const SurfacePoint& p : points) whole += by_area ? p.area.norm() : 1;
+  whole = selector.share().sum(whole);
   // A force that changes with time is the factor of a unit force along each axis.
   const Vec3 total = force.history && force.pressure == 0 ? Vec3::Ones() : force.total;
   NodeForces forces(mesh);

@@ -13,6 +13,7 @@
 #include "cell_product.h"
 #include "hexmesh/core/bytes.h"
 #include "parallel.h"
+#include "support_springs.h"
 
 namespace hexsolver {
 namespace {
@@ -20,9 +21,6 @@ namespace {
 using Eigen::Index;
 using hexmesh::bytes_of;
 
-/// Supports weigh this many nodal stiffnesses on the coarser levels. The finest keeps them exactly, so more only spoils
-/// the coarser smoothers (a real liver, 289,431 dofs, cells partly filled: 14, 12, 13 iterations with 3, 5, 9).
-constexpr double support_stiffness = 5;
 constexpr int chebyshev_degree = 6;
 /// The smoother damps eigenvalues of D^-1 A in [largest / smoothing_range, largest].
 constexpr double smoothing_range = 80;
@@ -151,27 +149,17 @@ void Multigrid::CyclesOf<Scalar>::update() {
 
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::choose_support_weights() {
-  // w makes the supports' largest nodal weight, sum_p H_pn, about `support_stiffness` nodal stiffnesses.
-  std::size_t num_conditions = 0;
-  for (const ConstraintPoint& p : constraints_.held())
-    num_conditions = std::max(num_conditions, static_cast<std::size_t>(p.condition) + 1);
-  std::vector<double> stiffness(num_conditions), density(num_conditions);
-  std::vector<std::unordered_map<std::int32_t, double>> weight_of_node(num_conditions);
+  std::vector<SupportSprings> springs;
   for (const auto& [cell, members] : points_of_cell_) {
-    const double nodal = 8 * potential_.cell_hessian(cell).trace() / 24;
+    const double trace = potential_.cell_hessian(cell).trace();
     for (const std::size_t m : members) {
       const ConstraintPoint& p = constraints_.held()[m];
       const auto condition = static_cast<std::size_t>(p.condition);
-      stiffness[condition] = std::max(stiffness[condition], nodal);
-      for (int a = 0; a < 8; ++a) {
-        double& sum = weight_of_node[condition][hierarchy_.meshes[0].cell_nodes()[cell][static_cast<std::size_t>(a)]];
-        sum += p.weights[a];
-        density[condition] = std::max(density[condition], sum);
-      }
+      springs.resize(std::max(springs.size(), condition + 1));
+      springs[condition].add(p, hierarchy_.meshes[0].cell_nodes()[cell], trace);
     }
   }
-  for (std::size_t c = 0; c < num_conditions; ++c)
-    support_weight_.push_back(density[c] > 0 ? support_stiffness * stiffness[c] / density[c] : 0);
+  for (const SupportSprings& s : springs) support_weight_.push_back(s.weight());
 }
 
 template <class Scalar>
@@ -181,17 +169,10 @@ CellMatrix Multigrid::CyclesOf<Scalar>::cell_matrix(std::size_t level, std::size
   CellMatrix k = potential_.cell_hessian(cell);
   const auto found = points_of_cell_.find(cell);
   if (found == points_of_cell_.end()) return k;
-  std::array<Eigen::Matrix<double, 8, 8>, 3> supports;
-  for (auto& s : supports) s.setZero();
   for (const std::size_t m : found->second) {
     const ConstraintPoint& p = constraints_.held()[m];
-    const double w = support_weight_[static_cast<std::size_t>(p.condition)];
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      if (p.axes[axis]) supports[axis] += w * p.weights * p.weights.transpose();
+    add_spring(p, support_weight_[static_cast<std::size_t>(p.condition)], k);
   }
-  for (int axis = 0; axis < 3; ++axis)
-    for (int a = 0; a < 8; ++a)
-      for (int b = 0; b < 8; ++b) k(3 * a + axis, 3 * b + axis) += supports[static_cast<std::size_t>(axis)](a, b);
   return k;
 }
 

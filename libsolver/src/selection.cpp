@@ -35,11 +35,12 @@ Vec3 area_vector(const hexmesh::Grid& voxels, std::uint8_t side) {
 
 template <class Candidate>
 std::vector<Candidate> face_candidates(const hexmesh::Lattice& lattice, const hexmesh::CellLocator& locator,
-                                       bool whole_voxels) {
+                                       bool whole_voxels, const SurfaceShare& share) {
   std::vector<Candidate> out;
   const hexmesh::ExposedFace* last = nullptr;
   const std::vector<hexmesh::ExposedFace> faces = hexmesh::exposed_faces(lattice);
   for (const hexmesh::ExposedFace& face : faces) {
+    if (!share.has_voxel(face.voxel)) continue;
     const bool same_voxel = last && last->voxel == face.voxel;
     last = &face;
     if (whole_voxels && same_voxel) {
@@ -55,7 +56,8 @@ std::vector<Candidate> face_candidates(const hexmesh::Lattice& lattice, const he
 
 /// Nodes that touch a missing cell or one that is not full.
 template <class Candidate>
-std::vector<Candidate> node_candidates(const hexmesh::Lattice& lattice, int level, const Mesh& mesh) {
+std::vector<Candidate> node_candidates(const hexmesh::Lattice& lattice, int level, const Mesh& mesh,
+                                       const SurfaceShare& share) {
   const hexmesh::Level& cells = lattice.levels[static_cast<std::size_t>(level)];
   std::vector<int> full_cells(mesh.num_nodes());
   std::vector<Candidate> of_node(mesh.num_nodes());
@@ -69,33 +71,38 @@ std::vector<Candidate> node_candidates(const hexmesh::Lattice& lattice, int leve
     }
   std::vector<Candidate> out;
   for (std::size_t n = 0; n < mesh.num_nodes(); ++n)
-    if (full_cells[n] < 8) {
+    if (full_cells[n] < 8 && share.has_node(mesh.nodes()[n])) {
       of_node[n].position = mesh.position(n);
       out.push_back(of_node[n]);
     }
   return out;
 }
 
+struct Nearest {
+  std::size_t candidate = 0;
+  double distance = std::numeric_limits<double>::infinity();  ///< [mm]
+};
+
 template <class Candidate>
-std::size_t nearest(const std::vector<Candidate>& candidates, const Vec3& point) {
-  std::size_t best = 0;
-  for (std::size_t n = 1; n < candidates.size(); ++n)
-    if ((candidates[n].position - point).squaredNorm() < (candidates[best].position - point).squaredNorm()) best = n;
+Nearest nearest(const std::vector<Candidate>& candidates, const Vec3& point) {
+  Nearest best;
+  for (std::size_t n = 0; n < candidates.size(); ++n)
+    if (const double distance = (candidates[n].position - point).norm(); distance < best.distance) best = {n, distance};
   return best;
 }
 
 template <class Candidate>
 void select_ball(const Ball& ball, const Selection& selection, const std::string& what,
-                 const std::vector<Candidate>& candidates, std::vector<char>& chosen) {
-  const std::size_t closest = nearest(candidates, ball.center);
-  const double distance = (candidates[closest].position - ball.center).norm();
+                 const std::vector<Candidate>& candidates, const SurfaceShare& share, std::vector<char>& chosen) {
+  const Nearest closest = nearest(candidates, ball.center);
+  const double distance = share.least(closest.distance);
   if (distance > selection.max_distance)
     throw Error(ErrorKind::geometry,
                 fmt::format("{}: its point [{:g}, {:g}, {:g}] is {:.1f} mm from the nearest surface point, expected at "
                             "most max_distance_mm = {:g}",
                             what, ball.center[0], ball.center[1], ball.center[2], distance, selection.max_distance));
   if (ball.radius == 0) {
-    chosen[closest] = 1;
+    if (share.is_first(!candidates.empty() && closest.distance == distance)) chosen[closest.candidate] = 1;
     return;
   }
   for (std::size_t n = 0; n < candidates.size(); ++n)
@@ -114,9 +121,9 @@ std::uint16_t label_of(const std::string& segment, const std::string& what, cons
 
 template <class Candidate>
 std::vector<char> choose(const Selection& s, const std::string& what, const hexmesh::Lattice& lattice,
-                         const std::vector<Candidate>& candidates) {
+                         const std::vector<Candidate>& candidates, const SurfaceShare& share) {
   std::vector<char> chosen(candidates.size());
-  for (const Ball& ball : s.balls) select_ball(ball, s, what, candidates, chosen);
+  for (const Ball& ball : s.balls) select_ball(ball, s, what, candidates, share, chosen);
   const std::uint16_t label = s.segment.empty() ? std::uint16_t{0} : label_of(s.segment, what, lattice);
   for (std::size_t n = 0; n < candidates.size(); ++n) {
     const Vec3& p = candidates[n].position;
@@ -130,18 +137,18 @@ std::vector<char> choose(const Selection& s, const std::string& what, const hexm
 
 template <class Candidate>
 std::string nothing_selected(const Selection& s, const std::string& what, const hexmesh::Lattice& lattice,
-                             const std::vector<Candidate>& candidates) {
+                             const std::vector<Candidate>& candidates, const SurfaceShare& share) {
   std::string detail = "expected at least one point of the surface";
   if (s.balls.size() == 1) {
     const Vec3& center = s.balls[0].center;
     detail = fmt::format("the nearest is {:.1f} mm from its point, expected radius_mm of at least that",
-                         (candidates[nearest(candidates, center)].position - center).norm());
+                         share.least(nearest(candidates, center).distance));
   } else if (s.box || s.halfspace) {
     double least = std::numeric_limits<double>::infinity();
     for (const Candidate& c : candidates)
       least = std::min(least, s.halfspace ? -(c.position - s.halfspace->point).dot(s.halfspace->normal)
                                           : (c.position - s.box->center).norm());
-    detail = fmt::format("the nearest is {:.1f} mm from {}", least,
+    detail = fmt::format("the nearest is {:.1f} mm from {}", share.least(least),
                          s.box ? "the box's centre, expected one inside" : "the half-space, expected one inside");
   } else if (!s.segment.empty() && lattice.segments.size() > 1) {
     detail = fmt::format("no material touches segment '{}' (one with a material of its own?)", s.segment);
@@ -151,8 +158,10 @@ std::string nothing_selected(const Selection& s, const std::string& what, const 
 
 }  // namespace
 
-Selector::Selector(const hexmesh::Lattice& lattice, int level, const Mesh& mesh)
-    : lattice_(lattice), level_(level), mesh_(mesh) {}
+const SurfaceShare Selector::whole_surface_of_one;
+
+Selector::Selector(const hexmesh::Lattice& lattice, int level, const Mesh& mesh, const SurfaceShare& share)
+    : lattice_(lattice), level_(level), mesh_(mesh), share_(share) {}
 
 Selector::~Selector() = default;
 
@@ -160,20 +169,20 @@ const std::vector<Selector::Candidate>& Selector::candidates(SurfacePoints on) {
   std::vector<Candidate>& list = candidates_[static_cast<std::size_t>(on)];
   if (!list.empty()) return list;
   if (on == SurfacePoints::nodes) {
-    list = node_candidates<Candidate>(lattice_, level_, mesh_);
+    list = node_candidates<Candidate>(lattice_, level_, mesh_, share_);
   } else {
     const hexmesh::Level& cells = lattice_.levels[static_cast<std::size_t>(level_)];
     const hexmesh::CellLocator locator(lattice_.voxels, cells.voxels_per_cell, cells.cells);
-    list = face_candidates<Candidate>(lattice_, locator, on == SurfacePoints::voxels);
+    list = face_candidates<Candidate>(lattice_, locator, on == SurfacePoints::voxels, share_);
   }
   return list;
 }
 
 std::vector<SurfacePoint> Selector::select(const Selection& selection, const std::string& what) {
   const std::vector<Candidate>& list = candidates(selection.on);
-  const std::vector<char> chosen = choose(selection, what, lattice_, list);
-  if (std::count(chosen.begin(), chosen.end(), 1) == 0)
-    throw Error(ErrorKind::geometry, nothing_selected(selection, what, lattice_, list));
+  const std::vector<char> chosen = choose(selection, what, lattice_, list, share_);
+  if (share_.sum(static_cast<double>(std::count(chosen.begin(), chosen.end(), 1))) == 0)
+    throw Error(ErrorKind::geometry, nothing_selected(selection, what, lattice_, list, share_));
   std::vector<SurfacePoint> points;
   for (std::size_t n = 0; n < list.size(); ++n)
     if (chosen[n])

@@ -31,12 +31,14 @@ Handle open_for_reading(const std::filesystem::path& path) {
   return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose};
 }
 
-Handle create(const std::filesystem::path& path) {
+Handle open_for_writing(const std::filesystem::path& path, Writer::Start start) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   // The 1.10 layout has checksums in its indices and headers too.
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110);
-  return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose};
+  return {start == Writer::Start::anew ? H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access)
+                                       : H5Fopen(path.c_str(), H5F_ACC_RDWR, access),
+          H5Fclose};
 }
 
 Handle make_groups() {
@@ -45,16 +47,30 @@ Handle make_groups() {
   return list;
 }
 
+/// The rows of a dataset as a part of its space.
+Handle rows_of(hid_t set, hsize_t first, hsize_t count, Shape& shape) {
+  Handle space(H5Dget_space(set), H5Sclose);
+  shape.resize(static_cast<std::size_t>(std::max(H5Sget_simple_extent_ndims(space), 1)));
+  H5Sget_simple_extent_dims(space, shape.data(), nullptr);
+  Shape begin(shape.size());
+  begin[0] = first;
+  shape[0] = count;
+  H5Sselect_hyperslab(space, H5S_SELECT_SET, begin.data(), nullptr, shape.data(), nullptr);
+  return space;
+}
+
 }  // namespace
 
-Writer::Writer(const std::filesystem::path& path) : path_(path), file_(create(path)) { check(file_ >= 0, "file"); }
+Writer::Writer(const std::filesystem::path& path, Start start) : path_(path), file_(open_for_writing(path, start)) {
+  check(file_ >= 0, "file");
+}
 
 void Writer::check(bool good, const std::string& name) const {
   if (!good) throw Error(ErrorKind::output, fmt::format("cannot write '{}' into '{}'", name, path_.string()));
 }
 
-void Writer::write_raw(const std::string& name, hid_t type, const void* data, const Shape& shape,
-                       std::size_t value_size, bool compress) {
+Handle Writer::declare_raw(const std::string& name, hid_t type, const Shape& shape, std::size_t value_size,
+                           bool compress) {
   const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
   const Handle layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   const hsize_t row = std::accumulate(shape.begin() + 1, shape.end(), hsize_t{1}, std::multiplies<>());
@@ -68,8 +84,29 @@ void Writer::write_raw(const std::string& name, hid_t type, const void* data, co
     }
     H5Pset_fletcher32(layout);
   }
-  const Handle set(H5Dcreate2(file_, name.c_str(), type, space, make_groups(), layout, H5P_DEFAULT), H5Dclose);
-  check(set >= 0 && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0, name);
+  Handle set(H5Dcreate2(file_, name.c_str(), type, space, make_groups(), layout, H5P_DEFAULT), H5Dclose);
+  check(set >= 0, name);
+  return set;
+}
+
+void Writer::write_raw(const std::string& name, hid_t type, const void* data, const Shape& shape,
+                       std::size_t value_size, bool compress) {
+  const Handle set = declare_raw(name, type, shape, value_size, compress);
+  check(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0, name);
+}
+
+void Writer::write_rows_raw(const std::string& name, hid_t type, const void* data, hsize_t first, hsize_t count) {
+  if (count == 0) return;
+  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  check(set >= 0, name);
+  Shape shape;
+  const Handle rows = rows_of(set, first, count, shape);
+  const Handle memory(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
+  check(H5Dwrite(set, type, memory, rows, H5P_DEFAULT, data) >= 0, name);
+}
+
+void Writer::copy(const Reader& from, const std::string& name) {
+  check(H5Ocopy(from.file_, name.c_str(), file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT) >= 0, name);
 }
 
 void Writer::write(const std::string& name, const std::vector<std::string>& values) {
@@ -148,6 +185,19 @@ void Reader::read_raw(const std::string& name, hid_t type, void* data) const {
   const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
   if (H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0)
     fail(fmt::format("has a damaged '{}' (checksum or type)", name));
+}
+
+void Reader::read_rows_raw(const std::string& name, hid_t type, void* data, hsize_t first, hsize_t count) const {
+  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  Shape shape;
+  const Handle rows = rows_of(set, first, count, shape);
+  const Handle memory(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
+  if (H5Dread(set, type, memory, rows, H5P_DEFAULT, data) < 0)
+    fail(fmt::format("has a damaged '{}' (checksum or type)", name));
+}
+
+void Reader::fail_rows(const std::string& name, hsize_t first, hsize_t count, hsize_t found) const {
+  fail(fmt::format("has {} rows in '{}', expected at least {}", found, name, first + count));
 }
 
 std::vector<std::string> Reader::read_strings(const std::string& name) const {

@@ -58,17 +58,35 @@ inline hid_t native_type<std::uint64_t>() {
   return H5T_NATIVE_UINT64;
 }
 
-/// Writes a new file. Datasets carry a Fletcher32 checksum per chunk. Names are paths; their groups are made as needed.
+class Reader;
+
+/// Writes a file. Datasets carry a Fletcher32 checksum per chunk. Names are paths; their groups are made as needed.
 class Writer {
 public:
+  enum class Start { anew, as_it_is };  ///< the second goes on with a file that an earlier one has closed
+
   /// @throws Error{output}
-  explicit Writer(const std::filesystem::path& path);
+  explicit Writer(const std::filesystem::path& path, Start start = Start::anew);
 
   template <class T>
   void write(const std::string& name, std::span<const T> values, const Shape& shape, bool compress = false) {
     write_raw(name, native_type<T>(), values.data(), shape, sizeof(T), compress);
   }
   void write(const std::string& name, const std::vector<std::string>& values);
+
+  /// A dataset whose rows, along its first axis, come later by write_rows().
+  template <class T>
+  void declare(const std::string& name, const Shape& shape, bool compress = false) {
+    declare_raw(name, native_type<T>(), shape, sizeof(T), compress);
+  }
+  /// Rows `first` to `first` + `count` - 1 of a dataset that is there.
+  template <class T>
+  void write_rows(const std::string& name, std::span<const T> values, hsize_t first, hsize_t count) {
+    write_rows_raw(name, native_type<T>(), values.data(), first, count);
+  }
+
+  /// A dataset, or a group with all in it, as it is in another file: it takes no memory.
+  void copy(const Reader& from, const std::string& name);
 
   template <class T>
   void attribute(const std::string& group, const std::string& name, std::span<const T> values) {
@@ -82,6 +100,8 @@ public:
 private:
   void write_raw(const std::string& name, hid_t type, const void* data, const Shape& shape, std::size_t value_size,
                  bool compress);
+  Handle declare_raw(const std::string& name, hid_t type, const Shape& shape, std::size_t value_size, bool compress);
+  void write_rows_raw(const std::string& name, hid_t type, const void* data, hsize_t first, hsize_t count);
   void attribute_raw(const std::string& group, const std::string& name, hid_t type, const void* data,
                      std::size_t count);
   void check(bool good, const std::string& name) const;
@@ -109,6 +129,16 @@ public:
     read_raw(name, native_type<T>(), values.data());
     return values;
   }
+  /// Likewise only rows `first` to `first` + `count` - 1 along the first axis.
+  template <class T>
+  std::vector<T> read_rows(const std::string& name, const Shape& expected, hsize_t first, hsize_t count) const {
+    Shape found = checked_shape(name, expected, sizeof(T));
+    if (first + count > found[0]) fail_rows(name, first, count, found[0]);
+    found[0] = count;
+    std::vector<T> values(std::accumulate(found.begin(), found.end(), std::size_t{1}, std::multiplies<>()));
+    if (!values.empty()) read_rows_raw(name, native_type<T>(), values.data(), first, count);
+    return values;
+  }
   std::vector<std::string> read_strings(const std::string& name) const;
 
   template <class T>
@@ -123,9 +153,12 @@ public:
   [[noreturn]] void fail(const std::string& message) const;
 
 private:
+  friend class Writer;  // copies
   std::size_t text_size(hid_t type, const std::string& name) const;
   Shape checked_shape(const std::string& name, const Shape& expected, std::size_t value_size) const;
   void read_raw(const std::string& name, hid_t type, void* data) const;
+  void read_rows_raw(const std::string& name, hid_t type, void* data, hsize_t first, hsize_t count) const;
+  [[noreturn]] void fail_rows(const std::string& name, hsize_t first, hsize_t count, hsize_t found) const;
   void attribute_raw(const std::string& group, const std::string& name, hid_t type, void* data,
                      std::size_t count) const;
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/lattice_reader.h"
 #include "hexmesh/file/result_file.h"
 #include "hexmesh/lattice/element_tree.h"
 #include "shared_groups.h"
@@ -104,10 +105,12 @@ void write_level(hdf5::Writer& file, const Lattice& lattice, int number, Element
     file.write<double>(group + "/elements/" + name, values, {level.filled.size(), width});
 }
 
+std::string children_name(int level) { return level_group(level) + "/elements/children"; }
+
 /// Children of a level's elements: within the finer level's, none in slots that the merge does not have.
-std::vector<Children> read_children(const hdf5::Reader& file, int number, const Index3& merge, std::size_t num_finer) {
-  const std::string name = level_group(number) + "/elements/children";
-  const auto values = file.read<std::int32_t>(name, {0, 8});
+/// @param values  as the file has them, eight for each element
+std::vector<Children> to_children(const hdf5::Reader& file, const std::string& name,
+                                  const std::vector<std::int32_t>& values, const Index3& merge, std::size_t num_finer) {
   std::vector<Children> children(values.size() / 8);
   for (std::size_t e = 0; e < children.size(); ++e) {
     int count = 0;
@@ -128,19 +131,58 @@ std::vector<Children> read_children(const hdf5::Reader& file, int number, const 
   return children;
 }
 
-void read_cells(const hdf5::Reader& file, const Grid& voxels, int number, Level& level) {
-  const std::string group = level_group(number);
-  Index3 limit;
-  for (std::size_t d = 0; d < 3; ++d)
-    limit[d] = (voxels.extent()[d] + level.voxels_per_cell[d] - 1) / level.voxels_per_cell[d];
-  level.cells = hdf5::read_cells(file, group + "/cells", limit);
-  if (level.cells.empty()) file.fail(fmt::format("has no cells in '{}'", group));
+/// The rows of sorted numbers, read in blocks that hold some of them.
+std::vector<std::int32_t> read_child_rows(const hdf5::Reader& file, const std::string& name,
+                                          const std::vector<std::int32_t>& numbers) {
+  constexpr hsize_t block_rows = 1 << 16;
+  const hsize_t num_rows = file.shape(name, 2)[0];
+  std::vector<std::int32_t> out;
+  out.reserve(8 * numbers.size());
+  for (std::size_t n = 0; n < numbers.size();) {
+    const auto first = static_cast<hsize_t>(numbers[n]);
+    const hsize_t count = std::min(block_rows, num_rows - first);
+    const auto block = file.read_rows<std::int32_t>(name, {0, 8}, first, count);
+    for (; n < numbers.size() && static_cast<hsize_t>(numbers[n]) < first + count; ++n) {
+      const auto row = block.begin() + static_cast<std::ptrdiff_t>(8 * (static_cast<hsize_t>(numbers[n]) - first));
+      out.insert(out.end(), row, row + 8);
+    }
+  }
+  return out;
+}
+
+/// Replaces numbers by their places among the sorted numbers there are, which are returned; -1 stays.
+template <class Numbers>
+std::vector<std::int32_t> make_compact(Numbers&& numbers) {
+  std::vector<std::int32_t> known;
+  for (const std::int32_t n : numbers)
+    if (n >= 0) known.push_back(n);
+  std::sort(known.begin(), known.end());
+  known.erase(std::unique(known.begin(), known.end()), known.end());
+  for (std::int32_t& n : numbers)
+    if (n >= 0) n = static_cast<std::int32_t>(std::lower_bound(known.begin(), known.end(), n) - known.begin());
+  return known;
+}
+
+Index3 layers_of(const Grid& voxels, const Index3& voxels_per_cell) {
+  Index3 layers;
+  for (std::size_t d = 0; d < 3; ++d) layers[d] = (voxels.extent()[d] + voxels_per_cell[d] - 1) / voxels_per_cell[d];
+  return layers;
+}
+
+void check_order(const hdf5::Reader& file, const std::string& group, const std::vector<Index3>& cells) {
   const auto before = [](const Index3& a, const Index3& b) {
     return std::array{a[2], a[1], a[0]} < std::array{b[2], b[1], b[0]};
   };
-  if (std::adjacent_find(level.cells.begin(), level.cells.end(),
-                         [&](const Index3& a, const Index3& b) { return !before(a, b); }) != level.cells.end())
+  if (std::adjacent_find(cells.begin(), cells.end(), [&](const Index3& a, const Index3& b) { return !before(a, b); }) !=
+      cells.end())
     file.fail(fmt::format("has cells of '{}' twice or out of order", group));
+}
+
+void read_cells(const hdf5::Reader& file, const Grid& voxels, int number, Level& level) {
+  const std::string group = level_group(number);
+  level.cells = hdf5::read_cells(file, group + "/cells", layers_of(voxels, level.voxels_per_cell));
+  if (level.cells.empty()) file.fail(fmt::format("has no cells in '{}'", group));
+  check_order(file, group, level.cells);
   level.element = file.read<std::int32_t>(group + "/element", {level.cells.size()});
   hdf5::check_range(file, group + "/element", level.element, level.filled.size());
   level.segment = file.read<std::uint16_t>(group + "/segment", {level.cells.size()});
@@ -196,7 +238,8 @@ Lattice read_lattice(const std::filesystem::path& path, const std::vector<int>& 
     check_merge(file, lattice.levels, n);
     if (n > 0 && n <= coarsest) {
       const Level& finer = lattice.levels[static_cast<std::size_t>(n - 1)];
-      level.children = read_children(file, n, level.merge, n == 1 ? lattice.materials.size() : finer.children.size());
+      level.children = to_children(file, children_name(n), file.read<std::int32_t>(children_name(n), {0, 8}),
+                                   level.merge, n == 1 ? lattice.materials.size() : finer.children.size());
     }
   }
   count_filled(lattice.levels, lattice.materials.size());
@@ -204,6 +247,106 @@ Lattice read_lattice(const std::filesystem::path& path, const std::vector<int>& 
     if (levels.empty() || std::find(levels.begin(), levels.end(), n) != levels.end())
       read_cells(file, lattice.voxels, n, lattice.levels[static_cast<std::size_t>(n)]);
   return lattice;
+}
+
+LatticeReader::LatticeReader(const std::filesystem::path& path)
+    : file_(std::make_unique<const hdf5::Reader>(path, "lattice")) {}
+LatticeReader::~LatticeReader() = default;
+
+Lattice LatticeReader::outline() const {
+  std::vector<std::string> history = hdf5::read_header(*file_, lattice_format, lattice_version);
+  std::vector<LatticeSegment> segments = hdf5::read_segments(*file_);
+  std::vector<VoxelMaterial> materials = read_materials(*file_, segments);
+  Lattice lattice{hdf5::read_grid(*file_), {}, std::move(segments), std::move(materials), {}, {}, std::move(history)};
+  lattice.levels.resize(static_cast<std::size_t>(count_levels(*file_)));
+  for (int n = 0; n < static_cast<int>(lattice.levels.size()); ++n) {
+    Level& level = lattice.levels[static_cast<std::size_t>(n)];
+    level.merge = hdf5::read_index(*file_, level_group(n), "merge");
+    level.voxels_per_cell = hdf5::read_index(*file_, level_group(n), "voxels_per_cell");
+    check_merge(*file_, lattice.levels, n);
+  }
+  return lattice;
+}
+
+std::size_t LatticeReader::num_cells(int level) const {
+  const std::size_t count = file_->shape(level_group(level) + "/cells", 2)[0];
+  if (count == 0) file_->fail(fmt::format("has no cells in '{}'", level_group(level)));
+  return count;
+}
+
+std::size_t LatticeReader::num_surface_points() const { return file_->shape("/surface/points", 2)[0]; }
+
+std::vector<Vec3> LatticeReader::surface_points(std::size_t first, std::size_t count) const {
+  const auto values = file_->read_rows<double>("/surface/points", {0, 3}, first, count);
+  std::vector<Vec3> points;
+  for (std::size_t n = 0; n < values.size(); n += 3) points.push_back(Vec3::Map(&values[n]));
+  return points;
+}
+
+std::vector<std::uint64_t> LatticeReader::cells_in_layers(int level, std::size_t first, std::size_t count) const {
+  const Index3 voxels_per_cell = hdf5::read_index(*file_, level_group(level), "voxels_per_cell");
+  const Index3 layers = layers_of(hdf5::read_grid(*file_), voxels_per_cell);
+  std::vector<std::uint64_t> out(static_cast<std::size_t>(layers[2]));
+  for (const Index3& c : hdf5::read_cell_rows(*file_, level_group(level) + "/cells", layers, first, count))
+    ++out[static_cast<std::size_t>(c[2])];
+  return out;
+}
+
+LatticePiece LatticeReader::read_layers(const Lattice& outline, int number,
+                                        const std::vector<std::uint64_t>& first_rows, std::int32_t begin,
+                                        std::int32_t end, std::int32_t margin) const {
+  const auto n = static_cast<std::size_t>(number);
+  const Index3 layers = layers_of(outline.voxels, outline.levels[n].voxels_per_cell);
+  const std::int32_t low = std::max(begin - margin, 0), high = std::min(end + margin, layers[2]);
+  const auto row_of = [&](std::int32_t layer) { return first_rows[static_cast<std::size_t>(layer)]; };
+  const std::int32_t layer_voxels = outline.levels[n].voxels_per_cell[2];
+
+  LatticePiece piece{outline, low, begin - low, end - low};
+  piece.first_row = row_of(begin);
+  piece.first_cell = row_of(begin) - row_of(low);
+  piece.num_own_cells = row_of(end) - row_of(begin);
+  const Index3& whole = outline.voxels.extent();
+  const Index3 extent = {whole[0], whole[1], std::max(std::min(high * layer_voxels, whole[2]) - low * layer_voxels, 1)};
+  piece.lattice.voxels = Grid(extent, outline.voxels.spacing(), outline.voxels.position(Vec3(0, 0, low * layer_voxels)),
+                              outline.voxels.direction());
+  const hsize_t voxel_layers = static_cast<hsize_t>(extent[2]);
+  piece.lattice.labels = file_->read_rows<std::uint16_t>(
+      "/voxels/labels",
+      {static_cast<hsize_t>(whole[2]), static_cast<hsize_t>(whole[1]), static_cast<hsize_t>(whole[0])},
+      static_cast<hsize_t>(std::min(low * layer_voxels, whole[2] - 1)), voxel_layers);
+
+  Level& level = piece.lattice.levels[n];
+  const std::string group = level_group(number);
+  const hsize_t first = row_of(low), count = row_of(high) - first;
+  level.cells = hdf5::read_cell_rows(*file_, group + "/cells", layers, first, count);
+  check_order(*file_, group, level.cells);
+  for (Index3& c : level.cells) {
+    c[2] -= low;
+    if (c[2] < 0 || c[2] >= high - low) file_->fail(fmt::format("has cells of '{}' out of order", group));
+  }
+  level.element = file_->read_rows<std::int32_t>(group + "/element", {0}, first, count);
+  level.segment = file_->read_rows<std::uint16_t>(group + "/segment", {0}, first, count);
+  level.parts = file_->read_rows<std::uint16_t>(group + "/parts", {0}, first, count);
+  return piece;
+}
+
+std::size_t LatticeReader::num_elements(int level, const Lattice& lattice) const {
+  return level == 0 ? lattice.materials.size() : file_->shape(children_name(level), 2)[0];
+}
+
+void LatticeReader::read_elements(Lattice& lattice, int number, std::vector<std::int32_t>& elements) const {
+  hdf5::check_range(*file_, level_group(number) + "/element", elements, num_elements(number, lattice));
+  std::vector<std::int32_t> needed;
+  if (number > 0) needed = make_compact(elements);
+  for (int n = number; n > 0; --n) {
+    Level& level = lattice.levels[static_cast<std::size_t>(n)];
+    level.children.clear();
+    if (needed.empty()) continue;
+    level.children = to_children(*file_, children_name(n), read_child_rows(*file_, children_name(n), needed),
+                                 level.merge, num_elements(n - 1, lattice));
+    if (n > 1) needed = make_compact(std::span(level.children.front().data(), 8 * level.children.size()));
+  }
+  count_filled(lattice.levels, lattice.materials.size());
 }
 
 double stored_matrix_error(const std::filesystem::path& path, const Lattice& lattice) {

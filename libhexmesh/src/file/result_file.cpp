@@ -42,31 +42,18 @@ void ResultWriter::add_step(double time, std::span<const double> displacement, s
   times_.push_back(time);
 }
 
-void ResultWriter::finish(const Result& result) {
-  hdf5::Writer& file = *file_;
-  hdf5::write_header(file, result_format, result_version, result.history);
-  hdf5::write_voxels(file, result.voxels, result.labels);
-  hdf5::write_segments(file, result.segments);
-  hdf5::write_surface(file, result.surface);
-  hdf5::write_points(file, "/surface/displacement", result.surface_displacement);
+namespace {
 
+void write_level(hdf5::Writer& file, const Result& result) {
   const std::int32_t level = result.level;
   file.attribute("/mesh", "level", std::span(&level, 1));
   file.attribute("/mesh", "voxels_per_cell", std::span<const std::int32_t>(result.voxels_per_cell));
-  hdf5::write_cells(file, "/mesh/cells", result.cells);
-  file.write<std::int32_t>("/mesh/cell_nodes", {result.cell_nodes.front().data(), 8 * result.cell_nodes.size()},
-                           {result.cell_nodes.size(), 8});
-  file.write<std::uint16_t>("/mesh/segment", result.segment, {result.segment.size()});
-  hdf5::write_points(file, "/mesh/nodes", result.nodes);
-  hdf5::write_points(file, "/displacement", result.displacement);
-  hdf5::write_points(file, "/velocity", result.velocity);
-  file.write<double>("/times", times_, {times_.size()});
+}
 
+/// What does not grow with the body.
+void write_texts_and_conditions(hdf5::Writer& file, const Result& result) {
   std::vector<std::string> names;
-  for (const auto& [name, values] : result.cell_fields) {
-    names.push_back(name);
-    file.write<double>("/cell_fields/" + name, values, {values.size()});
-  }
+  for (const auto& [name, values] : result.cell_fields) names.push_back(name);
   file.write("/cell_field_names", names);
 
   names.clear();
@@ -81,11 +68,79 @@ void ResultWriter::finish(const Result& result) {
   file.write("/condition_names", names);
   file.write("/report", std::vector<std::string>{result.report});
   if (!result.costs.empty()) file.write("/costs", std::vector<std::string>{result.costs});
+}
+
+std::string field_name(const std::string& name) { return "/cell_fields/" + name; }
+
+std::span<const double> values_of(const std::vector<Vec3>& points) {
+  return {points.empty() ? nullptr : points.front().data(), 3 * points.size()};
+}
+
+}  // namespace
+
+void ResultWriter::finish(const Result& result) {
+  hdf5::Writer& file = *file_;
+  hdf5::write_header(file, result_format, result_version, result.history);
+  hdf5::write_voxels(file, result.voxels, result.labels);
+  hdf5::write_segments(file, result.segments);
+  hdf5::write_surface(file, result.surface);
+  hdf5::write_points(file, "/surface/displacement", result.surface_displacement);
+
+  write_level(file, result);
+  hdf5::write_cells(file, "/mesh/cells", result.cells);
+  file.write<std::int32_t>("/mesh/cell_nodes", {result.cell_nodes.front().data(), 8 * result.cell_nodes.size()},
+                           {result.cell_nodes.size(), 8});
+  file.write<std::uint16_t>("/mesh/segment", result.segment, {result.segment.size()});
+  hdf5::write_points(file, "/mesh/nodes", result.nodes);
+  hdf5::write_points(file, "/displacement", result.displacement);
+  hdf5::write_points(file, "/velocity", result.velocity);
+  file.write<double>("/times", times_, {times_.size()});
+
+  for (const auto& [name, values] : result.cell_fields) file.write<double>(field_name(name), values, {values.size()});
+  write_texts_and_conditions(file, result);
   file.close();
   file_.reset();  // only a file that is closed may be copied
 }
 
 void write_result(const Result& result, const std::filesystem::path& path) { ResultWriter(path).finish(result); }
+
+void begin_result(const Result& common, const std::filesystem::path& lattice, std::size_t num_cells,
+                  std::size_t num_nodes, std::size_t num_surface_points, const std::filesystem::path& path) {
+  const hdf5::Reader from(lattice, "lattice");
+  hdf5::Writer file(path);
+  hdf5::write_header(file, result_format, result_version, common.history);
+  for (const char* group : {"/voxels", "/segments", "/surface"}) file.copy(from, group);
+  file.declare<double>("/surface/displacement", {num_surface_points, 3});
+  write_level(file, common);
+  file.declare<std::uint16_t>("/mesh/cells", {num_cells, 3});
+  file.declare<std::int32_t>("/mesh/cell_nodes", {num_cells, 8});
+  file.declare<std::uint16_t>("/mesh/segment", {num_cells});
+  file.declare<double>("/mesh/nodes", {num_nodes, 3});
+  file.declare<double>("/displacement", {num_nodes, 3});
+  hdf5::write_points(file, "/velocity", {});
+  file.write<double>("/times", {}, {0});
+  for (const auto& [name, values] : common.cell_fields) file.declare<double>(field_name(name), {num_cells});
+  write_texts_and_conditions(file, common);
+  file.close();
+}
+
+void write_result_rows(const ResultRows& rows, const std::filesystem::path& path) {
+  hdf5::Writer file(path, hdf5::Writer::Start::as_it_is);
+  const Result& part = rows.part;
+  const hsize_t cells = part.cells.size(), nodes = part.nodes.size();
+  hdf5::write_cell_rows(file, "/mesh/cells", part.cells, rows.first_cell);
+  file.write_rows<std::int32_t>("/mesh/cell_nodes",
+                                {cells == 0 ? nullptr : part.cell_nodes.front().data(), 8 * part.cell_nodes.size()},
+                                rows.first_cell, cells);
+  file.write_rows<std::uint16_t>("/mesh/segment", part.segment, rows.first_cell, cells);
+  for (const auto& [name, values] : part.cell_fields)
+    file.write_rows<double>(field_name(name), values, rows.first_cell, cells);
+  file.write_rows<double>("/mesh/nodes", values_of(part.nodes), rows.first_node, nodes);
+  file.write_rows<double>("/displacement", values_of(part.displacement), rows.first_node, nodes);
+  file.write_rows<double>("/surface/displacement", values_of(part.surface_displacement), rows.first_point,
+                          part.surface_displacement.size());
+  file.close();
+}
 
 Result read_result(const std::filesystem::path& path) {
   const hdf5::Reader file(path, "result");

@@ -36,17 +36,22 @@ void write_voxels(Writer& file, const Grid& grid, const std::vector<std::uint16_
   file.attribute("/voxels", "direction", std::span<const double>(grid.direction().data(), 9));
 }
 
-std::pair<Grid, std::vector<std::uint16_t>> read_voxels(const Reader& file) {
+Grid read_grid(const Reader& file) {
   const Shape shape = file.shape("/voxels/labels", 3);
   for (const hsize_t n : shape)
     if (n < 1 || n > 65536) file.fail(fmt::format("has {} voxels along an axis, expected 1 to 65536", n));
   const auto spacing = file.attribute<double>("/voxels", "spacing", 3);
   const auto origin = file.attribute<double>("/voxels", "origin", 3);
   const auto direction = file.attribute<double>("/voxels", "direction", 9);
-  Grid grid(
+  return {
       {static_cast<std::int32_t>(shape[2]), static_cast<std::int32_t>(shape[1]), static_cast<std::int32_t>(shape[0])},
-      Vec3::Map(spacing.data()), Vec3::Map(origin.data()), Mat3::Map(direction.data()));
-  return {std::move(grid), file.read<std::uint16_t>("/voxels/labels", shape)};
+      Vec3::Map(spacing.data()),
+      Vec3::Map(origin.data()),
+      Mat3::Map(direction.data())};
+}
+
+std::pair<Grid, std::vector<std::uint16_t>> read_voxels(const Reader& file) {
+  return {read_grid(file), file.read<std::uint16_t>("/voxels/labels", file.shape("/voxels/labels", 3))};
 }
 
 void write_segments(Writer& file, const std::vector<LatticeSegment>& segments) {
@@ -125,16 +130,30 @@ std::vector<Vec3> read_points(const Reader& file, const std::string& name, std::
   return points;
 }
 
-void write_cells(Writer& file, const std::string& name, const std::vector<Index3>& cells) {
+namespace {
+
+std::vector<std::uint16_t> stored_indices(const std::vector<Index3>& cells) {
   std::vector<std::uint16_t> values;
   values.reserve(3 * cells.size());
   for (const Index3& c : cells)
     for (const std::int32_t i : c) values.push_back(static_cast<std::uint16_t>(i));
-  file.write<std::uint16_t>(name, values, {cells.size(), 3});
+  return values;
 }
 
-std::vector<Index3> read_cells(const Reader& file, const std::string& name, const Index3& limit) {
-  const auto values = file.read<std::uint16_t>(name, {0, 3});
+}  // namespace
+
+void write_cells(Writer& file, const std::string& name, const std::vector<Index3>& cells) {
+  file.write<std::uint16_t>(name, stored_indices(cells), {cells.size(), 3});
+}
+
+void write_cell_rows(Writer& file, const std::string& name, const std::vector<Index3>& cells, hsize_t first) {
+  file.write_rows<std::uint16_t>(name, stored_indices(cells), first, cells.size());
+}
+
+namespace {
+
+std::vector<Index3> to_cells(const Reader& file, const std::string& name, const Index3& limit,
+                             const std::vector<std::uint16_t>& values) {
   std::vector<Index3> cells(values.size() / 3);
   for (std::size_t n = 0; n < values.size(); ++n) {
     const int axis = static_cast<int>(n % 3);
@@ -144,6 +163,17 @@ std::vector<Index3> read_cells(const Reader& file, const std::string& name, cons
           fmt::format("has a cell at {} along axis {} in '{}', expected below {}", values[n], axis, name, limit[axis]));
   }
   return cells;
+}
+
+}  // namespace
+
+std::vector<Index3> read_cells(const Reader& file, const std::string& name, const Index3& limit) {
+  return to_cells(file, name, limit, file.read<std::uint16_t>(name, {0, 3}));
+}
+
+std::vector<Index3> read_cell_rows(const Reader& file, const std::string& name, const Index3& limit, hsize_t first,
+                                   hsize_t count) {
+  return to_cells(file, name, limit, file.read_rows<std::uint16_t>(name, {0, 3}, first, count));
 }
 
 Index3 read_index(const Reader& file, const std::string& group, const std::string& name) {

@@ -12,6 +12,7 @@ void write_header(Writer& file, const std::string& format, int version, const st
 std::vector<std::string> read_header(const Reader& file, const std::string& format, int version);
 
 void write_voxels(Writer& file, const Grid& grid, const std::vector<std::uint16_t>& labels);
+Grid read_grid(const Reader& file);
 std::pair<Grid, std::vector<std::uint16_t>> read_voxels(const Reader& file);
 
 void write_segments(Writer& file, const std::vector<LatticeSegment>& segments);
@@ -24,9 +25,14 @@ void write_points(Writer& file, const std::string& name, const std::vector<Vec3>
 /// @param count  0: any
 std::vector<Vec3> read_points(const Reader& file, const std::string& name, std::size_t count = 0);
 
+void write_cell_rows(Writer& file, const std::string& name, const std::vector<Index3>& cells, hsize_t first);
 void write_cells(Writer& file, const std::string& name, const std::vector<Index3>& cells);
 /// @param limit  each index is below it
 std::vector<Index3> read_cells(const Reader& file, const std::string& name, const Index3& limit);
+
+/// Likewise some rows.
+std::vector<Index3> read_cell_rows(const Reader& file, const std::string& name, const Index3& limit, hsize_t first,
+                                   hsize_t count);
 
 Index3 read_index(const Reader& file, const std::string& group, const std::string& name);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "hexsolver/elastic.h"
@@ -21,8 +22,11 @@ struct CellMeasures {
   /// cell [MPa]: mean dilatation on a regular grid cannot tell it from none (Q1-P0; Hughes, The Finite Element Method,
   /// 1987, section 4.3).
   double pressure_checkerboard = 0;
+  std::size_t checkerboard_nodes = 0;  ///< that it is of
 };
 
-CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u);
+/// @param counts  which nodes pressure_checkerboard is of; empty: all
+CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u,
+                           const std::function<bool(const Index3&)>& counts = {});
 
 }  // namespace hexsolver

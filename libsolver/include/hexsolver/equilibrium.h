@@ -111,6 +111,7 @@ using SolveProgress = std::function<void(int, double, int, double, int)>;
 /// 20000 cells.
 /// @throws Error{input} if the lattice has no such level
 int finest_level(const Scene& scene, const hexmesh::Lattice& lattice);
+int finest_level(const Scene& scene, const std::vector<std::size_t>& num_cells);  ///< of each level
 
 /// Static equilibrium of a lattice under a scene, solved from a coarse level down to `level`, each level starting from
 /// the one before; where Newton fails the load is cut back and raised in steps. With an accuracy or a budget it ends

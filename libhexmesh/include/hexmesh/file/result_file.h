@@ -80,6 +80,24 @@ private:
 /// A result without steps. @throws Error{output}
 void write_result(const Result& result, const std::filesystem::path& path);
 
+/// The rows of a result that one of several processes has.
+struct ResultRows {
+  Result part;                  ///< cells with what belongs to them, nodes with displacement, surface_displacement
+  std::size_t first_cell = 0;   ///< of the whole
+  std::size_t first_node = 0;   ///< likewise; cell_nodes count in the whole
+  std::size_t first_point = 0;  ///< of the surface, likewise
+};
+
+/// Begin a result that processes then write one after the other, none of them holding all of it.
+/// @param common   what has no rows: level, conditions, report, history; cell_fields by name, each empty
+/// @param lattice  the file that voxels, segments and surface are copied from
+/// @throws Error{output}
+void begin_result(const Result& common, const std::filesystem::path& lattice, std::size_t num_cells,
+                  std::size_t num_nodes, std::size_t num_surface_points, const std::filesystem::path& path);
+
+/// @throws Error{output}
+void write_result_rows(const ResultRows& rows, const std::filesystem::path& path);
+
 /// @throws Error{input} naming the file and what is wrong with it
 Result read_result(const std::filesystem::path& path);
 

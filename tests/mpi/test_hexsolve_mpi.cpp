@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "hexmesh/file/result_file.h"
+#include "support/files.h"
+
+using namespace testing_support;
+using hexmesh::Result;
+using hexmesh::Vec3;
+using nlohmann::json;
+
+namespace {
+
+std::string mpi(int processes) {
+  return fmt::format(
+      "OMP_NUM_THREADS=1 OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 '{}' --oversubscribe "
+      "-n {} hexsolve-mpi ",
+      HEXTOOLS_MPIEXEC, processes);
+}
+
+/// A phantom, solved by one process and by several.
+class HexsolveMpi : public testing::Test {
+protected:
+  static void SetUpTestSuite() {
+    folder = new TemporaryFolder;
+    const CommandResult r =
+        run("hexscan phantom liver --spacing 5 -o liver.seg.nrrd && "
+            "hexmesh build liver.seg.nrrd --material '*:young_kpa=100,poisson=0.3' "
+            "--material 'tumour:young_kpa=400,poisson=0.4' -o liver.hexmesh && "
+            "hexsolve liver.hexmesh --example -o liver.toml");
+    ASSERT_EQ(r.exit_code, 0) << r.errors;
+  }
+  static void TearDownTestSuite() { delete folder; }
+
+  static CommandResult run(const std::string& command) { return shell("cd '" + folder->path("") + "' && " + command); }
+  static json report(const std::string& name) { return json::parse(read_text(*folder / name)); }
+  static Result result(const std::string& name) { return hexmesh::read_result(*folder / name); }
+
+  static inline TemporaryFolder* folder = nullptr;
+};
+
+double largest_difference(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  if (a.size() != b.size()) return std::numeric_limits<double>::infinity();
+  double largest = 0;
+  for (std::size_t n = 0; n < a.size(); ++n) largest = std::max(largest, (a[n] - b[n]).norm());
+  return largest;
+}
+
+/// The same body in the same order, and the same state to what the residuals leave open.
+void expect_same(const Result& a, const Result& b) {
+  EXPECT_EQ(a.labels, b.labels);
+  EXPECT_EQ(a.level, b.level);
+  EXPECT_EQ(a.cells, b.cells);
+  EXPECT_EQ(a.cell_nodes, b.cell_nodes);
+  EXPECT_EQ(a.segment, b.segment);
+  EXPECT_EQ(a.surface.triangles, b.surface.triangles);
+  EXPECT_LT(largest_difference(a.nodes, b.nodes), 1e-9);
+  EXPECT_LT(largest_difference(a.displacement, b.displacement), 1e-6);
+  EXPECT_LT(largest_difference(a.surface_displacement, b.surface_displacement), 1e-6);
+  ASSERT_EQ(a.conditions.size(), b.conditions.size());
+  for (std::size_t c = 0; c < a.conditions.size(); ++c) {
+    EXPECT_EQ(a.conditions[c].name, b.conditions[c].name);
+    EXPECT_EQ(a.conditions[c].axes, b.conditions[c].axes);
+    EXPECT_LT(largest_difference(a.conditions[c].points, b.conditions[c].points), 1e-9);
+    EXPECT_LT(largest_difference(a.conditions[c].displacement, b.conditions[c].displacement), 1e-6);
+  }
+  ASSERT_EQ(a.cell_fields.size(), b.cell_fields.size());
+  for (const auto& [name, values] : a.cell_fields) {
+    const std::vector<double>& others = b.cell_fields.at(name);
+    ASSERT_EQ(values.size(), others.size()) << name;
+    double scale = 0, difference = 0;
+    for (std::size_t n = 0; n < values.size(); ++n) {
+      scale = std::max(scale, std::abs(values[n]));
+      difference = std::max(difference, std::abs(values[n] - others[n]));
+    }
+    EXPECT_LE(difference, 1e-6 * scale) << name;
+  }
+}
+
+void expect_same_reports(const json& one, const json& many) {
+  for (const char* key : {"converged", "conditions", "forces", "kept_directions", "strain", "law", "volumetric",
+                          "warnings", "lattice", "inverted_cells"}) {
+    if (std::string(key) != "conditions" && std::string(key) != "forces") {
+      EXPECT_EQ(one[key], many[key]) << key;
+      continue;
+    }
+    ASSERT_EQ(one[key].size(), many[key].size()) << key;
+    for (std::size_t n = 0; n < one[key].size(); ++n)
+      for (const auto& [name, value] : one[key][n].items()) {
+        if (!value.is_array() && !value.is_number_float()) {
+          EXPECT_EQ(value, many[key][n][name]) << name;
+          continue;
+        }
+        const auto numbers = [](const json& v) {
+          return v.is_array() ? v.get<std::vector<double>>() : std::vector<double>{v};
+        };
+        const std::vector<double> a = numbers(value), b = numbers(many[key][n][name]);
+        for (std::size_t d = 0; d < a.size(); ++d) EXPECT_NEAR(a[d], b[d], 1e-6 * (1 + std::abs(a[d]))) << name;
+      }
+  }
+  for (const char* key : {"strain_energy_n_mm", "min_jacobian", "pressure_checkerboard_kpa"})
+    EXPECT_NEAR(one[key].get<double>(), many[key].get<double>(), 1e-6 * std::abs(one[key].get<double>())) << key;
+  // Coarser levels are solved roughly, but what is told of them is told of the same bodies.
+  ASSERT_EQ(one["levels"].size(), many["levels"].size());
+  for (std::size_t n = 0; n < one["levels"].size(); ++n) {
+    EXPECT_EQ(one["levels"][n]["cells"], many["levels"][n]["cells"]);
+    EXPECT_EQ(one["levels"][n]["dofs"], many["levels"][n]["dofs"]);
+  }
+  const json &a = one["error_estimate_mm"]["mean"], &b = many["error_estimate_mm"]["mean"];
+  ASSERT_EQ(a.is_null(), b.is_null());
+  if (a.is_null()) return;
+  EXPECT_NEAR(a.get<double>(), b.get<double>(), 0.01 * a.get<double>());
+}
+
+}  // namespace
+
+TEST_F(HexsolveMpi, AnyNumberOfProcessesFindsWhatOneFinds) {
+  const std::string sharp = "liver.hexmesh liver.toml --level 0 --set solve.tolerance=1e-10 ";
+  ASSERT_EQ(run("hexsolve " + sharp + "-o one.hexresult --report one.json").exit_code, 0);
+  const Result one = result("one.hexresult");
+  std::size_t iterations_of_one = 0;
+  for (const int processes : {1, 2, 4}) {
+    SCOPED_TRACE(fmt::format("{} processes", processes));
+    const CommandResult r = run(mpi(processes) + sharp + "-o many.hexresult --force --report many.json");
+    ASSERT_EQ(r.exit_code, 0) << r.errors;
+    expect_same(one, result("many.hexresult"));
+    const json many = report("many.json");
+    expect_same_reports(report("one.json"), many);
+    const auto iterations = many["linear_iterations"].get<std::size_t>();
+    if (processes == 1) iterations_of_one = iterations;
+    EXPECT_LE(static_cast<double>(iterations), 1.2 * static_cast<double>(iterations_of_one));
+    EXPECT_LE(static_cast<double>(iterations), 1.2 * report("one.json")["linear_iterations"].get<double>());
+  }
+  const CommandResult exported = run("hexexport many.hexresult --lattice many.vtu --html many.html");
+  EXPECT_EQ(exported.exit_code, 0) << exported.errors;
+}
+
+TEST_F(HexsolveMpi, NoProcessHoldsTheWholeBody) {
+  // A long body in many layers: what a process holds is its share, and what lies around it.
+  ASSERT_EQ(
+      run("hexscan phantom beam --spacing 2 --set rotate_y=90 -o beam.seg.nrrd && "
+          "hexmesh build beam.seg.nrrd --material '*:young_kpa=100,poisson=0.3' -o beam.hexmesh --report beam.json && "
+          "hexsolve beam.hexmesh --example -o beam.toml")
+          .exit_code,
+      0);
+  constexpr std::size_t processes = 4;
+  const CommandResult r = run(mpi(processes) +
+                              "beam.hexmesh beam.toml --level 0 --set displace.0.by_mm=[0,0,5] "
+                              "-o beam.hexresult --report many.json --set solve.strain=cauchy");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  const json many = report("many.json"), level = report("beam.json")["levels"][0];
+  ASSERT_EQ(many["processes"].size(), processes);
+  std::size_t cells = 0, nodes = 0, voxels = 0;
+  for (const json& p : many["processes"]) {
+    cells += p["cells"].get<std::size_t>();
+    nodes += p["nodes"].get<std::size_t>();
+    voxels += p["voxels_read"].get<std::size_t>();
+    EXPECT_LE(p["cells"].get<std::size_t>(), level["cells"].get<std::size_t>() / processes + 1);
+    EXPECT_LE(p["nodes_of_others"].get<std::size_t>(), p["nodes"].get<std::size_t>() / 2);
+    EXPECT_LE(p["cells_read"].get<std::size_t>(), level["cells"].get<std::size_t>() * 3 / 4);
+  }
+  EXPECT_EQ(cells, level["cells"].get<std::size_t>());
+  EXPECT_EQ(nodes, level["nodes"].get<std::size_t>());
+  EXPECT_GT(voxels, 0U);
+}
+
+/// Scenes that use what the example does not.
+class HexsolveMpiScenes : public HexsolveMpi,
+                          public testing::WithParamInterface<std::pair<const char*, const char*>> {};
+
+TEST_P(HexsolveMpiScenes, AreSolvedAsByOne) {
+  const auto& [name, scene] = GetParam();
+  const std::string toml = std::string(name) + ".toml";
+  write_text(*folder / toml, scene);
+  for (const int level : {0, 1}) {
+    SCOPED_TRACE(fmt::format("level {}", level));
+    const std::string sharp =
+        fmt::format("liver.hexmesh {} --level {} --set solve.tolerance=1e-10 --force ", toml, level);
+    const CommandResult one = run("hexsolve " + sharp + "-o one.hexresult --report one.json");
+    ASSERT_EQ(one.exit_code, 0) << one.errors;
+    const CommandResult many = run(mpi(3) + sharp + "-o many.hexresult --report many.json");
+    ASSERT_EQ(many.exit_code, 0) << many.errors;
+    expect_same(result("one.hexresult"), result("many.hexresult"));
+    expect_same_reports(report("one.json"), report("many.json"));
+  }
+}
+
+// The phantom's liver lies within about 190 x 140 x 120 mm around the origin.
+INSTANTIATE_TEST_SUITE_P(Scenes, HexsolveMpiScenes,
+                         testing::Values(std::pair{"forces", R"(
+[[fix]]
+halfspace = { point_mm = [40, 0, 0], normal = [1, 0, 0] }
+[[force]]
+newton = [0, 0.2, 0]
+halfspace = { point_mm = [-40, 0, 0], normal = [-1, 0, 0] }
+[[force]]
+pressure_kpa = 0.2
+halfspace = { point_mm = [0, 0, 20], normal = [0, 0, 1] }
+[[force]]
+newton = [0.1, 0, 0.1]
+on = "voxels"
+halfspace = { point_mm = [-20, 0, 0], normal = [-1, 0, 0] }
+[gravity]
+m_s2 = [0, 9.81, 0]
+)"},
+                                         std::pair{"laws", R"(
+[solve]
+law = "stable-neo-hookean"
+[[fix]]
+on = "voxels"
+halfspace = { point_mm = [40, 0, 0], normal = [1, 0, 0] }
+[[displace]]
+halfspace = { point_mm = [-40, 0, 0], normal = [-1, 0, 0] }
+axes = "xz"
+by_mm = [-10, 0, 8]
+)"},
+                                         std::pair{"small-strain", R"(
+[solve]
+strain = "cauchy"
+volumetric = "full"
+[material.tumour]
+young_kpa = 900
+[[fix]]
+on = "nodes"
+halfspace = { point_mm = [40, 0, 0], normal = [1, 0, 0] }
+[[displace]]
+on = "nodes"
+halfspace = { point_mm = [-40, 0, 0], normal = [-1, 0, 0] }
+by_mm = [0, 0, 10]
+)"},
+                                         std::pair{"turned", R"(
+[solve]
+rotation = "edges"
+[[fix]]
+halfspace = { point_mm = [40, 0, 0], normal = [1, 0, 0] }
+[[displace]]
+halfspace = { point_mm = [-40, 0, 0], normal = [-1, 0, 0] }
+rotate = { axis = [1, 0, 0], degrees = 20, about_mm = [0, 0, 0] }
+)"}),
+                         [](const auto& scene) {
+                           std::string name = scene.param.first;
+                           std::erase(name, '-');
+                           return name;
+                         });
+
+TEST_F(HexsolveMpi, SinglePointsAreTheNearestOfAllProcesses) {
+  // With points on different processes, each near others as far away.
+  ASSERT_EQ(run("sed 's/^radius_mm = .*/radius_mm = 0/' liver.toml >points.toml").exit_code, 0);
+  const std::string sharp = "liver.hexmesh points.toml --level 0 --set solve.tolerance=1e-10 --force ";
+  ASSERT_EQ(run("hexsolve " + sharp + "-o one.hexresult").exit_code, 0);
+  const CommandResult r = run(mpi(4) + sharp + "-o many.hexresult");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  const Result many = result("many.hexresult");
+  for (const hexmesh::ConditionPoints& c : many.conditions) EXPECT_EQ(c.points.size(), 1U) << c.name;
+  expect_same(result("one.hexresult"), many);
+}
+
+TEST_F(HexsolveMpi, AlgebraicMultigridFindsTheSame) {
+  const std::string sharp = "liver.hexmesh liver.toml --level 0 --set solve.tolerance=1e-10 --force ";
+  ASSERT_EQ(run("hexsolve " + sharp + "-o one.hexresult").exit_code, 0);
+  const CommandResult r = run(mpi(2) + sharp + "-o many.hexresult -- -pc_type gamg -pc_gamg_agg_nsmooths 1 -snes_view");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  EXPECT_NE(r.output.find("type: gamg"), std::string::npos) << r.output;
+  EXPECT_NE(r.output.find("near null space"), std::string::npos) << r.output;
+  expect_same(result("one.hexresult"), result("many.hexresult"));
+}
+
+TEST_F(HexsolveMpi, WhatIsWrongIsSaidOnceAndLeavesNothing) {
+  const auto expect = [&](const std::string& arguments, int code, const std::string& words) {
+    SCOPED_TRACE(arguments);
+    const CommandResult r = run(mpi(3) + arguments);
+    EXPECT_EQ(r.exit_code, code) << r.errors;
+    const std::size_t first = r.errors.find("hexsolve-mpi: error: ");
+    ASSERT_NE(first, std::string::npos) << r.errors;
+    EXPECT_EQ(r.errors.find("hexsolve-mpi: error: ", first + 1), std::string::npos) << r.errors;
+    EXPECT_NE(r.errors.find(words), std::string::npos) << r.errors;
+    EXPECT_FALSE(std::filesystem::exists(*folder / "none.hexresult"));
+  };
+  const std::string lattice = "liver.hexmesh ", to = " -o none.hexresult";
+  expect(lattice + "liver.toml", 2, "-o RESULT is missing");
+  expect("absent.hexmesh liver.toml" + to, 3, "absent.hexmesh");
+  expect("liver.seg.nrrd liver.toml" + to, 3, "not a readable HDF5 file");
+  expect(lattice + "liver.toml --set solve.strain=auto" + to, 3, "not for several processes");
+  expect(lattice + "liver.toml --level 9" + to, 3, "expected 0 to");
+  write_text(*folder / "unheld.toml",
+             "[[displace]]\nby_mm = [1, 0, 0]\naxes = \"x\"\npoint_mm = [0, 0, 0]\nradius_mm = 30\n"
+             "max_distance_mm = 100\n");
+  expect(lattice + "unheld.toml" + to, 4, "missing supports");
+  write_text(*folder / "far.toml", "[[fix]]\npoint_mm = [500, 0, 0]\n");
+  expect(lattice + "far.toml" + to, 4, "mm from the nearest surface point");
+  write_text(*folder / "segment.toml", "[[fix]]\nsegment = \"spleen\"\n");
+  expect(lattice + "segment.toml" + to, 3, "unknown segment 'spleen'");
+}
+
+TEST_F(HexsolveMpi, ALoadThatCannotBeReachedIsNotCalledSolved) {
+  const std::string far = "liver.hexmesh liver.toml --level 2 --set 'displace.0.by_mm=[0,0,900]' --force ";
+  const CommandResult one = run("hexsolve " + far + "-o one.hexresult");
+  const CommandResult many = run(mpi(2) + far + "-o many.hexresult --report many.json");
+  EXPECT_EQ(one.exit_code, many.exit_code) << many.errors;
+  if (many.exit_code == 0) return;
+  EXPECT_EQ(many.exit_code, 5);
+  EXPECT_FALSE(report("many.json")["converged"].get<bool>());
+  EXPECT_FALSE(json::parse(result("many.hexresult").report)["converged"].get<bool>());
+}
+
+TEST_F(HexsolveMpi, ARealLiverAtFullResolution) {
+  const auto scan = shared_data() / "data/totalsegmentator/example_seg.nii.gz";
+  if (!std::filesystem::exists(scan)) GTEST_SKIP() << "no shared data beside the project";
+  ASSERT_EQ(run(fmt::format("hexscan '{}' --segment 5=liver --largest-component -o real.nrrd && "
+                            "hexmesh build real.nrrd --material liver:young_kpa=100,poisson=0.3 -o real.hexmesh && "
+                            "hexsolve real.hexmesh --example -o real.toml",
+                            scan.string()))
+                .exit_code,
+            0);
+  const std::string sharp = "real.hexmesh real.toml --level 0 --set solve.tolerance=1e-10 ";
+  ASSERT_EQ(run("hexsolve " + sharp + "-o real1.hexresult --report one.json").exit_code, 0);
+  const CommandResult r = run(mpi(2) + sharp + "-o real2.hexresult --report many.json");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  expect_same(result("real1.hexresult"), result("real2.hexresult"));
+  expect_same_reports(report("one.json"), report("many.json"));
+  EXPECT_LE(report("many.json")["linear_iterations"].get<double>(),
+            1.2 * report("one.json")["linear_iterations"].get<double>());
+}

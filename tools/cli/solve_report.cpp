@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/solve_report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+#include "cli/checksum.h"
+
+namespace hextools {
+
+using hexsolver::SolveReport;
+using nlohmann::json;
+
+double megabytes(std::size_t bytes) { return static_cast<double>(bytes) / (1 << 20); }
+
+namespace {
+
+json to_json(const std::optional<double>& value) { return value ? json(*value) : json(); }
+
+json to_json(const hexmesh::Vec3& v) { return {v[0], v[1], v[2]}; }
+
+}  // namespace
+
+json to_json(const hexsolver::ConditionReport& c) { return {{"name", c.name}, {"points", c.points}, {"kept", c.kept}}; }
+
+json to_json(const std::vector<hexsolver::ForceReport>& forces) {
+  json out = json::array();
+  for (const hexsolver::ForceReport& f : forces) out.push_back({{"name", f.name}, {"total_n", to_json(f.total_n)}});
+  return out;
+}
+
+json to_json(const std::vector<hexsolver::ContactReport>& contacts) {
+  json out = json::array();
+  for (const hexsolver::ContactReport& c : contacts)
+    out.push_back({{"name", c.name},
+                   {"points", c.points},
+                   {"deepest_mm", c.deepest_mm},
+                   {"nearest_mm", c.nearest_mm},
+                   {"force_n", to_json(c.force_n)}});
+  return out;
+}
+
+namespace {
+
+json to_json(const hexsolver::MotionReport& motion) {
+  json rows = json::array();
+  for (const hexsolver::MotionReport::Row& r : motion.rows)
+    rows.push_back({{"time_s", r.time},
+                    {"kinetic_n_mm", r.energies.kinetic},
+                    {"strain_n_mm", r.energies.strain},
+                    {"contact_n_mm", r.energies.contact},
+                    {"loads_n_mm", r.energies.loads},
+                    {"work_n_mm", r.work},
+                    {"work_uncertainty_n_mm", r.work_uncertainty},
+                    {"momentum_n_s", to_json(r.momentum)}});
+  return {{"steps", motion.steps},
+          {"parts", motion.parts},
+          {"failed_parts", motion.failed_parts},
+          {"slowed_parts", motion.slowed_parts},
+          {"largest_residual", motion.largest_residual},
+          {"largest_energy_gain", motion.largest_gain},
+          {"rows", rows}};
+}
+
+}  // namespace
+
+json to_json(const std::vector<hexsolver::Effect>& effects) {
+  json out = json::array();
+  for (const hexsolver::Effect& e : effects) out.push_back({{"name", e.name}, {"active", e.active}, {"why", e.why}});
+  return out;
+}
+
+namespace {
+
+json to_json(const hexsolver::ErrorEstimate& e) {
+  return {{"mean", to_json(e.mean_mm)}, {"max", to_json(e.max_mm)}, {"algebraic", to_json(e.algebraic_mm)}};
+}
+
+/// Laws of large strain have a measure of their own.
+const char* strain_name(hexsolver::Elasticity e) {
+  switch (e) {
+    case hexsolver::Elasticity::cauchy:
+      return "cauchy";
+    case hexsolver::Elasticity::corotational:
+      return "corotational";
+    case hexsolver::Elasticity::green_lagrange:
+      return "green-lagrange";
+    default:
+      return "of the law";
+  }
+}
+
+const char* law_name(hexsolver::Elasticity e) {
+  if (e == hexsolver::Elasticity::neo_hookean) return "neo-hookean";
+  return e == hexsolver::Elasticity::stable_neo_hookean ? "stable-neo-hookean" : "hooke";
+}
+
+}  // namespace
+
+json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
+  json out;
+  out["kind"] = r.motion ? "dynamics" : "equilibrium";
+  if (r.motion) out["motion"] = to_json(*r.motion);
+  out["converged"] = r.converged;
+  out["reason"] = r.reason;
+  const hexsolver::NewtonReport& last = r.levels.back().newton;
+  out["newton_iterations"] = last.iterations;
+  out["linear_iterations"] = last.linear_iterations;
+  out["relative_residual"] = r.relative_residual;
+  out["load_fraction"] = r.load_fraction;
+  out["constraint_violation_mm"] = r.constraint_violation_mm;
+  out["kept_directions"] = r.kept_directions;
+  out["conditions"] = json::array();
+  for (const hexsolver::ConditionReport& c : r.conditions) {
+    json condition = to_json(c);
+    condition["misfit_mm"] = c.misfit_mm;
+    condition["reaction_n"] = to_json(c.reaction_n);
+    out["conditions"].push_back(condition);
+  }
+  out["forces"] = to_json(r.forces);
+  out["contacts"] = to_json(r.contacts);
+  out["free_modes"] = json::array();
+  out["dropped_cells"] = r.dropped_cells;
+  out["held_cells"] = r.held_cells;
+  out["held_force_n"] = to_json(r.held_force_n);
+  out["accuracy_missed"] = r.accuracy_missed;
+  out["tolerance"] = scene.tolerance;
+  out["rotation"] = scene.rotation == hexsolver::Rotation::polar ? "polar" : "edges";
+  out["effects"] = to_json(r.effects);
+  out["warnings"] = r.warnings;
+  out["error_estimate_mm"] = to_json(r.levels.back().error);
+  out["strain_energy_n_mm"] = r.strain_energy_n_mm;
+  out["min_jacobian"] = r.min_jacobian;
+  out["inverted_cells"] = r.inverted_cells;
+  out["strain"] = strain_name(r.elasticity);
+  out["law"] = law_name(r.elasticity);
+  out["pressure_checkerboard_kpa"] = 1e3 * r.pressure_checkerboard;
+  out["stiffness"] = scene.stiffness == hexsolver::Stiffness::exact ? "exact" : "uniform";
+  out["volumetric"] = scene.volumetric == hexsolver::Volumetric::mean ? "mean" : "full";
+  for (const hexsolver::LevelReport& l : r.levels)
+    out["levels"].push_back({{"level", l.level},
+                             {"cells", l.cells},
+                             {"dofs", 3 * l.nodes},
+                             {"newton_iterations", l.newton.iterations},
+                             {"linear_iterations", l.newton.linear_iterations},
+                             {"relative_residual", l.newton.relative_residual},
+                             {"converged", l.newton.converged},
+                             {"error_mm", to_json(l.error)}});
+  const hexsolver::LevelReport& finest = r.levels.back();
+  out["lattice"] = {
+      {"level", finest.level}, {"cells", finest.cells}, {"nodes", finest.nodes}, {"dofs", 3 * finest.nodes}};
+  return out;
+}
+
+void add_effect_seconds(json& effects, const std::vector<hexsolver::Effect>& from) {
+  for (std::size_t n = 0; n < from.size(); ++n) effects[n]["seconds"] = from[n].seconds;
+}
+
+namespace {
+
+json to_json(const hexsolver::NewtonSeconds& s) {
+  return {{"forces", s.forces},
+          {"linearize", s.linearize},
+          {"multigrid_set_up", s.set_up},
+          {"multigrid_cycles", s.cycles},
+          {"products", s.products}};
+}
+
+}  // namespace
+
+json costs_of(const SolveReport& r, double read_seconds) {
+  json out;
+  for (const hexsolver::LevelReport& l : r.levels) out["levels"].push_back(l.seconds);
+  for (const hexsolver::Effect& e : r.effects) out["effects"].push_back(e.seconds);
+  out["seconds"] = {{"read", read_seconds}, {"setup", r.setup_seconds}, {"solve", r.solve_seconds}};
+  out["peak_memory_mb"] = peak_memory_mb();
+  return out;
+}
+
+void add_costs(json& out, const SolveReport& r) {
+  for (std::size_t n = 0; n < r.levels.size(); ++n) {
+    out["levels"][n]["seconds"] = r.levels[n].seconds;
+    if (!r.motion) out["levels"][n]["seconds_of"] = to_json(r.levels[n].newton.seconds);
+  }
+  add_effect_seconds(out["effects"], r.effects);
+  for (const auto& [what, bytes] : r.bytes) out["memory_mb"][what] = megabytes(bytes);
+  out["peak_memory_mb"] = peak_memory_mb();
+  if (r.motion) out["steps_per_second"] = r.motion->steps / std::max(r.solve_seconds, 1e-9);
+}
+
+namespace {
+
+void summarize_motion(const SolveReport& r, const Console& console) {
+  const hexsolver::LevelReport& l = r.levels.back();
+  const hexsolver::MotionReport& m = *r.motion;
+  console.note(fmt::format(
+      "level {}: {} cells, {} dofs, {} steps to {:.6g} s in {:.2f} s, {:.4g} steps/s, {} Newton steps, {} linear "
+      "iterations, residuals up to {:.1e}",
+      l.level, l.cells, 3 * l.nodes, m.steps, m.rows.back().time, r.solve_seconds,
+      m.steps / std::max(r.solve_seconds, 1e-9), l.newton.iterations, l.newton.linear_iterations, m.largest_residual));
+  if (m.failed_parts > 0)
+    console.note(
+        fmt::format("{} parts of steps were not accepted and halved; {} were solved", m.failed_parts, m.parts));
+  const hexsolver::Energies& e = m.rows.back().energies;
+  console.note(
+      fmt::format("at the end: kinetic energy {:.4g} N mm, strain {:.4g}, contact {:.4g}, of loads {:.4g}; "
+                  "work done on the body {:.4g}",
+                  e.kinetic, e.strain, e.contact, e.loads, m.rows.back().work));
+}
+
+}  // namespace
+
+void summarize(const SolveReport& r, const Console& console) {
+  const hexsolver::LevelReport& l = r.levels.back();
+  if (r.motion)
+    summarize_motion(r, console);
+  else
+    console.note(
+        fmt::format("level {}: {} cells, {} dofs, {} Newton steps, {} linear iterations, residual {:.1e}, "
+                    "{:.2f} s in all levels",
+                    l.level, l.cells, 3 * l.nodes, l.newton.iterations, l.newton.linear_iterations, r.relative_residual,
+                    r.solve_seconds));
+  for (const hexsolver::ConditionReport& c : r.conditions)
+    console.note(fmt::format("condition '{}': {} points, misfit {:.2g} mm, reaction [{:.4g}, {:.4g}, {:.4g}] N", c.name,
+                             c.points, c.misfit_mm, c.reaction_n[0], c.reaction_n[1], c.reaction_n[2]));
+  for (const hexsolver::ContactReport& c : r.contacts)
+    console.note(fmt::format("contact '{}': {} points touch, {:.2g} mm deep, force [{:.4g}, {:.4g}, {:.4g}] N", c.name,
+                             c.points, c.deepest_mm, c.force_n[0], c.force_n[1], c.force_n[2]));
+  if (const hexsolver::ErrorEstimate& e = l.error; e.mean_mm)
+    console.note(fmt::format(
+        "estimated error of the cells' size: mean {:.2g} mm, largest {:.2g} mm; of the equations: {:.1g} mm",
+        *e.mean_mm, e.max_mm.value_or(0), e.algebraic_mm.value_or(0)));
+  else if (!r.motion)
+    console.note("no error estimate: there is no coarser level to compare with");
+  console.note(fmt::format("strain energy {:.6g} N mm, smallest Jacobian {:.3g}, {} inverted cells",
+                           r.strain_energy_n_mm, r.min_jacobian, r.inverted_cells));
+}
+
+std::string solve_history(const std::string& lattice, const std::filesystem::path& lattice_file,
+                          const std::string& scene_name, const std::filesystem::path& scene_file,
+                          const hexsolver::Scene& scene) {
+  std::vector<std::string> read = {checksum_line(lattice, lattice_file), checksum_line(scene_name, scene_file)};
+  if (scene.dynamics && !scene.dynamics->start.empty())
+    read.push_back(checksum_line(scene.dynamics->start.string(), scene.dynamics->start));
+  std::set<std::filesystem::path> markups;
+  for (const hexsolver::Condition& c : scene.conditions) markups.insert(c.selection.markup);
+  for (const hexsolver::Force& f : scene.forces) markups.insert(f.selection.markup);
+  for (const std::filesystem::path& markup : markups)
+    if (!markup.empty()) read.push_back(checksum_line(markup.string(), markup));
+  return history_entry(read);
+}
+
+}  // namespace hextools

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "cli/tool.h"
+#include "hexsolver/dynamics.h"
+
+namespace hextools {
+
+double megabytes(std::size_t bytes);
+
+/// Parts of the report.
+nlohmann::json to_json(const hexsolver::ConditionReport& condition);
+nlohmann::json to_json(const std::vector<hexsolver::ForceReport>& forces);
+nlohmann::json to_json(const std::vector<hexsolver::ContactReport>& contacts);
+nlohmann::json to_json(const std::vector<hexsolver::Effect>& effects);
+void add_effect_seconds(nlohmann::json& effects, const std::vector<hexsolver::Effect>& from);
+
+/// The report as the result file keeps it: the same for two runs of the same command.
+nlohmann::json to_json(const hexsolver::SolveReport& report, const hexsolver::Scene& scene);
+
+/// What differs from run to run, as the result file keeps it beside the report.
+nlohmann::json costs_of(const hexsolver::SolveReport& report, double read_seconds);
+
+/// Likewise into a report that is not part of the result file.
+void add_costs(nlohmann::json& out, const hexsolver::SolveReport& report);
+
+/// In a few lines for people.
+void summarize(const hexsolver::SolveReport& report, const Console& console);
+
+/// This run's entry of the history: the command line and the files read.
+/// @param lattice, scene_name  as the user named them
+std::string solve_history(const std::string& lattice, const std::filesystem::path& lattice_file,
+                          const std::string& scene_name, const std::filesystem::path& scene_file,
+                          const hexsolver::Scene& scene);
+
+}  // namespace hextools

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "cli/solve_report.h"
+#include "hexmesh/core/error.h"
+#include "hexsolver/shared_equilibrium.h"
+
+namespace {
+
+using namespace hextools;
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+using hexsolver::SolveReport;
+using hexsolver::mpi::ProcessReport;
+using hexsolver::mpi::Run;
+using nlohmann::json;
+
+struct Options {
+  std::string lattice, scene, output, report;
+  std::vector<std::string> settings;
+  std::optional<int> level;
+};
+
+json to_json(const std::vector<ProcessReport>& processes) {
+  json out = json::array();
+  for (const ProcessReport& p : processes)
+    out.push_back({{"cells", p.cells},
+                   {"nodes", p.nodes},
+                   {"nodes_of_others", p.nodes_of_others},
+                   {"cells_read", p.cells_read},
+                   {"voxels_read", p.voxels_read},
+                   {"condition_nodes", p.condition_nodes},
+                   {"peak_memory_mb", p.peak_memory_mb}});
+  return out;
+}
+
+int solve(const Run& run, const Options& o, const CommonOptions& common, const Console& console) {
+  const double start = omp_get_wtime();
+  hexsolver::Scene scene;
+  std::unique_ptr<hexmesh::OutputFile> output, report_file;
+  run.on_first([&] {  // every process reads them, but only one tells what is wrong
+    if (o.scene.empty() || o.output.empty())
+      throw Error(ErrorKind::usage, fmt::format("{} is missing, expected hexsolve-mpi LATTICE SCENE -o RESULT",
+                                                o.scene.empty() ? "SCENE" : "-o RESULT"));
+    for (const std::string* name : {&o.lattice, &o.scene, &o.output})
+      if (*name == "-") throw Error(ErrorKind::usage, "- is standard input or output, expected a file for each");
+    const hexmesh::InputFile lattice(o.lattice);
+    scene = hexsolver::read_scene(hexmesh::InputFile(o.scene).path(), o.scene, o.settings);
+    hexsolver::mpi::check_is_shareable(scene);
+    output = open_output(o.output, "", common, {o.lattice, o.scene});
+    if (!o.report.empty()) report_file = open_output(o.report, "", common, {o.lattice, o.scene});
+  });
+  if (!run.is_first()) scene = hexsolver::read_scene(o.scene, o.scene, o.settings);
+  if (o.level) scene.level = o.level;
+  if (run.is_first())
+    for (const std::string& w : scene.warnings) console.warning(w);
+
+  SolveReport report;
+  std::vector<ProcessReport> processes;
+  json summary;
+  hexsolver::SolveProgress progress;
+  if (run.is_first() && console.shows_progress())
+    progress = [&](int number, double load, int step, double residual, int linear) {
+      console.progress(fmt::format("level {}, load {:.3g}, Newton step {}: residual {:.2e}, {} linear iterations",
+                                   number, load, step, residual, linear));
+    };
+  hexsolver::mpi::solve_equilibrium(
+      run, o.lattice, scene, run.of_first(output ? output->path().string() : ""), report, processes,
+      [&](hexmesh::Result& result) {
+        summary = hextools::to_json(report, scene);
+        result.report = summary.dump();
+        result.costs = costs_of(report, 0).dump();
+        result.history.push_back(solve_history(o.lattice, o.lattice, o.scene, o.scene, scene));
+      },
+      progress);
+  run.on_first([&] {
+    output->commit();
+    for (const std::string& w : report.warnings) console.warning(w);
+    summarize(report, console);
+    console.note(fmt::format("{} processes, {} to {} cells each", processes.size(),
+                             std::min_element(processes.begin(), processes.end(),
+                                              [](const auto& a, const auto& b) { return a.cells < b.cells; })
+                                 ->cells,
+                             std::max_element(processes.begin(), processes.end(), [](const auto& a, const auto& b) {
+                               return a.cells < b.cells;
+                             })->cells));
+    if (!report_file) return;
+    summary["seconds"] = {
+        {"setup", report.setup_seconds}, {"solve", report.solve_seconds}, {"total", omp_get_wtime() - start}};
+    add_costs(summary, report);
+    summary["processes"] = to_json(processes);
+    write_whole(report_file->path(), summary.dump(2) + "\n");
+    report_file->commit();
+  });
+  if (report.converged) return 0;
+  if (run.is_first())
+    fmt::print(stderr, "hexsolve-mpi: error: not converged: {}; '{}' holds {}, marked so\n", report.reason, o.output,
+               report.load_fraction > 0 ? "the last state that did" : "the state at the start");
+  return exit_not_converged;
+}
+
+/// Errors that all processes know end all of them, told by the first; one's own ends the others too.
+int run_on_all(const Run& run, const Options& o, const CommonOptions& common, const Console& console) {
+  try {
+    return solve(run, o, common, console);
+  } catch (const hexsolver::mpi::SharedError&) {
+    throw;
+  } catch (const std::exception& e) {
+    fmt::print(stderr, "hexsolve-mpi: error: a process failed alone: {}\n", e.what());
+    run.abort(exit_not_converged);
+  }
+}
+
+/// A process that says nothing: the first one speaks for all.
+void fall_silent() {
+  if (!std::freopen("/dev/null", "w", stdout) || !std::freopen("/dev/null", "w", stderr)) std::perror("/dev/null");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  // What follows -- is for PETSc.
+  const auto dashes = std::find_if(argv, argv + argc, [](const char* word) { return std::string_view(word) == "--"; });
+  const std::vector<std::string> petsc_options(dashes == argv + argc ? dashes : dashes + 1, argv + argc);
+  const Run run(petsc_options);
+  if (!run.is_first()) fall_silent();
+  auto o = std::make_shared<Options>();
+  return run_tool(
+      static_cast<int>(dashes - argv), argv,
+      {"hexsolve-mpi",
+       "Solve the static equilibrium of a lattice under a scene (TOML) by several processes, as hexsolve does by one: "
+       "mpiexec -n 4 hexsolve-mpi ... What follows -- are options of PETSc, e.g. -- -pc_type gamg -ksp_monitor.",
+       "mpiexec -n 2 hexsolve-mpi liver.hexmesh liver.toml --level 2 -o liver.hexresult",
+       [o, &run](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
+         omp_set_num_threads(1);  // a process for each core, unless --threads says otherwise
+         app.add_option("lattice", o->lattice, "Lattice file of hexmesh build")->required();
+         app.add_option("scene", o->scene, "Scene file (TOML): an equilibrium without contacts");
+         app.add_option("--level", o->level,
+                        "Mechanical level, 0 = voxels; without it and what the scene says the finest of at most 20000 "
+                        "cells")
+             ->check(CLI::Range(0, 30));
+         add_repeated(app, "--set", o->settings, "KEY=VALUE: override a key of the scene, e.g. solve.strain=cauchy");
+         app.add_option("--report", o->report, "Write a JSON report");
+         app.add_option("-o,--output", o->output, "Result file (.hexresult, HDF5)");
+         return [=, &run, &common, &console] { return run_on_all(run, *o, common, console); };
+       }});
+}
