@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <omp.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -82,6 +83,8 @@ int solve(const Run& run, const Options& o, const CommonOptions& common, const C
   run.on_first([&] {
     output->commit();
     for (const std::string& w : report.warnings) console.warning(w);
+    for (const std::string& option : run.unused_options())
+      console.warning(fmt::format("PETSc did not ask for its option '{}' (misspelt?)", option));
     summarize(report, console);
     console.note(fmt::format("{} processes, {} to {} cells each", processes.size(),
                              std::min_element(processes.begin(), processes.end(),
@@ -105,6 +108,14 @@ int solve(const Run& run, const Options& o, const CommonOptions& common, const C
   return exit_not_converged;
 }
 
+int loud_error = STDERR_FILENO;  ///< standard error, also where a process is silent
+
+/// The first process speaks for all: the others say nothing, unless they alone know what went wrong.
+void fall_silent() {
+  loud_error = dup(STDERR_FILENO);
+  if (!std::freopen("/dev/null", "w", stdout) || !std::freopen("/dev/null", "w", stderr)) std::perror("/dev/null");
+}
+
 /// Errors that all processes know end all of them, told by the first; one's own ends the others too.
 int run_on_all(const Run& run, const Options& o, const CommonOptions& common, const Console& console) {
   try {
@@ -112,14 +123,11 @@ int run_on_all(const Run& run, const Options& o, const CommonOptions& common, co
   } catch (const hexsolver::mpi::SharedError&) {
     throw;
   } catch (const std::exception& e) {
-    fmt::print(stderr, "hexsolve-mpi: error: a process failed alone: {}\n", e.what());
-    run.abort(exit_not_converged);
+    constexpr int exit_bug = 70;
+    const std::string line = fmt::format("hexsolve-mpi: error: a process failed alone, which ends all: {}\n", e.what());
+    if (write(loud_error, line.data(), line.size()) < 0) run.abort(exit_bug + 1);
+    run.abort(exit_bug);
   }
-}
-
-/// A process that says nothing: the first one speaks for all.
-void fall_silent() {
-  if (!std::freopen("/dev/null", "w", stdout) || !std::freopen("/dev/null", "w", stderr)) std::perror("/dev/null");
 }
 
 }  // namespace

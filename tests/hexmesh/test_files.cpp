@@ -3,9 +3,11 @@
 #include <hdf5.h>
 
 #include <fstream>
+#include <numeric>
 
 #include "hexmesh/file/atomic_file.h"
 #include "hexmesh/file/lattice_file.h"
+#include "hexmesh/file/lattice_reader.h"
 #include "hexmesh/file/result_file.h"
 #include "hexmesh/lattice/element_tree.h"
 #include "support/bodies.h"
@@ -37,6 +39,65 @@ Lattice small_lattice() {
 }
 
 }  // namespace
+
+TEST(LatticeReader, PiecesAreTheWholeAndKnowWhatIsAroundThem) {
+  const TemporaryFolder folder;
+  for (const Lattice& lattice : {small_lattice(), grey_ball({1, 1.2, 2}, {0, 1, 1})}) {
+    write_lattice(lattice, folder / "a");
+    const LatticeReader reader(folder / "a");
+    const Lattice outline = reader.outline();
+    EXPECT_TRUE(outline.labels.empty());
+    EXPECT_EQ(outline.segments.size(), lattice.segments.size());
+    EXPECT_EQ(reader.num_surface_points(), lattice.surface.points.size());
+    for (int n = 0; n < static_cast<int>(lattice.levels.size()); ++n) {
+      const Level& level = lattice.levels[static_cast<std::size_t>(n)];
+      const std::vector<Element> elements = form_elements(lattice, n);
+      ASSERT_EQ(reader.num_cells(n), level.cells.size());
+      // Counted in two shares, as two processes would.
+      const std::size_t half = level.cells.size() / 2;
+      std::vector<std::uint64_t> rows = reader.cells_in_layers(n, 0, half),
+                                 more = reader.cells_in_layers(n, half, level.cells.size() - half);
+      const auto layers = static_cast<std::int32_t>(rows.size());
+      for (std::size_t k = 0; k < rows.size(); ++k) rows[k] += more[k];
+      std::exclusive_scan(rows.begin(), rows.end(), rows.begin(), std::uint64_t{0});
+      rows.push_back(level.cells.size());
+      std::size_t next = 0;
+      for (std::int32_t begin = 0; begin < layers; begin += 2) {
+        LatticePiece piece = reader.read_layers(outline, n, rows, begin, std::min(begin + 2, layers), 1);
+        Level& part = piece.lattice.levels[static_cast<std::size_t>(n)];
+        reader.read_elements(piece.lattice, n, part.element);
+        const std::vector<Element> own = form_elements(piece.lattice, n);
+        EXPECT_LE(own.size(), std::max(part.cells.size(), lattice.materials.size()));
+        EXPECT_EQ(piece.first_row, next);
+        next += piece.num_own_cells;
+        for (std::size_t c = 0; c < part.cells.size(); ++c) {
+          const std::size_t w = piece.first_row - piece.first_cell + c;
+          const Index3 whole = {part.cells[c][0], part.cells[c][1], part.cells[c][2] + piece.low};
+          ASSERT_EQ(whole, level.cells[w]);
+          EXPECT_EQ(part.segment[c], level.segment[w]);
+          EXPECT_EQ(part.parts[c], level.parts[w]);
+          EXPECT_EQ(part.fill(c), level.fill(w));
+          const Element &a = own[static_cast<std::size_t>(part.element[c])],
+                        &b = elements[static_cast<std::size_t>(level.element[w])];
+          EXPECT_EQ(a.shear, b.shear);
+          EXPECT_EQ(a.bulk, b.bulk);
+          const Vec3 corner = lattice.corner() + lattice.cell_edges(n) * Vec3(whole[0], whole[1], whole[2]);
+          EXPECT_LT((piece.lattice.corner() +
+                     piece.lattice.cell_edges(n) * Vec3(part.cells[c][0], part.cells[c][1], part.cells[c][2]) - corner)
+                        .norm(),
+                    1e-9);
+        }
+        const Grid& voxels = piece.lattice.voxels;
+        for (std::size_t v = 0; v < piece.lattice.labels.size(); ++v) {
+          Index3 index = voxels.index(v);
+          index[2] += piece.low * level.voxels_per_cell[2];
+          ASSERT_EQ(piece.lattice.labels[v], lattice.labels[lattice.voxels.offset(index)]);
+        }
+      }
+      EXPECT_EQ(next, level.cells.size());
+    }
+  }
+}
 
 TEST(LatticeFile, ReadsBackWhatWasWritten) {
   const TemporaryFolder folder;

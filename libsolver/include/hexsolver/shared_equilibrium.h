@@ -35,6 +35,8 @@ public:
   Run(const Run&) = delete;
   Run& operator=(const Run&) = delete;
 
+  std::vector<std::string> unused_options() const;  ///< that PETSc did not ask for
+
   bool is_first() const;
   int num_processes() const;
   [[noreturn]] void abort(int code) const;  ///< all processes, where only this one knows that it cannot go on
@@ -42,6 +44,9 @@ public:
   /// f() on the first process; where it throws hexmesh::Error, all do.
   void on_first(const std::function<void()>& f) const;
   std::string of_first(const std::string& text) const;  ///< what the first process has
+
+private:
+  std::vector<std::string> petsc_options_;
 };
 
 /// What cannot be solved by several processes.

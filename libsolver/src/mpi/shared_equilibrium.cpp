@@ -23,7 +23,7 @@ using hexmesh::Lattice;
 /// A level and the best state found on it.
 struct Solved {
   std::unique_ptr<SharedLevel> level;
-  OwnedVec u;
+  OwnedVec u, remaining;
   double load_fraction = 0;
   NewtonReport newton;
 };
@@ -43,14 +43,16 @@ void solve_with_cutback(Solved& state, const NewtonOptions& options, bool has_st
   const double largest_step = largest_load_step(level.scene());
   double reached = 0, step = has_start ? 1 : largest_step;
   OwnedVec good = level.make_vector();
+  state.remaining = level.make_vector();
   while (true) {
     const double target = std::min(1.0, reached + step);
     OwnedVec trial = level.make_vector();
     check(VecCopy(has_start ? state.u : good, trial));
     level.set_progress({target});
-    const NewtonReport report = minimize(level, options, trial, [&](int iteration, double residual, int linear) {
-      if (progress) progress(level.level(), target, iteration, residual, linear);
-    });
+    const NewtonReport report =
+        minimize(level, options, trial, state.remaining, [&](int iteration, double residual, int linear) {
+          if (progress) progress(level.level(), target, iteration, residual, linear);
+        });
     total.iterations += report.iterations;
     total.linear_iterations += report.linear_iterations;
     if (report.converged || reached == 0) total.relative_residual = report.relative_residual;
@@ -153,6 +155,8 @@ private:
                               seconds,
                               now.newton,
                               {}});
+    if (now.newton.converged)
+      report_.levels.back().error.algebraic_mm = now.level->size_in_material(now.remaining).mean;
     std::optional<ElasticCells::Size> difference;
     if (coarser.level && coarser.newton.converged && now.newton.converged) {
       check(VecAYPX(start_, -1, now.u));
@@ -202,7 +206,7 @@ double peak_memory_mb() {
 
 }  // namespace
 
-Run::Run(const std::vector<std::string>& petsc_options) {
+Run::Run(const std::vector<std::string>& petsc_options) : petsc_options_(petsc_options) {
   std::vector<std::string> words = {"hexsolve-mpi"};
   words.insert(words.end(), petsc_options.begin(), petsc_options.end());
   std::vector<char*> pointers;
@@ -215,6 +219,19 @@ Run::Run(const std::vector<std::string>& petsc_options) {
 }
 
 Run::~Run() { PetscFinalize(); }
+
+std::vector<std::string> Run::unused_options() const {
+  PetscInt count = 0;
+  char **names = nullptr, **values = nullptr;
+  check(PetscOptionsLeftGet(nullptr, &count, &names, &values));
+  std::vector<std::string> out;
+  for (PetscInt n = 0; n < count; ++n)
+    if (const std::string name = std::string("-") + names[n];
+        std::find(petsc_options_.begin(), petsc_options_.end(), name) != petsc_options_.end())
+      out.push_back(name);
+  check(PetscOptionsLeftRestore(nullptr, &count, &names, &values));
+  return out;
+}
 
 bool Run::is_first() const { return Processes(PETSC_COMM_WORLD).is_first(); }
 int Run::num_processes() const { return Processes(PETSC_COMM_WORLD).count(); }

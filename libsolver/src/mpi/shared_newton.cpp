@@ -38,7 +38,7 @@ public:
     check(SNESSetUp(snes_));
   }
 
-  NewtonReport run(Vec u);
+  NewtonReport run(Vec u, Vec remaining);
 
 private:
   static Minimizer& self(void* context) { return *static_cast<Minimizer*>(context); }
@@ -228,7 +228,7 @@ bool Minimizer::move_supports(Vec u, NewtonReport& report) {
   }
 }
 
-NewtonReport Minimizer::run(Vec u) {
+NewtonReport Minimizer::run(Vec u, Vec remaining) {
   NewtonReport report;
   const Stopwatch watch;
   bool goes_on = move_supports(u, report);
@@ -256,6 +256,13 @@ NewtonReport Minimizer::run(Vec u) {
                           ? "too many Newton iterations (does the body buckle or fold there?)"
                           : std::string("PETSc stopped: ") + SNESConvergedReasons[reason];
     }
+  }
+  if (report.converged && steps_ > 0) {
+    PC pc = nullptr;
+    check(KSPGetPC(ksp_, &pc));
+    residual(u, gradient_);
+    check(PCApply(pc, gradient_, remaining));
+    level_.project(remaining);
   }
   report.iterations = steps_;
   report.linear_iterations = linear_iterations_;
@@ -287,8 +294,9 @@ void set_default_options() {
   }
 }
 
-NewtonReport minimize(SharedLevel& level, const NewtonOptions& options, Vec u, const NewtonProgress& progress) {
-  return Minimizer(level, options, progress).run(u);
+NewtonReport minimize(SharedLevel& level, const NewtonOptions& options, Vec u, Vec remaining,
+                      const NewtonProgress& progress) {
+  return Minimizer(level, options, progress).run(u, remaining);
 }
 
 }  // namespace hexsolver::mpi
