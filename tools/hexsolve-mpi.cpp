@@ -41,6 +41,15 @@ json to_json(const std::vector<ProcessReport>& processes) {
   return out;
 }
 
+hexsolver::Scene read_scene(const Options& o) {
+  hexsolver::Scene scene = hexsolver::read_scene(hexmesh::InputFile(o.scene).path(), o.scene, o.settings);
+  if (!o.level) return scene;
+  scene.level = o.level;
+  scene.accuracy.reset();
+  scene.budget.reset();
+  return scene;
+}
+
 int solve(const Run& run, const Options& o, const CommonOptions& common, const Console& console) {
   const double start = omp_get_wtime();
   hexsolver::Scene scene;
@@ -52,13 +61,12 @@ int solve(const Run& run, const Options& o, const CommonOptions& common, const C
     for (const std::string* name : {&o.lattice, &o.scene, &o.output})
       if (*name == "-") throw Error(ErrorKind::usage, "- is standard input or output, expected a file for each");
     const hexmesh::InputFile lattice(o.lattice);
-    scene = hexsolver::read_scene(hexmesh::InputFile(o.scene).path(), o.scene, o.settings);
+    scene = read_scene(o);
     hexsolver::mpi::check_is_shareable(scene);
     output = open_output(o.output, "", common, {o.lattice, o.scene});
     if (!o.report.empty()) report_file = open_output(o.report, "", common, {o.lattice, o.scene});
   });
-  if (!run.is_first()) scene = hexsolver::read_scene(o.scene, o.scene, o.settings);
-  if (o.level) scene.level = o.level;
+  if (!run.is_first()) scene = read_scene(o);
   if (run.is_first())
     for (const std::string& w : scene.warnings) console.warning(w);
 
@@ -123,10 +131,11 @@ int run_on_all(const Run& run, const Options& o, const CommonOptions& common, co
   } catch (const hexsolver::mpi::SharedError&) {
     throw;
   } catch (const std::exception& e) {
-    constexpr int exit_bug = 70;
+    const bool has_no_memory = dynamic_cast<const std::bad_alloc*>(&e) != nullptr;
+    const int code = has_no_memory ? 3 : 70;
     const std::string line = fmt::format("hexsolve-mpi: error: a process failed alone, which ends all: {}\n", e.what());
-    if (write(loud_error, line.data(), line.size()) < 0) run.abort(exit_bug + 1);
-    run.abort(exit_bug);
+    if (write(loud_error, line.data(), line.size()) < 0) std::perror("standard error");
+    run.abort(code);
   }
 }
 

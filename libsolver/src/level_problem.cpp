@@ -32,13 +32,9 @@ constexpr double island_spring = 1;
   for (const FreePart& part : free) {
     motions.insert(motions.end(), part.motions.begin(), part.motions.end());
   }
-  const std::size_t shown = std::min<std::size_t>(motions.size(), 3);
-  throw Error(ErrorKind::geometry,
-              fmt::format("missing supports at level {}: {}{}, expected every part held{}{}", level,
-                          fmt::join(motions.begin(), motions.begin() + static_cast<std::ptrdiff_t>(shown), "; "),
-                          motions.size() > shown ? fmt::format("; and {} more", motions.size() - shown) : "",
-                          scene.contacts.empty() ? "" : " (contacts hold nothing)",
-                          only_islands ? ", or solve.islands = \"drop\" or \"hold\"" : ""));
+  throw Error(ErrorKind::geometry, missing_supports(motions, level) +
+                                       (scene.contacts.empty() ? "" : " (contacts hold nothing)") +
+                                       (only_islands ? ", or solve.islands = \"drop\" or \"hold\"" : ""));
 }
 
 /// Whether all free parts are islands, and not the whole body.

@@ -2,11 +2,13 @@
 #include "hexsolver/supports.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <tuple>
 
@@ -21,7 +23,53 @@ using Eigen::MatrixXd;
 /// More parts than this are not searched for common motions; each must be held by itself or by a joint.
 constexpr std::size_t most_parts = 300;
 
-/// Cells joined through faces.
+/// Velocity at p for each of the six rigid motions v(p) = t + w x (p - center) / size of a part; shape (3, 6).
+Eigen::Matrix<double, 3, 6> motion(const BodyPart& part, const Vec3& p) {
+  Eigen::Matrix<double, 3, 6> m = Eigen::Matrix<double, 3, 6>::Zero();
+  m.leftCols<3>().setIdentity();
+  const Vec3 arm = (p - part.center) / part.size;
+  for (int d = 0; d < 3; ++d) m.col(3 + d) = Vec3::Unit(d).cross(arm);
+  return m;
+}
+
+/// A direction without a sense of its own: its largest component is positive.
+Vec3 undirected(const Vec3& v) {
+  Eigen::Index largest = 0;
+  v.cwiseAbs().maxCoeff(&largest);
+  return v.normalized() * (v[largest] < 0 ? -1 : 1);
+}
+
+std::string axis_words(const Vec3& v) {
+  const auto rounded = [](double x) { return std::round(100 * x) / 100 + 0.0; };  // no -0.00
+  return fmt::format("[{:.2f}, {:.2f}, {:.2f}]", rounded(v[0]), rounded(v[1]), rounded(v[2]));
+}
+
+/// Words for the motions of one part: as many rotations as there are independent ones, the rest translations.
+std::vector<std::string> describe(const BodyPart& part, const MatrixXd& motions) {
+  std::vector<std::string> words;
+  const std::string which = fmt::format("the part of {} cells around {} mm", part.num_cells, axis_words(part.center));
+  const Eigen::JacobiSVD<MatrixXd> svd(motions.bottomRows(3), Eigen::ComputeFullV | Eigen::ComputeThinU);
+  const Index num_motions = motions.cols();
+  if (num_motions == 6) {
+    words.push_back(fmt::format("{} is held by nothing (3 translations, 3 rotations)", which));
+    return words;
+  }
+  const MatrixXd turned = motions * svd.matrixV();
+  for (Index m = 0; m < num_motions; ++m) {
+    const Vec3 t = turned.block<3, 1>(0, m), w = turned.block<3, 1>(3, m) / part.size;
+    if (w.norm() * part.size < 1e-6 * std::max(t.norm(), 1e-30) || m >= 3) {
+      words.push_back(fmt::format("{} is free to move along {}", which, axis_words(undirected(t))));
+    } else {
+      const Vec3 through = part.center + w.cross(t) / w.squaredNorm();
+      words.push_back(fmt::format("{} is free to turn about the axis {} through {} mm", which,
+                                  axis_words(undirected(w)), axis_words(through)));
+    }
+  }
+  return words;
+}
+
+}  // namespace
+
 std::vector<std::int32_t> parts_of(const Mesh& mesh, std::size_t& num_parts) {
   // Two cells share a face where they share its four nodes: sort the faces by their lowest and highest node.
   struct Face {
@@ -53,145 +101,52 @@ std::vector<std::int32_t> parts_of(const Mesh& mesh, std::size_t& num_parts) {
   return part;
 }
 
-/// One part and the rigid motions v(p) = t + w x (p - center) / size.
-struct Part {
-  Vec3 center = Vec3::Zero();
-  double size = 0;
-  std::size_t num_cells = 0;
-  bool touched = false;  ///< by a support or a joint
-  bool is_held = false;  ///< at some point at least
-  bool meets = false;    ///< another part at a node
-
-  /// Velocity at p for each of the six motions; shape (3, 6).
-  Eigen::Matrix<double, 3, 6> motion(const Vec3& p) const {
-    Eigen::Matrix<double, 3, 6> m = Eigen::Matrix<double, 3, 6>::Zero();
-    m.leftCols<3>().setIdentity();
-    const Vec3 arm = (p - center) / size;
-    for (int d = 0; d < 3; ++d) m.col(3 + d) = Vec3::Unit(d).cross(arm);
-    return m;
-  }
-};
-
-std::string axis_words(const Vec3& v) { return fmt::format("[{:.2f}, {:.2f}, {:.2f}]", v[0], v[1], v[2]); }
-
-/// Words for the motions of one part: as many rotations as there are independent ones, the rest translations.
-std::vector<std::string> describe(const Part& part, const MatrixXd& motions) {
-  std::vector<std::string> words;
-  const std::string which = fmt::format("the part of {} cells around {} mm", part.num_cells, axis_words(part.center));
-  const Eigen::JacobiSVD<MatrixXd> svd(motions.bottomRows(3), Eigen::ComputeFullV | Eigen::ComputeThinU);
-  const Index num_motions = motions.cols();
-  if (num_motions == 6) {
-    words.push_back(fmt::format("{} is held by nothing (3 translations, 3 rotations)", which));
-    return words;
-  }
-  const MatrixXd turned = motions * svd.matrixV();
-  for (Index m = 0; m < num_motions; ++m) {
-    const Vec3 t = turned.block<3, 1>(0, m), w = turned.block<3, 1>(3, m) / part.size;
-    if (w.norm() * part.size < 1e-6 * std::max(t.norm(), 1e-30) || m >= 3) {
-      words.push_back(fmt::format("{} is free to move along {}", which, axis_words(t.normalized())));
-    } else {
-      const Vec3 through = part.center + w.cross(t) / w.squaredNorm();
-      words.push_back(fmt::format("{} is free to turn about the axis {} through {} mm", which,
-                                  axis_words(w.normalized()), axis_words(through)));
-    }
-  }
-  return words;
+std::string missing_supports(const std::vector<std::string>& motions, int level) {
+  const std::size_t shown = std::min<std::size_t>(motions.size(), 3);
+  return fmt::format("missing supports at level {}: {}{}, expected every part held", level,
+                     fmt::join(motions.begin(), motions.begin() + static_cast<std::ptrdiff_t>(shown), "; "),
+                     motions.size() > shown ? fmt::format("; and {} more", motions.size() - shown) : "");
 }
 
-}  // namespace
-
-namespace {
-
-/// Whether the point is a node of more than one part.
-bool is_shared_node(const Mesh& mesh, const ConstraintPoint& point,
-                    const std::vector<std::vector<std::int32_t>>& meeting) {
-  Index node = 0;
-  if (meeting.empty() || point.weights.maxCoeff(&node) < 1) return false;
-  const auto n = mesh.cell_nodes()[static_cast<std::size_t>(point.cell)][static_cast<std::size_t>(node)];
-  return meeting[static_cast<std::size_t>(n)].size() > 1;
-}
-
-}  // namespace
-
-std::vector<FreePart> free_parts(const Mesh& mesh, const std::vector<ConstraintPoint>& points) {
-  std::size_t num_parts = 0;
-  const std::vector<std::int32_t> part_of_cell = parts_of(mesh, num_parts);
-  std::vector<Part> parts(num_parts);
-  const Vec3 half = mesh.edges() * Vec3::Constant(0.5);
-  const auto center_of = [&](std::size_t c) -> Vec3 {
-    return mesh.position(static_cast<std::size_t>(mesh.cell_nodes()[c][0])) + half;
-  };
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
-    Part& p = parts[static_cast<std::size_t>(part_of_cell[c])];
-    ++p.num_cells;
-    p.center += center_of(c);
-  }
-  for (Part& p : parts) p.center /= static_cast<double>(p.num_cells);
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
-    Part& p = parts[static_cast<std::size_t>(part_of_cell[c])];
-    p.size = std::max(p.size, (center_of(c) - p.center).norm() + half.norm());
-  }
-
-  // Nodes where parts meet.
-  std::vector<std::vector<std::int32_t>> meeting(num_parts > 1 ? mesh.num_nodes() : 0);
-  if (num_parts > 1)
-    for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-      for (const std::int32_t n : mesh.cell_nodes()[c]) {
-        auto& list = meeting[static_cast<std::size_t>(n)];
-        if (std::find(list.begin(), list.end(), part_of_cell[c]) == list.end()) list.push_back(part_of_cell[c]);
-      }
-  for (const auto& list : meeting)
-    if (list.size() > 1)
-      for (const std::int32_t p : list)
-        parts[static_cast<std::size_t>(p)].touched = parts[static_cast<std::size_t>(p)].meets = true;
-  for (const ConstraintPoint& p : points) {
-    Part& part = parts[static_cast<std::size_t>(part_of_cell[static_cast<std::size_t>(p.cell)])];
-    part.touched = true;
+std::vector<FreeMotions> free_motions(const std::vector<BodyPart>& parts, const std::vector<Joint>& joints,
+                                      const std::vector<HeldPoint>& points) {
+  const std::size_t num_parts = parts.size();
+  std::vector<char> touched(num_parts), is_held(num_parts), meets(num_parts);
+  for (const Joint& j : joints)
+    for (const std::size_t p : j.parts) touched[p] = meets[p] = true;
+  for (const HeldPoint& p : points) {
+    touched[p.part] = true;
     // A node that parts share is held for the one that is held otherwise.
-    part.is_held = part.is_held || !is_shared_node(mesh, p, meeting);
+    is_held[p.part] = is_held[p.part] || !p.at_joint;
   }
 
-  std::map<std::size_t, FreePart> found;
+  std::vector<FreeMotions> found;
   const auto add = [&](std::size_t p, const MatrixXd& motions) {
-    found[p] = {describe(parts[p], motions), {}, !parts[p].is_held, parts[p].meets};
-  };
-  const auto finish = [&] {
-    std::vector<FreePart> out;
-    if (found.empty()) return out;
-    for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-      if (const auto free = found.find(static_cast<std::size_t>(part_of_cell[c])); free != found.end())
-        free->second.cells.push_back(static_cast<std::int32_t>(c));
-    for (auto& [number, part] : found) out.push_back(std::move(part));
-    return out;
+    found.push_back({p, describe(parts[p], motions), !is_held[p], meets[p] != 0});
   };
   std::vector<Index> first_row(num_parts, -1);
   Index size = 0;
   for (std::size_t p = 0; p < num_parts; ++p) {
-    if (!parts[p].touched) {
+    if (!touched[p]) {
       add(p, MatrixXd::Identity(6, 6));
     } else {
       first_row[p] = size;
       size += 6;
     }
   }
-  if (size == 0 || size > static_cast<Index>(6 * most_parts)) return finish();
+  if (size == 0 || size > static_cast<Index>(6 * most_parts)) return found;
 
   MatrixXd gram = MatrixXd::Zero(size, size);
-  for (const ConstraintPoint& p : points) {
-    const CellNodes& nodes = mesh.cell_nodes()[static_cast<std::size_t>(p.cell)];
-    Vec3 position = Vec3::Zero();
-    for (int a = 0; a < 8; ++a)
-      position += p.weights[a] * mesh.position(static_cast<std::size_t>(nodes[static_cast<std::size_t>(a)]));
-    const auto part = static_cast<std::size_t>(part_of_cell[static_cast<std::size_t>(p.cell)]);
-    const auto motion = parts[part].motion(position);
+  for (const HeldPoint& p : points) {
+    const auto m = motion(parts[p.part], p.position);
     for (int d = 0; d < 3; ++d)
       if (p.axes[static_cast<std::size_t>(d)])
-        gram.block<6, 6>(first_row[part], first_row[part]) += motion.row(d).transpose() * motion.row(d);
+        gram.block<6, 6>(first_row[p.part], first_row[p.part]) += m.row(d).transpose() * m.row(d);
   }
-  for (std::size_t n = 0; n < meeting.size(); ++n)
-    for (std::size_t k = 1; k < meeting[n].size(); ++k) {
-      const auto a = static_cast<std::size_t>(meeting[n][0]), b = static_cast<std::size_t>(meeting[n][k]);
-      const auto ma = parts[a].motion(mesh.position(n)), mb = parts[b].motion(mesh.position(n));
+  for (const Joint& joint : joints)
+    for (std::size_t k = 1; k < joint.parts.size(); ++k) {
+      const std::size_t a = joint.parts[0], b = joint.parts[k];
+      const auto ma = motion(parts[a], joint.position), mb = motion(parts[b], joint.position);
       gram.block<6, 6>(first_row[a], first_row[a]) += ma.transpose() * ma;
       gram.block<6, 6>(first_row[b], first_row[b]) += mb.transpose() * mb;
       gram.block<6, 6>(first_row[a], first_row[b]) -= ma.transpose() * mb;
@@ -201,7 +156,7 @@ std::vector<FreePart> free_parts(const Mesh& mesh, const std::vector<ConstraintP
   Index num_free = 0;
   while (num_free < size && eigen.eigenvalues()[num_free] < 1e-10 * std::max(1.0, eigen.eigenvalues()[size - 1]))
     ++num_free;
-  if (num_free == 0) return finish();
+  if (num_free == 0) return found;
   // Each free motion is told for the parts that take part in it.
   for (std::size_t p = 0; p < num_parts; ++p) {
     if (first_row[p] < 0) continue;
@@ -211,7 +166,62 @@ std::vector<FreePart> free_parts(const Mesh& mesh, const std::vector<ConstraintP
     while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-3) ++rank;
     if (rank > 0) add(p, svd.matrixU().leftCols(rank));
   }
-  return finish();
+  std::sort(found.begin(), found.end(), [](const FreeMotions& a, const FreeMotions& b) { return a.part < b.part; });
+  return found;
+}
+
+std::vector<FreePart> free_parts(const Mesh& mesh, const std::vector<ConstraintPoint>& points) {
+  std::size_t num_parts = 0;
+  const std::vector<std::int32_t> part_of_cell = parts_of(mesh, num_parts);
+  std::vector<BodyPart> parts(num_parts);
+  const Vec3 half = mesh.edges() * Vec3::Constant(0.5);
+  const auto center_of = [&](std::size_t c) -> Vec3 {
+    return mesh.position(static_cast<std::size_t>(mesh.cell_nodes()[c][0])) + half;
+  };
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
+    BodyPart& p = parts[static_cast<std::size_t>(part_of_cell[c])];
+    ++p.num_cells;
+    p.center += center_of(c);
+  }
+  for (BodyPart& p : parts) p.center /= static_cast<double>(p.num_cells);
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
+    BodyPart& p = parts[static_cast<std::size_t>(part_of_cell[c])];
+    p.size = std::max(p.size, (center_of(c) - p.center).norm() + half.norm());
+  }
+
+  // Nodes where parts meet.
+  std::vector<std::vector<std::size_t>> meeting(num_parts > 1 ? mesh.num_nodes() : 0);
+  if (num_parts > 1)
+    for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+      for (const std::int32_t n : mesh.cell_nodes()[c]) {
+        auto& list = meeting[static_cast<std::size_t>(n)];
+        const auto part = static_cast<std::size_t>(part_of_cell[c]);
+        if (std::find(list.begin(), list.end(), part) == list.end()) list.push_back(part);
+      }
+  std::vector<Joint> joints;
+  for (std::size_t n = 0; n < meeting.size(); ++n)
+    if (meeting[n].size() > 1) joints.push_back({mesh.position(n), meeting[n]});
+  std::vector<HeldPoint> held;
+  for (const ConstraintPoint& p : points) {
+    Index corner = 0;
+    const bool at_node = p.weights.maxCoeff(&corner) >= 1;
+    const auto node =
+        static_cast<std::size_t>(mesh.cell_nodes()[static_cast<std::size_t>(p.cell)][static_cast<std::size_t>(corner)]);
+    held.push_back({static_cast<std::size_t>(part_of_cell[static_cast<std::size_t>(p.cell)]),
+                    mesh.rest_position(p.cell, p.weights), p.axes,
+                    at_node && !meeting.empty() && meeting[node].size() > 1});
+  }
+
+  std::map<std::size_t, FreePart> found;
+  for (FreeMotions& free : free_motions(parts, joints, held))
+    found[free.part] = {std::move(free.words), {}, free.is_island, free.hangs};
+  std::vector<FreePart> out;
+  if (found.empty()) return out;
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    if (const auto free = found.find(static_cast<std::size_t>(part_of_cell[c])); free != found.end())
+      free->second.cells.push_back(static_cast<std::int32_t>(c));
+  for (auto& [number, part] : found) out.push_back(std::move(part));
+  return out;
 }
 
 }  // namespace hexsolver

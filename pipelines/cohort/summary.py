@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """One table of a cohort: summary.tsv, summary.json and summary.html, from what is in its folder.
 
-usage: summary.py FOLDER     (exit code 1 if a case failed)
+usage: summary.py FOLDER     (exit code 1 if a case failed, 3 if one was not begun)
 """
 import csv
 import glob
@@ -11,9 +11,11 @@ import os
 import re
 import sys
 
-STEPS = ["labels", "lattice", "scene", "solve", "report"]
+OUTPUTS = ["_dseg.nrrd", "_dseg.json", "_desc-lattice_mesh.hexmesh", "_desc-lattice_mesh.json", "_desc-pull_scene.toml",
+           "_desc-pull_result.hexresult", "_desc-pull_result.json", "_desc-pull_report.html", "_desc-pull_report.json"]
 COLUMNS = ["participant_id", "status", "flags", "volume_ml", "level", "cells", "dofs", "newton_iterations", "linear_iterations",
            "strain_energy_n_mm", "pull_n", "error_mean_mm", "min_jacobian", "inverted_cells", "misfit_mm", "seconds"]
+NOT_BEGUN = "not begun"
 FLAT = 0.1  # a cell this small against its rest volume deserves a look
 MISFIT_MM = 1  # so does a condition met no better than this
 
@@ -27,15 +29,16 @@ def read(path):
 
 
 def reason_of(folder, case):
-    """The step that failed and what its tool said."""
-    logs = sorted(glob.glob(f"{folder}/logs/sub-{case}_*.log"))
+    """The step that failed and what its tool said: steps remove the logs of those after them."""
+    logs = sorted(glob.glob(f"{glob.escape(folder)}/logs/sub-{case}_*.log"))
     if not logs:
-        return "not begun"
+        return NOT_BEGUN
     with open(logs[-1], errors="replace") as file:
         lines = [line.strip() for line in file if line.strip()]
     step = re.sub(r".*_\d-(\w+)\.log", r"\1", logs[-1])
     errors = [line for line in lines if "error:" in line]
-    return f"{step}: {errors[-1]}" if errors else f"{step}: not finished" + (f" ({lines[-1]})" if lines else "")
+    words = [line for line in lines if re.search("[A-Za-z]", line)]
+    return f"{step}: {errors[-1]}" if errors else f"{step}: not finished" + (f" ({words[-1]})" if words else "")
 
 
 def row_of(folder, case):
@@ -45,11 +48,12 @@ def row_of(folder, case):
     lattice = read(stem + "_desc-lattice_mesh.json")
     if lattice:
         row["volume_ml"] = round(sum(s.get("volume_ml", 0) for s in lattice["Report"]["segments"]), 1)
-    if not os.path.exists(stem + "_desc-pull_report.html"):
+    solution = read(stem + "_desc-pull_result.json")
+    if solution is None or not all(os.path.exists(stem + name) for name in OUTPUTS):
         row["status"] = "failed"
         row["flags"] = reason_of(folder, case)
         return row
-    report = read(stem + "_desc-pull_result.json")["Report"]
+    report = solution["Report"]
     row.update(status="solved", level=report["lattice"]["level"], cells=report["lattice"]["cells"], dofs=report["lattice"]["dofs"])
     for key in ["newton_iterations", "linear_iterations", "inverted_cells"]:
         row[key] = report[key]
@@ -107,7 +111,7 @@ def replace(path, write):
 
 def main():
     folder = sys.argv[1]
-    rows = [row_of(folder, case) for case in read(f"{folder}/cases.json")]
+    rows = [row_of(folder, case) for case in read(f"{folder}/cases.json")["cases"]]
 
     def table(file):
         writer = csv.DictWriter(file, COLUMNS, delimiter="\t", lineterminator="\n")
@@ -121,7 +125,7 @@ def main():
         print(f"{row['participant_id']:<24} {row['status']:<7} {row['flags']}")
     failed = sum(row["status"] == "failed" for row in rows)
     print(f"{len(rows)} cases, {failed} failed: {folder}/summary.html")
-    sys.exit(1 if failed else 0)
+    sys.exit(3 if any(row["flags"] == NOT_BEGUN for row in rows) else 1 if failed else 0)
 
 
 main()

@@ -81,6 +81,32 @@ TEST_F(Cohort, ACaseThatFailsIsToldAndStopsNoOther) {
     }
 }
 
+TEST_F(Cohort, WhatChangesIsDoneAgainAndWhatFailsThenIsToldSo) {
+  ASSERT_EQ(run("rm scans/cut.nrrd").exit_code, 0);
+  ASSERT_EQ(run(command).exit_code, 0);
+  const auto first = written();
+  const std::string result = folder.path("out/sub-a/sub-a_desc-pull_result.hexresult"),
+                    labels = folder.path("out/sub-a/sub-a_dseg.nrrd");
+  // Another scene under the same name, and a level that is number zero.
+  ASSERT_EQ(run("sed -i 's/5, 0, 0/4, 0, 0/' scene.toml").exit_code, 0);
+  ASSERT_EQ(run(command + "--level 0").exit_code, 0);
+  EXPECT_EQ(first.at(labels), written().at(labels));
+  EXPECT_NE(first.at(result), written().at(result));
+  EXPECT_EQ(summary()[0]["level"], 0);
+  // A scan that was cut off since: its old results do not count, and stay away.
+  ASSERT_EQ(run("head -c 900 scans/a.seg.nrrd >cut && mv cut scans/a.seg.nrrd").exit_code, 0);
+  for (int again = 0; again < 2; ++again) {
+    EXPECT_EQ(run(command + "--level 0").exit_code, 1);
+    EXPECT_EQ(summary()[0]["status"], "failed");
+    EXPECT_NE(summary()[0]["flags"].get<std::string>().find("labels: hexscan: error: "), std::string::npos);
+    EXPECT_EQ(summary()[1]["status"], "solved");
+  }
+  // What is no case's fault is not hidden.
+  const CommandResult r = run(command + "-- --no-such-option");
+  EXPECT_EQ(r.exit_code, 4);
+  EXPECT_NE(r.errors.find("no-such-option"), std::string::npos) << r.errors;
+}
+
 TEST_F(Cohort, KilledItGoesOnWhereItWas) {
   ASSERT_EQ(run("setsid " + command +
                 ">log 2>&1 & pid=$!; for n in $(seq 600); do ls out/sub-*/*.hexmesh >found 2>found && break; sleep "
@@ -105,13 +131,28 @@ TEST_F(Cohort, KilledItGoesOnWhereItWas) {
   EXPECT_GT(kept, 0U);
 }
 
+TEST_F(Cohort, RowsThatCannotBeStopNoOther) {
+  write_text(folder / "rows.tsv",
+             "participant_id\tsegmentation\tscene\nx_1\tscans/b-2.nrrd\tscene.toml\nx1\tscans/b-2.nrrd\tscene.toml\n"
+             "none\t\t\ngone\tscans/gone.nrrd\t\nplain\tscans/b-2.nrrd\tno.toml\n");
+  EXPECT_EQ(run(cohort + "rows.tsv -o 'out put[1]' --materials materials.toml").exit_code, 1);
+  const json rows = json::parse(read_text(folder / "out put[1]/summary.json"));
+  ASSERT_EQ(rows.size(), 5U);
+  EXPECT_EQ(rows[0]["status"], "solved") << rows[0]["flags"];
+  for (const auto& [row, words] : {std::pair{1, "another case is called 'x1'"}, std::pair{2, "no segmentation"},
+                                   std::pair{3, "no such file"}, std::pair{4, "no such file"}}) {
+    const json& failed = rows[static_cast<std::size_t>(row)];
+    EXPECT_EQ(failed["status"], "failed");
+    EXPECT_NE(failed["flags"].get<std::string>().find(words), std::string::npos) << failed["flags"];
+  }
+}
+
 TEST_F(Cohort, TablesAreChecked) {
   write_text(folder / "empty.tsv", "participant_id\tsegmentation\n");
   EXPECT_NE(run(cohort + "empty.tsv -o out").errors.find("holds no cases"), std::string::npos);
   write_text(folder / "columns.tsv", "participant_id\tfile\n1\tscans/a.seg.nrrd\n");
   EXPECT_NE(run(cohort + "columns.tsv -o out").errors.find("expected participant_id, segmentation"), std::string::npos);
-  write_text(folder / "twice.tsv", "participant_id\tsegmentation\nx_1\tscans/a.seg.nrrd\nx1\tscans/a.seg.nrrd\n");
-  EXPECT_EQ(run(cohort + "twice.tsv -o out").exit_code, 3);
+  EXPECT_EQ(run(cohort + "scans -o out --level two").exit_code, 3);
   EXPECT_EQ(run(cohort + "absent -o out").exit_code, 3);
   EXPECT_EQ(run(cohort + "scans --colour -o out").exit_code, 2);
 }

@@ -11,7 +11,7 @@
 
 namespace hexsolver::mpi {
 
-/// What PETSc could not do is a mistake of ours; it has said more on standard error.
+/// What PETSc could not do is a mistake of ours; the first process's PETSc has said more on standard error.
 inline void check(PetscErrorCode code) {
   if (code != 0) throw std::runtime_error("PETSc failed");
 }

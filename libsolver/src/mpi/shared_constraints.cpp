@@ -4,12 +4,6 @@
 #include "shared_level.h"
 
 namespace hexsolver::mpi {
-namespace {
-
-bool before(const Index3& a, const Index3& b) { return std::array{a[2], a[1], a[0]} < std::array{b[2], b[1], b[0]}; }
-
-}  // namespace
-
 SharedConstraints::SharedConstraints(const std::vector<Point>& points, const Scene& scene, const Mat3& edges,
                                      const Vec3& corner, const SharedNodes& nodes, Vec field) {
   std::vector<Index3> cells;
@@ -31,6 +25,7 @@ SharedConstraints::SharedConstraints(const std::vector<Point>& points, const Sce
   copies_ = NodeCopies(field, numbers);
   for (std::size_t n = 0; n < numbers.size(); ++n)
     if (nodes.owns(numbers[n])) own_.emplace_back(static_cast<Eigen::Index>(n), numbers[n] - nodes.first_own());
+  owners_copies_ = NodeCopies(field, own_.empty() ? std::vector<PetscInt>() : numbers);
 }
 
 void SharedConstraints::prescribe(const Scene& scene, const Progress& progress) {
@@ -56,7 +51,9 @@ void SharedConstraints::put(const NodeVector& values, Vec field) const {
 }
 
 void SharedConstraints::project(Vec v) const {
-  NodeVector values = values_of(v);
+  NodeVector values;
+  owners_copies_.get(v, values);
+  if (own_.empty()) return;
   constraints_->project(values);
   put(values, v);
 }

@@ -99,7 +99,7 @@ public:
       finest = finest_level(scene_, num_cells);
     });
     const Stopwatch set_up;
-    auto mechanical = std::make_unique<SharedLevel>(all_, file_, outline_, scene_, finest, true);
+    auto mechanical = std::make_unique<SharedLevel>(all_, file_, outline_, scene_, finest);
     all_.all_or_none([&] { warn_of_conflicts(*mechanical); });
     report_.setup_seconds = set_up.seconds();
     const Stopwatch solve;
@@ -108,9 +108,8 @@ public:
       const Stopwatch watch;
       Solved next;
       try {
-        next.level = number == finest
-                         ? std::move(mechanical)
-                         : std::make_unique<SharedLevel>(all_, file_, outline_, coarse_scene_, number, false);
+        next.level = number == finest ? std::move(mechanical)
+                                      : std::make_unique<SharedLevel>(all_, file_, outline_, coarse_scene_, number);
       } catch (const SharedError& e) {
         if (e.kind() != ErrorKind::geometry) throw;
         best = {};  // a coarser level that cannot be set up is no start for the next

@@ -3,19 +3,18 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 
 #include "../conclude.h"
 #include "../support_springs.h"
-#include "hexmesh/core/partition.h"
-#include "hexmesh/lattice/embedded_points.h"
+#include "hexmesh/lattice/locator.h"
 #include "hexsolver/loads.h"
+#include "hexsolver/supports.h"
 
 namespace hexsolver::mpi {
 namespace {
@@ -23,8 +22,6 @@ namespace {
 using hexmesh::Error;
 using hexmesh::ErrorKind;
 using hexmesh::Lattice;
-
-bool before(const Index3& a, const Index3& b) { return std::array{a[2], a[1], a[0]} < std::array{b[2], b[1], b[0]}; }
 
 Index3 sum_of(const Index3& a, const Index3& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 
@@ -51,12 +48,8 @@ std::vector<std::uint64_t> first_rows_of(const Processes& all, const hexmesh::La
   return rows;
 }
 
-/// As many layers around a piece as a surface point may lie away from its cell; one where only cells count.
-std::int32_t margin_of(const Lattice& outline, int level, bool has_surface) {
-  const Vec3 size = outline.cell_size(level);
-  return has_surface ? std::max(2, static_cast<std::int32_t>(std::ceil(hexmesh::embedding_reach / size.minCoeff()))) + 1
-                     : 1;
-}
+/// Layers around those that a piece stands for: what cells and nodes of these touch.
+constexpr std::int32_t margin = 1;
 
 }  // namespace
 
@@ -86,15 +79,14 @@ private:
 SharedLevel::~SharedLevel() = default;
 
 SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& file, const Lattice& outline,
-                         const Scene& scene, int level, bool has_surface)
+                         const Scene& scene, int level)
     : all_(all), file_(file), outline_(outline), scene_(scene), level_(level) {
   const auto n = static_cast<std::size_t>(level);
   all.all_or_none([&] { num_cells_ = file.num_cells(level); });
   const std::vector<std::uint64_t> first_rows = first_rows_of(all, file, level, num_cells_);
   layers_.emplace(all, first_rows);
   all.all_or_none([&] {
-    piece_ = file.read_layers(outline, level, first_rows, layers_->begin(all.rank()), layers_->end(all.rank()),
-                              margin_of(outline, level, has_surface));
+    piece_ = file.read_layers(outline, level, first_rows, layers_->begin(all.rank()), layers_->end(all.rank()), margin);
   });
   take_part();  // as the file numbers elements
   all.all_or_none([&] { file.read_elements(piece_->lattice, level, piece_->lattice.levels[n].element); });
@@ -207,102 +199,143 @@ std::int32_t SharedLevel::own_cell(const Index3& cell) const {
                                                           : -1;
 }
 
-/// Parts that hang together at nodes, each held in its six rigid motions.
-void SharedLevel::check_supports() const {
-  hexmesh::Partition partition(mesh_->num_nodes());
-  for (const CellNodes& nodes : mesh_->cell_nodes())
-    for (const std::int32_t n : nodes) partition.join(n, nodes[0]);
-  // A part is named by its highest node, told from neighbour to neighbour.
-  NodeVector names = NodeVector::Constant(static_cast<Eigen::Index>(mesh_->num_dofs()), -1);
-  const auto root_of = [&](std::size_t n) { return 3 * Eigen::Index{partition.root(static_cast<std::int32_t>(n))}; };
-  for (std::size_t n = 0; n < mesh_->num_nodes(); ++n)
-    names[root_of(n)] = std::max(names[root_of(n)], static_cast<double>(nodes_->numbers()[n]));
+/// The name, above zero, of the part of the whole body that each of this process's parts belongs to: the highest of
+/// those that its own have, told from face to face.
+std::vector<double> SharedLevel::part_names(const std::vector<std::int32_t>& part_of_cell,
+                                            std::size_t num_parts) const {
+  std::vector<double> names(num_parts);
+  std::iota(names.begin(), names.end(), 1.0 + static_cast<double>(all_.sum_before(num_parts)));
+  // A face is kept with its lowest corner, as the component of its axis.
+  const auto for_each_face = [&](auto&& f) {
+    for (std::size_t c = 0; c < mesh_->num_cells(); ++c)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        for (const std::size_t corner : {std::size_t{0}, std::size_t{1} << axis})
+          f(3 * Eigen::Index{mesh_->cell_nodes()[c][corner]} + static_cast<Eigen::Index>(axis),
+            names[static_cast<std::size_t>(part_of_cell[c])]);
+  };
   const OwnedVec shared = make_vector();
-  for (bool is_done = false; !is_done;) {
-    for (std::size_t n = 0; n < mesh_->num_nodes(); ++n)
-      names.segment<3>(3 * static_cast<Eigen::Index>(n)).setConstant(names[root_of(n)]);
-    copies_.raise_to(names, shared);
-    NodeVector heard;
-    copies_.get(shared, heard);
-    for (std::size_t n = 0; n < mesh_->num_nodes(); ++n)
-      names[root_of(n)] = std::max(names[root_of(n)], heard[3 * static_cast<Eigen::Index>(n)]);
-    is_done = all_.sum((heard - names).lpNorm<Eigen::Infinity>() > 0 ? std::size_t{1} : std::size_t{0}) == 0;
+  for (bool changes = true; changes;) {
+    NodeVector faces = NodeVector::Zero(static_cast<Eigen::Index>(mesh_->num_dofs()));
+    for_each_face([&](Eigen::Index face, double& name) { faces[face] = std::max(faces[face], name); });
+    copies_.raise_to(faces, shared);
+    copies_.get(shared, faces);
+    std::size_t count = 0;
+    for_each_face([&](Eigen::Index face, double& name) {
+      count += faces[face] > name;
+      name = std::max(faces[face], name);
+    });
+    changes = all_.sum(count) > 0;
   }
+  return names;
+}
 
-  struct Piece {
-    double name = 0, cells = 0;
-    std::array<double, 3> center_sum{};
-  };
-  std::map<double, Piece> own;
+void SharedLevel::check_supports() const {
+  std::size_t num_parts = 0;
+  const std::vector<std::int32_t> part_of_cell = parts_of(*mesh_, num_parts);
+  const std::vector<double> names = part_names(part_of_cell, num_parts);
+  const auto name_of = [&](std::size_t cell) { return names[static_cast<std::size_t>(part_of_cell[cell])]; };
   const Vec3 half = mesh_->edges() * Vec3::Constant(0.5);
-  const auto name_of = [&](std::size_t cell) {
-    return names[root_of(static_cast<std::size_t>(mesh_->cell_nodes()[cell][0]))];
+  const auto center_of = [&](std::size_t c) -> Vec3 {
+    return mesh_->position(static_cast<std::size_t>(mesh_->cell_nodes()[c][0])) + half;
   };
-  for (std::size_t c = 0; c < mesh_->num_cells(); ++c) {
-    Piece& piece = own[name_of(c)];
-    piece.cells += 1;
-    Vec3::Map(piece.center_sum.data()) += mesh_->position(static_cast<std::size_t>(mesh_->cell_nodes()[c][0])) + half;
-  }
-  std::vector<Piece> pieces;
-  for (auto& [name, piece] : own) {
-    piece.name = name;
-    pieces.push_back(piece);
-  }
-  struct Part {
-    double cells = 0;
-    Vec3 center = Vec3::Zero();
-    Eigen::Matrix<double, 6, 6> gram = Eigen::Matrix<double, 6, 6>::Zero();
+
+  struct Sum {
+    double name = 0, value = 0;
+    std::array<double, 3> sum{};
   };
-  std::map<double, Part> parts;
-  for (const Piece& p : all_.gather(pieces)) {
-    parts[p.name].cells += p.cells;
-    parts[p.name].center += Vec3::Map(p.center_sum.data());
+  const auto gather = [&](auto&& add) {
+    std::map<double, Sum> own;
+    for (std::size_t c = 0; c < mesh_->num_cells(); ++c) {
+      Sum& share = own[name_of(c)];
+      share.name = name_of(c);
+      add(share, c);
+    }
+    std::vector<Sum> shares;
+    for (const auto& [name, share] : own) shares.push_back(share);
+    return all_.gather(shares);
+  };
+  std::map<double, std::size_t> number_of;
+  std::vector<BodyPart> parts;
+  for (const Sum& s : gather([&](Sum&share, std::size_t c) {
+         share.value += 1;
+         Vec3::Map(share.sum.data()) += center_of(c);
+       })) {
+    const auto [entry, is_new] = number_of.try_emplace(s.name, parts.size());
+    if (is_new) parts.emplace_back();
+    parts[entry->second].num_cells += static_cast<std::size_t>(s.value);
+    parts[entry->second].center += Vec3::Map(s.sum.data());
   }
-  for (auto& [name, part] : parts) part.center /= part.cells;
+  for (BodyPart& part : parts) part.center /= static_cast<double>(part.num_cells);
+  for (const Sum& s : gather([&](Sum&share, std::size_t c) {
+         share.value =
+             std::max(share.value, (center_of(c) - parts[number_of.at(share.name)].center).norm() + half.norm());
+       }))
+    parts[number_of.at(s.name)].size = std::max(parts[number_of.at(s.name)].size, s.value);
+
+  // Nodes where the least and the highest name around differ.
+  const double beyond = 1 + static_cast<double>(all_.sum(num_parts));
+  NodeVector extremes = NodeVector::Zero(static_cast<Eigen::Index>(mesh_->num_dofs()));
+  for (std::size_t c = 0; c < mesh_->num_cells(); ++c)
+    for (const std::int32_t n : mesh_->cell_nodes()[c]) {
+      const Eigen::Index at = 3 * Eigen::Index{n};
+      extremes[at] = std::max(extremes[at], name_of(c));
+      extremes[at + 1] = std::max(extremes[at + 1], beyond - name_of(c));
+    }
+  const OwnedVec shared = make_vector();
+  copies_.raise_to(extremes, shared);
+  copies_.get(shared, extremes);
+  const auto is_joint = [&](std::int32_t n) {
+    return extremes[3 * Eigen::Index{n}] != beyond - extremes[3 * Eigen::Index{n} + 1];
+  };
+  struct Meeting {
+    PetscInt node;
+    double part;
+    std::array<double, 3> position;
+  };
+  std::vector<Meeting> meetings;
+  for (std::size_t c = 0; c < mesh_->num_cells(); ++c)
+    for (const std::int32_t n : mesh_->cell_nodes()[c])
+      if (is_joint(n)) {
+        const Vec3 p = mesh_->position(static_cast<std::size_t>(n));
+        meetings.push_back({nodes_->numbers()[static_cast<std::size_t>(n)], name_of(c), {p[0], p[1], p[2]}});
+      }
+  std::map<PetscInt, Joint> joints;
+  for (const Meeting& m : all_.gather(meetings)) {
+    Joint& joint = joints[m.node];
+    joint.position = Vec3::Map(m.position.data());
+    const std::size_t part = number_of.at(m.part);
+    if (std::find(joint.parts.begin(), joint.parts.end(), part) == joint.parts.end()) joint.parts.push_back(part);
+  }
 
   struct Found {
     std::size_t point;
     double part;
+    bool at_joint;
+    std::array<double, 3> position;
   };
   std::vector<Found> found;
-  for (std::size_t p = 0; p < points_.size(); ++p)
-    if (const std::int32_t cell = own_cell(points_[p].cell); cell >= 0)
-      found.push_back({p, name_of(static_cast<std::size_t>(cell))});
-  for (const Found& f : all_.gather(found)) {
-    const SharedConstraints::Point& point = points_[f.point];
-    Part& part = parts[f.part];
-    Vec3 position = Vec3::Zero();
-    for (int a = 0; a < 8; ++a)
-      position += point.weights[static_cast<std::size_t>(a)] *
-                  (outline_.corner() + outline_.cell_edges(level_) * Vec3(point.cell[0] + hexmesh::corner_bit(a, 0),
-                                                                          point.cell[1] + hexmesh::corner_bit(a, 1),
-                                                                          point.cell[2] + hexmesh::corner_bit(a, 2)));
-    const Vec3 arm = (position - part.center) / (half.norm() * std::cbrt(part.cells));
-    Eigen::Matrix<double, 3, 6> motion;
-    for (int d = 0; d < 3; ++d) {
-      motion.col(d) = Vec3::Unit(d);
-      motion.col(3 + d) = Vec3::Unit(d).cross(arm);
-    }
-    for (int d = 0; d < 3; ++d)
-      if (point.axes[static_cast<std::size_t>(d)]) part.gram += motion.row(d).transpose() * motion.row(d);
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    const std::int32_t cell = own_cell(points_[p].cell);
+    if (cell < 0) continue;
+    const NodeWeights weights = NodeWeights::Map(points_[p].weights.data());
+    Eigen::Index corner = 0;
+    const bool at_node = weights.maxCoeff(&corner) >= 1;
+    const Vec3 at = mesh_->rest_position(cell, weights);
+    found.push_back(
+        {p,
+         name_of(static_cast<std::size_t>(cell)),
+         at_node && is_joint(mesh_->cell_nodes()[static_cast<std::size_t>(cell)][static_cast<std::size_t>(corner)]),
+         {at[0], at[1], at[2]}});
   }
-  std::size_t num_free = 0;
-  std::string words;
-  for (const auto& [name, part] : parts) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(part.gram, Eigen::EigenvaluesOnly);
-    const double largest = eigen.eigenvalues()[5];
-    const auto motions = (eigen.eigenvalues().array() < 1e-10 * std::max(1.0, largest)).count();
-    if (motions == 0) continue;
-    if (num_free++ == 0)
-      words = fmt::format("the part of {:.0f} cells around [{:.2f}, {:.2f}, {:.2f}] mm is {}", part.cells,
-                          part.center[0], part.center[1], part.center[2],
-                          motions == 6 ? "held by nothing (3 translations, 3 rotations)"
-                                       : fmt::format("free to move in {} of 6 rigid ways", motions));
-  }
-  if (num_free > 0)
-    throw SharedError(ErrorKind::geometry,
-                      fmt::format("missing supports at level {}: {}{}, expected every part held", level_, words,
-                                  num_free > 1 ? fmt::format("; and {} more", num_free - 1) : ""));
+  std::vector<HeldPoint> held;
+  for (const Found& f : all_.gather(found))
+    held.push_back({number_of.at(f.part), Vec3::Map(f.position.data()), points_[f.point].axes, f.at_joint});
+  std::vector<Joint> all_joints;
+  for (auto& [node, joint] : joints) all_joints.push_back(std::move(joint));
+  std::vector<std::string> motions;
+  for (const FreeMotions& free : free_motions(parts, all_joints, held))
+    motions.insert(motions.end(), free.words.begin(), free.words.end());
+  if (!motions.empty()) throw SharedError(ErrorKind::geometry, missing_supports(motions, level_));
 }
 
 void SharedLevel::weigh_supports() {
@@ -588,7 +621,7 @@ SharedLevel::Holding SharedLevel::holding() const {
           constraints_->mesh().num_nodes()};
 }
 
-/// How the surface points of one share of the file move.
+/// How the surface points of one share of the file move: with the cell that holds them, or else the nearest.
 std::vector<Vec3> SharedLevel::surface_displacement(const NodeVector& u, std::size_t& first) const {
   const auto rank = static_cast<std::size_t>(all_.rank()), count = static_cast<std::size_t>(all_.count());
   std::vector<Vec3> points;
@@ -597,34 +630,64 @@ std::vector<Vec3> SharedLevel::surface_displacement(const NodeVector& u, std::si
     first = num_points * rank / count;
     points = file_.surface_points(first, num_points * (rank + 1) / count - first);
   });
-  // To the process whose layers they lie in, and back.
-  using Triple = std::array<double, 3>;
-  std::vector<std::vector<Triple>> to(count);
-  std::vector<std::vector<std::size_t>> places(count);
-  const int layer_voxels = outline_.levels[static_cast<std::size_t>(level_)].voxels_per_cell[2];
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    const double layer = (outline_.voxels.continuous_index(points[p])[2] + 0.5) / layer_voxels;
-    const auto process = static_cast<std::size_t>(
-        layers_->process_of(static_cast<std::int32_t>(std::clamp(layer, 0.0, 1.0 * layers_->end(all_.count() - 1)))));
-    to[process].push_back({points[p][0], points[p][1], points[p][2]});
-    places[process].push_back(p);
-  }
+  struct Point {
+    std::size_t number;  ///< among those of the process that read it
+    std::array<double, 3> position;
+  };
+  struct Moved {
+    std::size_t number;
+    double distance;  ///< of the cell from the point [mm]
+    std::array<double, 3> by;
+  };
   const Lattice& piece = piece_->lattice;
   const hexmesh::Level& cells = piece.levels[static_cast<std::size_t>(level_)];
+  const Vec3 size = piece.cell_size(level_);
   const hexmesh::CellLocator locator(piece.voxels, cells.voxels_per_cell, cells.cells);
-  std::vector<std::vector<Triple>> moved;
-  for (const std::vector<Triple>& asked : all_.exchange(to)) {
-    std::vector<Vec3> at, by;
-    for (const Triple& p : asked) at.push_back(Vec3::Map(p.data()));
-    hexmesh::EmbeddedPoints(locator, piece_mesh_->cell_nodes(), at)
-        .interpolate({u.data(), static_cast<std::size_t>(u.size())}, by);
-    std::vector<Triple>& answer = moved.emplace_back();
-    for (const Vec3& v : by) answer.push_back({v[0], v[1], v[2]});
+  const auto move = [&](const Point& p) -> Moved {
+    const hexmesh::Embedding e = locator.locate_position(Vec3::Map(p.position.data()));
+    if (e.cell < 0) return {p.number, std::numeric_limits<double>::infinity(), {}};
+    const Vec3 by = piece_mesh_->interpolate(e.cell, hexmesh::shape_functions(e.local), u);
+    const Vec3 outside = (-e.local).cwiseMax(e.local - Vec3::Ones()).cwiseMax(0).cwiseProduct(size);
+    return {p.number, outside.norm(), {by[0], by[1], by[2]}};
+  };
+
+  // To the process whose layers they lie in.
+  std::vector<std::vector<Point>> to(count);
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const double layer = (outline_.voxels.continuous_index(points[p])[2] + 0.5) / cells.voxels_per_cell[2];
+    const auto process = static_cast<std::size_t>(
+        layers_->process_of(static_cast<std::int32_t>(std::clamp(layer, 0.0, 1.0 * layers_->end(all_.count() - 1)))));
+    to[process].push_back({p, {points[p][0], points[p][1], points[p][2]}});
   }
-  const std::vector<std::vector<Triple>> back = all_.exchange(moved);
-  std::vector<Vec3> out(points.size());
-  for (std::size_t p = 0; p < count; ++p)
-    for (std::size_t n = 0; n < back[p].size(); ++n) out[places[p][n]] = Vec3::Map(back[p][n].data());
+  std::vector<std::vector<Moved>> answers;
+  for (const std::vector<Point>& asked : all_.exchange(to)) {
+    answers.emplace_back();
+    for (const Point& p : asked) answers.back().push_back(move(p));
+  }
+  std::vector<Vec3> out(points.size(), Vec3::Zero());
+  std::vector<Point> strays;  // other processes may have a nearer cell
+  for (const std::vector<Moved>& from : all_.exchange(answers))
+    for (const Moved& m : from) {
+      out[m.number] = Vec3::Map(m.by.data());
+      if (m.distance > margin * size[2])
+        strays.push_back({m.number, {points[m.number][0], points[m.number][1], points[m.number][2]}});
+    }
+  const std::size_t own_strays = all_.sum_before(strays.size());
+  std::vector<Moved> candidates;
+  const std::vector<Point> everybodys = all_.gather(strays);
+  for (std::size_t n = 0; n < everybodys.size(); ++n) {
+    candidates.push_back(move(everybodys[n]));
+    candidates.back().number = n;
+  }
+  std::erase_if(candidates, [](const Moved& m) { return !std::isfinite(m.distance); });
+  std::vector<double> nearest(strays.size(), std::numeric_limits<double>::infinity());
+  for (const Moved& m : all_.gather(candidates)) {
+    if (m.number < own_strays || m.number >= own_strays + strays.size()) continue;
+    const std::size_t n = m.number - own_strays;
+    if (m.distance >= nearest[n]) continue;
+    nearest[n] = m.distance;
+    out[strays[n].number] = Vec3::Map(m.by.data());
+  }
   return out;
 }
 

@@ -45,6 +45,7 @@ private:
   std::unique_ptr<Mesh> mesh_;
   std::unique_ptr<Constraints> constraints_;
   NodeCopies copies_;
+  NodeCopies owners_copies_;  ///< the same for processes that own some of these nodes; none for others
   std::vector<std::pair<Eigen::Index, PetscInt>> own_;  ///< nodes of mesh() and where this process keeps them
 };
 
@@ -54,11 +55,10 @@ private:
 /// Called by all processes at once, as all its members but those that return references.
 class SharedLevel {
 public:
-  /// @param outline      of the file, with the materials that count; all must outlive this
-  /// @param has_surface  whether result_rows() will be asked for
+  /// @param outline  of the file, with the materials that count; all must outlive this
   /// @throws SharedError{geometry} for selections and missing supports
   SharedLevel(const Processes& all, const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline,
-              const Scene& scene, int level, bool has_surface);
+              const Scene& scene, int level);
   ~SharedLevel();
   SharedLevel(const SharedLevel&) = delete;
   SharedLevel& operator=(const SharedLevel&) = delete;
@@ -113,6 +113,7 @@ private:
   class Share;
   void take_part();
   void select(const Share& share);
+  std::vector<double> part_names(const std::vector<std::int32_t>& part_of_cell, std::size_t num_parts) const;
   void check_supports() const;
   void weigh_supports();
   void make_hierarchy();

@@ -34,6 +34,7 @@ public:
     check(KSPSetNormType(ksp_, KSP_NORM_UNPRECONDITIONED));
     choose_preconditioner();
     check(SNESSetFromOptions(snes_));
+    check_options();
     offer_levels();
     check(SNESSetUp(snes_));
   }
@@ -62,12 +63,14 @@ private:
   }
 
   void choose_preconditioner();
+  void check_options();
   void offer_levels();
   void coarsen();
   void residual(Vec u, Vec f);
   void linearize(Vec u, bool supports_hold);
   void search_line(SNESLineSearch search);
-  bool move_supports(Vec u, NewtonReport& report);
+  bool move_supports(Vec u, NewtonReport& report, bool& holds);
+  bool move(Vec u, Vec step);
   int count_linear_iterations();
   bool met_negative_curvature() const;
 
@@ -97,6 +100,34 @@ void Minimizer::choose_preconditioner() {
   check(PCSetType(pc, PCMG));
   check(PCMGSetLevels(pc, static_cast<PetscInt>(onto.size()) + 1, nullptr));
   check(PCSetUseAmat(pc, PETSC_TRUE));  // the finest level keeps supports exactly
+}
+
+bool is_given(const char* option) {
+  PetscBool given = PETSC_FALSE;
+  check(PetscOptionsHasName(nullptr, nullptr, option, &given));
+  return given == PETSC_TRUE;
+}
+
+[[noreturn]] void refuse(const std::string& option, const std::string& expected) {
+  throw SharedError(hexmesh::ErrorKind::usage,
+                    "PETSc's option " + option + " is not for hexsolve-mpi, expected " + expected);
+}
+
+/// Refuse what would find something else than hexsolve does, or nothing.
+void Minimizer::check_options() {
+  const std::string newton = "Newton's method with our line search";
+  SNESType type = nullptr;
+  check(SNESGetType(snes_, &type));
+  if (std::string(type) != SNESNEWTONLS) refuse("-snes_type " + std::string(type), newton);
+  SNESLineSearch search = nullptr;
+  check(SNESGetLineSearch(snes_, &search));
+  SNESLineSearchType search_type = nullptr;
+  check(SNESLineSearchGetType(search, &search_type));
+  if (std::string(search_type) != SNESLINESEARCHSHELL)
+    refuse("-snes_linesearch_type " + std::string(search_type), newton);
+  for (const char* option : {"-snes_max_it", "-snes_rtol", "-snes_atol", "-snes_stol"})
+    if (is_given(option)) refuse(option, "solve.tolerance in the scene");
+  if (is_given("-pc_mg_levels")) refuse("-pc_mg_levels", "the levels there are");
 }
 
 /// After PETSc's options, which may have asked for something else.
@@ -151,7 +182,9 @@ void Minimizer::linearize(Vec u, bool supports_hold) {
   double forcing = std::max(is_linear ? 1e-6 : 1e-3, 0.1 * options_.tolerance);
   if (supports_hold)
     forcing = std::max(is_linear ? 0 : std::min(relative_ * 10, 0.05), 0.1 * options_.tolerance / relative_);
-  check(KSPSetTolerances(ksp_, forcing, PETSC_DEFAULT, PETSC_DEFAULT, options_.max_linear_iterations));
+  // What PETSc's options say goes first.
+  check(KSPSetTolerances(ksp_, is_given("-ksp_rtol") ? PETSC_DEFAULT : forcing, PETSC_DEFAULT, PETSC_DEFAULT,
+                         is_given("-ksp_max_it") ? PETSC_DEFAULT : options_.max_linear_iterations));
 }
 
 /// Backtracks from u - step until the energy falls enough (Armijo), or the residual where there is no energy.
@@ -196,10 +229,11 @@ bool Minimizer::met_negative_curvature() const {
 }
 
 /// The step that brings the supports to their places and keeps the rest in balance as far as a linear step can.
-bool Minimizer::move_supports(Vec u, NewtonReport& report) {
+bool Minimizer::move_supports(Vec u, NewtonReport& report, bool& holds) {
   const SharedConstraints& constraints = level_.constraints();
   const NodeVector held = constraints.values_of(u), missing = constraints.local().lift(held);
-  if (constraints.local().hold(missing, held)) return true;
+  holds = constraints.local().hold(missing, held);
+  if (holds) return true;
   const OwnedVec supports = level_.make_vector(), right = level_.make_vector(), step = level_.make_vector();
   constraints.put(missing, supports);
   residual(u, gradient_);
@@ -214,7 +248,10 @@ bool Minimizer::move_supports(Vec u, NewtonReport& report) {
     if (!met_negative_curvature()) {
       level_.project(step);
       check(VecAXPY(step, 1, supports));
-      check(VecAXPY(u, 1, step));
+      if (!move(u, step)) {
+        report.reason = "under the prescribed displacements points of the body would turn inside out";
+        return false;
+      }
       residual(u, gradient_);
       ++steps_;
       if (progress_) progress_(steps_, relative_, iterations);
@@ -228,10 +265,29 @@ bool Minimizer::move_supports(Vec u, NewtonReport& report) {
   }
 }
 
+/// u += step, or a part of it where the law has no meaning at its end; false if no part is possible.
+bool Minimizer::move(Vec u, Vec step) {
+  constexpr double shortest = 1.0 / 64;
+  const OwnedVec end = level_.make_vector();
+  for (double length = 1; length >= shortest; length /= 2) {
+    check(VecWAXPY(end, length, step, u));
+    if (!level_.is_linear() && !std::isfinite(level_.energy(end))) continue;
+    check(VecCopy(end, u));
+    return true;
+  }
+  return false;
+}
+
 NewtonReport Minimizer::run(Vec u, Vec remaining) {
   NewtonReport report;
   const Stopwatch watch;
-  bool goes_on = move_supports(u, report);
+  bool goes_on = level_.is_linear() || std::isfinite(level_.energy(u));
+  if (!goes_on) report.reason = "points of the body are inside out at the start";
+  // Parts of steps bring the supports nearer until they hold.
+  for (bool holds = false; goes_on && !holds;) {
+    goes_on = steps_ < options_.max_iterations && move_supports(u, report, holds);
+    if (!goes_on && report.reason.empty()) report.reason = "too many Newton iterations before the supports hold";
+  }
   while (goes_on) {
     SNESConvergedReason reason = SNES_CONVERGED_ITERATING;
     check(SNESSetTolerances(snes_, 0, 0, 0, std::max(options_.max_iterations - steps_, 1), PETSC_DEFAULT));

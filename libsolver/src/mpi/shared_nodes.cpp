@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "shared_nodes.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <limits>
 
 namespace hexsolver::mpi {
-namespace {
-
-bool before(const Index3& a, const Index3& b) { return std::array{a[2], a[1], a[0]} < std::array{b[2], b[1], b[0]}; }
-
-}  // namespace
-
 Layers::Layers(const Processes& all, const std::vector<std::uint64_t>& first_rows) {
   const auto count = static_cast<std::uint64_t>(all.count());
   for (std::uint64_t p = 0; p < count; ++p) {
@@ -79,6 +76,10 @@ SharedNodes::SharedNodes(const Processes& all, const Layers& layers, const std::
   std::vector<Index3> own;
   for (std::size_t n = 0; n < keys.size(); ++n)
     if (owners[n] == all.rank()) own.push_back(keys[n]);
+  constexpr std::size_t most = std::numeric_limits<PetscInt>::max() / 3;
+  if (const std::size_t count = all.sum(own.size()); count > most)
+    throw SharedError(hexmesh::ErrorKind::input,
+                      fmt::format("{} nodes are more than this PETSc can count, expected at most {}", count, most));
   num_own_ = static_cast<PetscInt>(own.size());
   first_own_ = static_cast<PetscInt>(all.sum_before(own.size()));
   num_all_ = static_cast<PetscInt>(all.sum(own.size()));

@@ -12,6 +12,11 @@ namespace hexsolver::mpi {
 
 using hexmesh::Index3;
 
+/// The order of cells and nodes in files: i fastest.
+inline bool before(const Index3& a, const Index3& b) {
+  return std::array{a[2], a[1], a[0]} < std::array{b[2], b[1], b[0]};
+}
+
 /// Which process looks after the entries of which layers k of a level: as many cells for each as layers allow.
 class Layers {
 public:
