@@ -16,7 +16,7 @@ while [ $# -gt 0 ]; do
 done
 mkdir -p "$folder"
 cd "$folder"
-rm -f run.*.json run.*.log
+rm -f run.*.{json,log,bytes}
 export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMP_NUM_THREADS=1
 
 # Each spacing has twice the cells of the one before: equal loads per process are next to each other.
@@ -28,6 +28,7 @@ for spacing in $spacings; do
     echo "== $spacing mm, $processes processes" >&2
     mpiexec --oversubscribe -n "$processes" hexsolve-mpi -q liver.hexmesh liver.toml --level 0 --force \
       --report "run.$spacing.$processes.json" -o liver.hexresult -- -log_view ":run.$spacing.$processes.log"
+    stat -c %s liver.hexresult >"run.$spacing.$processes.bytes"
   done
 done
 rm -f liver.nrrd liver.hexmesh liver.toml liver.hexresult

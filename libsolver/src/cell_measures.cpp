@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "hexsolver/rotation.h"
+#include "parallel.h"
 
 namespace hexsolver {
 namespace {
@@ -55,22 +56,26 @@ void smooth_pressure(const ElasticCells& cells, const std::function<bool(const I
 CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u,
                            const std::function<bool(const Index3&)>& counts) {
   CellMeasures out;
-  for (std::size_t c = 0; c < cells.mesh().num_cells(); ++c) {
+  const std::size_t count = cells.mesh().num_cells();
+  for (std::vector<double>* values :
+       {&out.principal_stretch[0], &out.principal_stretch[1], &out.principal_stretch[2], &out.rotation_degrees,
+        &out.von_mises_stress, &out.pressure, &out.young_modulus, &out.poisson_ratio, &out.min_jacobian})
+    values->resize(count);
+  parallel_for(static_cast<std::ptrdiff_t>(count), [&](std::ptrdiff_t cell) {
+    const auto c = static_cast<std::size_t>(cell);
     const Mat3 f = cells.mean_gradient(c, u);
     const Vec3 stretches = Eigen::JacobiSVD<Mat3>(f).singularValues();
-    for (std::size_t d = 0; d < 3; ++d) out.principal_stretch[d].push_back(stretches[static_cast<Eigen::Index>(d)]);
-    out.rotation_degrees.push_back(rotation_angle(polar_decomposition(f).rotation) * 180 / std::numbers::pi);
+    for (std::size_t d = 0; d < 3; ++d) out.principal_stretch[d][c] = stretches[static_cast<Eigen::Index>(d)];
+    out.rotation_degrees[c] = rotation_angle(polar_decomposition(f).rotation) * 180 / std::numbers::pi;
     const Mat3 stress = cells.stress(c, u);
-    const double pressure = -stress.trace() / 3;
-    out.pressure.push_back(pressure);
-    out.von_mises_stress.push_back(std::sqrt(1.5) * (stress + pressure * Mat3::Identity()).norm());
+    out.pressure[c] = -stress.trace() / 3;
+    out.von_mises_stress[c] = std::sqrt(1.5) * (stress + out.pressure[c] * Mat3::Identity()).norm();
     const double mu = cells.model(c).shear, kappa = cells.model(c).bulk;
-    out.young_modulus.push_back(9 * kappa * mu / (3 * kappa + mu));
-    out.poisson_ratio.push_back((3 * kappa - 2 * mu) / (2 * (3 * kappa + mu)));
-    const double jacobian = cells.least_jacobian(c, u);
-    out.min_jacobian.push_back(jacobian);
-    out.inverted_cells += jacobian <= 0;
-  }
+    out.young_modulus[c] = 9 * kappa * mu / (3 * kappa + mu);
+    out.poisson_ratio[c] = (3 * kappa - 2 * mu) / (2 * (3 * kappa + mu));
+    out.min_jacobian[c] = cells.least_jacobian(c, u);
+  });
+  for (const double jacobian : out.min_jacobian) out.inverted_cells += jacobian <= 0;
   smooth_pressure(cells, counts, out);
   return out;
 }

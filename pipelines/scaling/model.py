@@ -3,18 +3,18 @@
 
 usage: model.py FOLDER     (with run.SPACING.PROCESSES.json and .log; writes scaling.csv there and a table to standard output)
 
-Model of a solution with N unknowns on P processes that takes V preconditioned iterations in all levels:
+Model of a solution with N unknowns by P processes that takes V preconditioned iterations, in all levels together:
 
-  T = w N/P  +  V (n m a + V_s N_s/P_s ...)
+  T = t + w N/P  +  V 6 h (N/P)^(2/3) / B  +  V L a (26 m + r log2 P)  +  f N / F
 
-  work       w N/P            w [s per unknown]: everything a process does alone, fitted to the runs of one process
-  halo       V b (N/P)^(2/3) / B   b [bytes per iteration and (N/P)^(2/3)]: measured with two processes, times the six
-                              sides that an inner process has for the one that each of two has
-  latency    V (m k a + r a log2 P)   m messages per neighbour and iteration, r reductions per iteration: measured;
-                              k = 26 neighbours of an inner process; a the network's latency
-  coarsest   in r: its equations are gathered and solved by all
+  work      t, w    [s, s per unknown] of a process, by the runs of two processes, which share the machine's memory
+  halo      h       bytes that leave a process through one of its sides, per iteration and (N/P)^(2/3), as PETSc counted
+                    for two processes, which have one side each; an inner process has six. B: its share of the network
+  latency   m, r    messages to a neighbour and sums over all processes, per iteration and level, as PETSc counted;
+                    L = log8(N / 600) levels, 26 neighbours; a: time of a message. The coarsest equations are in r
+  writing   f       bytes of the result per unknown, written by one process after the other at F
 
-m and r grow with the number of levels, log8 of N / 600, as measured at their number of levels.
+Memory of a process is a line in N/P, by the runs of two processes.
 """
 import csv
 import glob
@@ -27,6 +27,7 @@ LATENCY = 2e-6  # s, of a message between nodes (InfiniBand HDR, MPI)
 BANDWIDTH = 5e9  # bytes/s that one process gets of its node's network
 NEIGHBOURS = 26
 SIDES = 6
+FILE_BANDWIDTH = 1e9  # bytes/s that one process writes to a shared file
 NODE_MEMORY_MB = 4000  # of one process, on nodes with 4 GB a core
 
 
@@ -58,6 +59,7 @@ def read(folder):
             "message_bytes": total(log, "MPI Msg Len (bytes)"),
             "reductions": total(log, "MPI Reductions"),
             "levels": len(report["levels"]),
+            "result_bytes": int(open(name[: -len("json")] + "bytes").read()),
         })
     return sorted(rows, key=lambda r: (r["dofs"], r["processes"]))
 
@@ -100,8 +102,9 @@ def main():
           [[f"{a:,}", f"{b:,}", f"{one[a]['seconds']:.1f}", f"{two[b]['seconds']:.1f}",
             f"{one[a]['seconds'] / two[b]['seconds'] * b / (2 * a):.2f}"] for a, b in zip(sizes, sizes[1:])])
 
-    start, work = fit_line([(d, one[d]["seconds"]) for d in sizes])
-    _, memory = fit_line([(d, one[d]["memory_mb"]) for d in sizes])
+    start, work = fit_line([(d / 2, two[d]["seconds"]) for d in sizes])
+    base, memory = fit_line([(d / 2, two[d]["memory_mb"]) for d in sizes])
+    written = two[sizes[-1]]["result_bytes"] / sizes[-1]
     largest = two[sizes[-1]]
     iterations = largest["all_iterations"]
     # Each of two processes has one neighbour; a V-cycle's messages are those of all levels.
@@ -113,34 +116,39 @@ def main():
     print("Cost model, fitted to these runs (see model.py for its equation):\n")
     table(["quantity", "value"], [
         ["work of a process", f"{1e6 * work:.1f} us an unknown, and {max(start, 0):.2f} s"],
-        ["memory", f"{1e3 * memory:.2f} kB an unknown"],
+        ["memory of a process", f"{base:.0f} MB and {1e3 * memory:.2f} kB an unknown"],
+        ["result", f"{written:.0f} bytes an unknown"],
         ["operations that PETSc counts", f"{flops:.0f} an unknown (without products of cells)"],
         ["iterations", f"{iterations} in all levels"],
         ["messages", f"{messages:.1f} an iteration, level and neighbour"],
         ["reductions", f"{reductions:.1f} an iteration and level"],
         ["bytes in messages", f"{halo:.0f} (N/P)^(2/3) an iteration and side"]])
 
+    def share_of(n, p):
+        return n / p
+
     def forecast(n, p):
-        share = n / p
+        share = share_of(n, p)
         depth = max(math.log(n / 600, 8), 1)
-        alone = work * share
+        alone = max(start, 0) + work * share
         bytes_time = iterations * SIDES * halo * share ** (2 / 3) / BANDWIDTH
         waits = iterations * depth * LATENCY * (messages * NEIGHBOURS + reductions * math.log2(p))
-        return alone, bytes_time, waits, memory * share
+        return alone, bytes_time, waits, written * n / FILE_BANDWIDTH, base + memory * share
 
     for n in (1e8, 1e9):
         print(f"Forecast for {n:.0e} unknowns:\n")
         rows = []
         for p in (64, 256, 1024, 4096):
-            alone, bytes_time, waits, mb = forecast(n, p)
-            seconds = alone + bytes_time + waits
+            alone, bytes_time, waits, writing, mb = forecast(n, p)
+            seconds = alone + bytes_time + waits  # without writing, which does not get shorter
             rows.append([f"{p:,}", f"{n / p:,.0f}", f"{seconds:.0f}", f"{alone:.0f}", f"{bytes_time:.1f}", f"{waits:.2f}",
-                         f"{alone / seconds:.2f}", f"{mb:,.0f}" + ("" if mb <= NODE_MEMORY_MB else " (too much)")])
-        table(["processes", "unknowns each", "seconds", "work", "bytes", "latency", "efficiency", "MB each"], rows)
-    print(f"Assumed: cores and memory as here, nodes of {NODE_MEMORY_MB / 1000:.0f} GB a core, messages of {1e6 * LATENCY:.0f} us "
-          f"and {BANDWIDTH / 1e9:.0f} GB/s a process, compact parts with {NEIGHBOURS} neighbours, as many iterations as here, a "
-          "file system that reads as fast as here. Left out: cores that share a node's memory (here two do), reading "
-          "and writing one after the other, and steps of set-up whose messages grow with P (who owns a node is asked of all).")
+                         f"{work * share_of(n, p) / seconds:.2f}", f"{writing:.0f}", f"{mb:,.0f}" + ("" if mb <= NODE_MEMORY_MB else " (too much)")])
+        table(["processes", "unknowns each", "seconds", "work", "bytes", "latency", "efficiency", "writing", "MB each"], rows)
+    print(f"Seconds are of solving; writing comes after. Assumed: cores that share memory as the two here do, nodes of "
+          f"{NODE_MEMORY_MB / 1000:.0f} GB a core, messages of {1e6 * LATENCY:.0f} us and {BANDWIDTH / 1e9:.0f} GB/s a process, "
+          f"{FILE_BANDWIDTH / 1e9:.0f} GB/s to the result's file, parts with {NEIGHBOURS} neighbours, patches of conditions no larger than "
+          "parts, as many iterations as here. Left out: reading, and set-up steps whose messages grow with P (who owns a "
+          "node is asked of all). Above 715 million nodes PETSc needs 64-bit indices.")
 
 
 main()
