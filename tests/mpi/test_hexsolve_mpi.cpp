@@ -343,6 +343,30 @@ TEST_F(HexsolveMpi, MoreProcessesThanLayersAndFarSurfacesFindTheSame) {
   }
 }
 
+TEST_F(HexsolveMpi, SurfacePointsMoveWithTheNearestCellWhoeverHasIt) {
+  // The point of the surface over the small box lies in layers of a process that has cells of the large one only.
+  ASSERT_EQ(
+      run("hexscan phantom box --spacing 5 --set width=40 --set length=40 --set height=40 -o small.nrrd && "
+          "hexscan phantom box --spacing 5 --set width=120 --set length=120 --set height=40 --set shift_x=70 "
+          "--set shift_z=40 -o large.nrrd && hexscan --input small=small.nrrd --input large=large.nrrd -o steps.nrrd "
+          "&& "
+          "printf 'v -12 0 28\\nv -12 3 28\\nv -15 0 28\\nf 1 2 3\\n' >over.obj && "
+          "hexmesh build steps.nrrd --material '*:young_kpa=100,poisson=0.3' --embed small=over.obj -o steps.hexmesh")
+          .exit_code,
+      0);
+  write_text(
+      *folder / "steps.toml",
+      "[[fix]]\nhalfspace = { point_mm = [129, 0, 0], normal = [1, 0, 0] }\n[[displace]]\nhalfspace = { point_mm = "
+      "[-19, 0, 0], normal = [-1, 0, 0] }\nby_mm = [0, 4, 3]\n");
+  const std::string sharp = "steps.hexmesh steps.toml --level 0 --set solve.tolerance=1e-10 --force ";
+  ASSERT_EQ(run("hexsolve " + sharp + "-o one.hexresult").exit_code, 0);
+  const CommandResult r = run(mpi(5) + sharp + "-o many.hexresult");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  const Result one = result("one.hexresult");
+  EXPECT_GT(one.surface_displacement.front().norm(), 1);
+  expect_same(one, result("many.hexresult"));
+}
+
 TEST_F(HexsolveMpi, OptionsThatWouldFindSomethingElseAreRefused) {
   const std::string arguments = "liver.hexmesh liver.toml --level 2 -o none.hexresult -- ";
   for (const char* option : {"-snes_linesearch_type bt", "-snes_type newtontr", "-pc_mg_levels 2", "-snes_max_it 1"}) {
