@@ -9,6 +9,7 @@ usage() {
 usage: cohort.sh SCANS -o FOLDER [options] [-- SNAKEMAKE OPTIONS]
   SCANS            a table of cases (.tsv, see pipelines/cohort/README.md), or a folder: each file or subfolder is a case
   --scene FILE     scene for all cases without one of their own (default: the example one, from the organ's extremes)
+  --segment S      which segment of each case that does not say, and its name: NAME, LABEL or LABEL=NAME
   --materials FILE materials of hexmesh build (default: told by the segments' names)
   --level N        mechanical level (default: the finest of at most 20000 cells)
   --processes N    solve each case by hexsolve-mpi with N processes
@@ -23,7 +24,7 @@ while [ $# -gt 0 ]; do
   case $1 in
     -o) out=${2:?-o needs a folder}; shift ;;
     --scene | --materials) settings+=("${1#--}=$(realpath -e "$2")"); shift ;;
-    --level | --processes) settings+=("${1#--}=$2"); shift ;;
+    --segment | --level | --processes) settings+=("${1#--}=$2"); shift ;;
     --jobs) jobs=$2; shift ;;
     --slurm) more+=(--profile "$here/cohort/slurm") ;;
     -h | --help) usage; exit 0 ;;

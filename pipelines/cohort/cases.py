@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The cases of a cohort, from a table or a folder, into cases.json with what steps depend on.
 
-usage: cases.py TABLE.tsv|FOLDER OUT [scene=FILE] [materials=FILE] [level=N] [processes=N]
+usage: cases.py TABLE.tsv|FOLDER OUT [scene=FILE] [segment=S] [materials=FILE] [level=N] [processes=N]
 """
 import csv
 import json
@@ -79,7 +79,8 @@ def main():
         while label in cases:
             label += "again"
         case = {key: case.get(key, "") for key in ["inputs", *COLUMNS[2:]]}
-        case["scene"] = case["scene"] or settings.get("scene", "")
+        for key in ("scene", "segment"):
+            case[key] = case[key] or settings.get(key, "")
         case["problem"] = problem
         case["stamps"] = {key: [stamp(f) for f in files if f and os.path.exists(f)]
                           for key, files in (("inputs", case["inputs"]), ("ct", [case["ct"]]), ("scene", [case["scene"]]),

@@ -72,6 +72,10 @@ TEST_F(Cohort, ACaseThatFailsIsToldAndStopsNoOther) {
   EXPECT_NE(page.find("3 cases, 2 solved, 1 failed"), std::string::npos);
   EXPECT_NE(page.find("sub-a_desc-pull_view-oblique.png"), std::string::npos);
 
+  // A segment by its name, for all that do not say.
+  EXPECT_EQ(run(cohort + "scans -o livers --segment liver --scene scene.toml --materials materials.toml").exit_code, 1);
+  EXPECT_EQ(json::parse(read_text(folder / "livers/summary.json"))[0]["status"], "solved");
+
   // Again: nothing of what was done is done again.
   const auto before = written();
   EXPECT_EQ(run(command).exit_code, 1);
