@@ -51,7 +51,7 @@ python3 "$here/cohort/cases.py" "$scans" "$out" "${settings[@]}" || exit 3
 
 code=0
 snakemake --snakefile "$here/cohort/Snakefile" --directory "$out" --nolock --keep-going --rerun-incomplete \
-  --rerun-triggers mtime params input --quiet all "${more[@]}" 2>"$out/logs/snakemake.log" || code=$?
+  --rerun-triggers mtime params input --scheduler greedy --quiet all "${more[@]}" 2>"$out/logs/snakemake.log" || code=$?
 failed=0
 python3 "$here/cohort/summary.py" "$out" || failed=$?  # 3: some were not begun
 if [ "$code" -gt 1 ] || { [ "$code" -eq 1 ] && [ "$failed" -ne 1 ]; }; then
