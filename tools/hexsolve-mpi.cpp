@@ -94,13 +94,9 @@ int solve(const Run& run, const Options& o, const CommonOptions& common, const C
     for (const std::string& option : run.unused_options())
       console.warning(fmt::format("PETSc did not ask for its option '{}' (misspelt?)", option));
     summarize(report, console);
-    console.note(fmt::format("{} processes, {} to {} cells each", processes.size(),
-                             std::min_element(processes.begin(), processes.end(),
-                                              [](const auto& a, const auto& b) { return a.cells < b.cells; })
-                                 ->cells,
-                             std::max_element(processes.begin(), processes.end(), [](const auto& a, const auto& b) {
-                               return a.cells < b.cells;
-                             })->cells));
+    const auto [fewest, most] = std::minmax_element(processes.begin(), processes.end(),
+                                                    [](const auto& a, const auto& b) { return a.cells < b.cells; });
+    console.note(fmt::format("{} processes, {} to {} cells each", processes.size(), fewest->cells, most->cells));
     if (!report_file) return;
     summary["seconds"] = {
         {"setup", report.setup_seconds}, {"solve", report.solve_seconds}, {"total", omp_get_wtime() - start}};

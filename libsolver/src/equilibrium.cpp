@@ -12,6 +12,7 @@
 #include "hexmesh/core/error.h"
 #include "hexsolver/rotation.h"
 #include "level_problem.h"
+#include "load_steps.h"
 #include "stopwatch.h"
 
 namespace hexsolver {
@@ -36,59 +37,38 @@ struct Solved {
 /// Newton with automatic load cut-back, from `state.u` if it has a start.
 void solve_with_cutback(Solved& state, NewtonOptions options, bool has_start, const SolveProgress& progress) {
   const LevelProblem& problem = *state.problem;
-  NewtonReport total;
-  const double largest_step = problem.largest_load_step();
-  double reached = 0, step = has_start ? 1 : largest_step;
+  LoadSteps steps(problem.largest_load_step(), has_start);
   NodeVector good, failed;  // the state reached, empty at rest; one that was not
-  while (true) {
-    const double target = std::min(1.0, reached + step);
+  for (bool goes_on = true; goes_on;) {
+    const double target = steps.target();
     options.estimate_remaining = target == 1;
-    NodeVector trial = has_start ? std::move(state.u) : good;
+    NodeVector trial = steps.from_start() ? std::move(state.u) : good;
     if (trial.size() == 0) trial = NodeVector::Zero(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
     state.problem->set_progress({target});
     NewtonReport report = minimize(problem.hierarchy(), state.problem->potential(), problem.constraints(), options,
                                    trial, [&](int iteration, double residual, int linear) {
                                      if (progress) progress(problem.level(), target, iteration, residual, linear);
                                    });
-    total.iterations += report.iterations;
-    total.linear_iterations += report.linear_iterations;
-    if (report.converged || reached == 0) total.relative_residual = report.relative_residual;
-    total.reason = report.reason;
-    total.interrupted = report.interrupted;
-    total.preconditioner_bytes = std::max(total.preconditioner_bytes, report.preconditioner_bytes);
-    total.remaining = std::move(report.remaining);
-    total.seconds += report.seconds;
-    if (report.interrupted) break;
-    if (report.converged) {
+    if (report.converged)
       good = std::move(trial);
-      reached = target;
-      if (reached == 1) break;
-      step = std::min({2 * step, 1 - reached, largest_step});
-    } else if (has_start) {
-      step = largest_step;
-    } else {
+    else if (!report.interrupted && !steps.from_start())
       failed = std::move(trial);
-      step /= 2;
-      if (step < smallest_load_step) break;
-    }
-    has_start = false;
+    goes_on = steps.add(std::move(report));
   }
   if (good.size() == 0) good = NodeVector::Zero(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
-  total.converged = reached == 1;
-  if (!total.converged) {
-    total.reason = fmt::format("stopped at {:.3g} of the load: {}", reached, total.reason);
+  state.load_fraction = steps.reached();
+  state.newton = std::move(steps).total();
+  if (!state.newton.converged) {
     for (const NodeVector* state_seen : {&good, &failed}) {
       const std::string limit = state_seen->allFinite() && state_seen->size() == good.size()
                                     ? problem.elastic().limit_reached(*state_seen, true)
                                     : "";
       if (limit.empty()) continue;
-      total.reason += "; " + limit;
+      state.newton.reason += "; " + limit;
       break;
     }
   }
   state.u = std::move(good);
-  state.load_fraction = reached;
-  state.newton = std::move(total);
 }
 
 /// Of the box of a body [mm].

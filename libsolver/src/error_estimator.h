@@ -10,7 +10,6 @@ namespace hexsolver {
 
 /// Coarser levels only provide a start.
 inline constexpr double nested_tolerance = 1e-4;
-inline constexpr double smallest_load_step = 1.0 / 64;
 
 /// What one level differs from the coarser one before it, and what both are expected to differ from the limit.
 class ErrorEstimator {

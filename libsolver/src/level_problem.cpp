@@ -203,10 +203,14 @@ double LevelProblem::load_energy(const NodeVector& u) const {
 }
 
 double LevelProblem::largest_load_step() const {
-  double step = 1;
+  double step = largest_turning_step(scene_);
   for (const PenaltyContact* c : contacts_) step = std::min(step, c->largest_load_step());
-  // Half a turn has two ways there, a quarter one.
-  for (const Condition& c : scene_.conditions)
+  return step;
+}
+
+double largest_turning_step(const Scene& scene) {
+  double step = 1;
+  for (const Condition& c : scene.conditions)
     if (c.turn && c.turn->radians != 0) step = std::min(step, std::numbers::pi / 2 / std::abs(c.turn->radians));
   return step;
 }

@@ -93,6 +93,9 @@ std::optional<hexmesh::Lattice> without_islands(const hexmesh::Lattice& lattice,
 /// The scene for levels coarser than the mechanical one: their lattice nodes are other points, faces stand for them.
 Scene for_coarser_levels(Scene scene);
 
+/// How large a part of the load a step may be for what turns: half a turn has two ways there, a quarter one.
+double largest_turning_step(const Scene& scene);
+
 /// The coarsest level that a solution on `finest` starts from.
 int first_nested_level(const hexmesh::Lattice& lattice, int finest);
 int first_nested_level(const std::vector<std::size_t>& num_cells, int finest);  ///< of each level

@@ -206,6 +206,18 @@ int count_levels(const hdf5::Reader& file) {
   return count;
 }
 
+/// All levels, with nothing but how they merge.
+std::vector<Level> read_merges(const hdf5::Reader& file) {
+  std::vector<Level> levels(static_cast<std::size_t>(count_levels(file)));
+  for (int n = 0; n < static_cast<int>(levels.size()); ++n) {
+    Level& level = levels[static_cast<std::size_t>(n)];
+    level.merge = hdf5::read_index(file, level_group(n), "merge");
+    level.voxels_per_cell = hdf5::read_index(file, level_group(n), "voxels_per_cell");
+    check_merge(file, levels, n);
+  }
+  return levels;
+}
+
 }  // namespace
 
 void write_lattice(const Lattice& lattice, const std::filesystem::path& path) {
@@ -228,19 +240,15 @@ Lattice read_lattice(const std::filesystem::path& path, const std::vector<int>& 
   std::vector<VoxelMaterial> materials = read_materials(file, segments);
   Lattice lattice{std::move(grid),          std::move(labels), std::move(segments), std::move(materials), {},
                   hdf5::read_surface(file), std::move(history)};
-  const int count = count_levels(file);
+  lattice.levels = read_merges(file);
+  const int count = static_cast<int>(lattice.levels.size());
   const int coarsest = levels.empty() ? count - 1 : *std::max_element(levels.begin(), levels.end());
-  lattice.levels.resize(static_cast<std::size_t>(count));
-  for (int n = 0; n < count; ++n) {
+  for (int n = 1; n < count && n <= coarsest; ++n) {
     Level& level = lattice.levels[static_cast<std::size_t>(n)];
-    level.merge = hdf5::read_index(file, level_group(n), "merge");
-    level.voxels_per_cell = hdf5::read_index(file, level_group(n), "voxels_per_cell");
-    check_merge(file, lattice.levels, n);
-    if (n > 0 && n <= coarsest) {
-      const Level& finer = lattice.levels[static_cast<std::size_t>(n - 1)];
-      level.children = to_children(file, children_name(n), file.read<std::int32_t>(children_name(n), {0, 8}),
-                                   level.merge, n == 1 ? lattice.materials.size() : finer.children.size());
-    }
+    const std::size_t num_finer =
+        n == 1 ? lattice.materials.size() : lattice.levels[static_cast<std::size_t>(n - 1)].children.size();
+    level.children =
+        to_children(file, children_name(n), file.read<std::int32_t>(children_name(n), {0, 8}), level.merge, num_finer);
   }
   count_filled(lattice.levels, lattice.materials.size());
   for (int n = 0; n < count; ++n)
@@ -258,13 +266,7 @@ Lattice LatticeReader::outline() const {
   std::vector<LatticeSegment> segments = hdf5::read_segments(*file_);
   std::vector<VoxelMaterial> materials = read_materials(*file_, segments);
   Lattice lattice{hdf5::read_grid(*file_), {}, std::move(segments), std::move(materials), {}, {}, std::move(history)};
-  lattice.levels.resize(static_cast<std::size_t>(count_levels(*file_)));
-  for (int n = 0; n < static_cast<int>(lattice.levels.size()); ++n) {
-    Level& level = lattice.levels[static_cast<std::size_t>(n)];
-    level.merge = hdf5::read_index(*file_, level_group(n), "merge");
-    level.voxels_per_cell = hdf5::read_index(*file_, level_group(n), "voxels_per_cell");
-    check_merge(*file_, lattice.levels, n);
-  }
+  lattice.levels = read_merges(*file_);
   return lattice;
 }
 

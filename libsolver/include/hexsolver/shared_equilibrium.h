@@ -38,7 +38,6 @@ public:
   std::vector<std::string> unused_options() const;  ///< that PETSc did not ask for
 
   bool is_first() const;
-  int num_processes() const;
   [[noreturn]] void abort(int code) const;  ///< all processes, where only this one knows that it cannot go on
 
   /// f() on the first process; where it throws hexmesh::Error, all do.

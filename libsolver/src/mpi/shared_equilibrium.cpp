@@ -5,11 +5,11 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <numbers>
 
 #include "../conclude.h"
 #include "../error_estimator.h"
 #include "../level_problem.h"
+#include "../load_steps.h"
 #include "../stopwatch.h"
 #include "shared_newton.h"
 
@@ -28,54 +28,27 @@ struct Solved {
   NewtonReport newton;
 };
 
-/// Of a load of 1, as large as a step may be: half a turn has two ways there, a quarter one.
-double largest_load_step(const Scene& scene) {
-  double step = 1;
-  for (const Condition& c : scene.conditions)
-    if (c.turn && c.turn->radians != 0) step = std::min(step, std::numbers::pi / 2 / std::abs(c.turn->radians));
-  return step;
-}
-
 /// Newton with automatic load cut-back, from `state.u` if it has a start.
 void solve_with_cutback(Solved& state, const NewtonOptions& options, bool has_start, const SolveProgress& progress) {
   SharedLevel& level = *state.level;
-  NewtonReport total;
-  const double largest_step = largest_load_step(level.scene());
-  double reached = 0, step = has_start ? 1 : largest_step;
+  LoadSteps steps(largest_turning_step(level.scene()), has_start);
   OwnedVec good = level.make_vector();
   state.remaining = level.make_vector();
-  while (true) {
-    const double target = std::min(1.0, reached + step);
+  for (bool goes_on = true; goes_on;) {
+    const double target = steps.target();
     OwnedVec trial = level.make_vector();
-    check(VecCopy(has_start ? state.u : good, trial));
+    check(VecCopy(steps.from_start() ? state.u : good, trial));
     level.set_progress({target});
-    const NewtonReport report =
+    NewtonReport report =
         minimize(level, options, trial, state.remaining, [&](int iteration, double residual, int linear) {
           if (progress) progress(level.level(), target, iteration, residual, linear);
         });
-    total.iterations += report.iterations;
-    total.linear_iterations += report.linear_iterations;
-    if (report.converged || reached == 0) total.relative_residual = report.relative_residual;
-    total.reason = report.reason;
-    total.seconds += report.seconds;
-    if (report.converged) {
-      good = std::move(trial);
-      reached = target;
-      if (reached == 1) break;
-      step = std::min({2 * step, 1 - reached, largest_step});
-    } else if (has_start) {
-      step = largest_step;
-    } else {
-      step /= 2;
-      if (step < smallest_load_step) break;
-    }
-    has_start = false;
+    if (report.converged) good = std::move(trial);
+    goes_on = steps.add(std::move(report));
   }
-  total.converged = reached == 1;
-  if (!total.converged) total.reason = fmt::format("stopped at {:.3g} of the load: {}", reached, total.reason);
   state.u = std::move(good);
-  state.load_fraction = reached;
-  state.newton = std::move(total);
+  state.load_fraction = steps.reached();
+  state.newton = std::move(steps).total();
 }
 
 /// From the coarsest level to the mechanical one, each from the one before.
@@ -233,7 +206,6 @@ std::vector<std::string> Run::unused_options() const {
 }
 
 bool Run::is_first() const { return Processes(PETSC_COMM_WORLD).is_first(); }
-int Run::num_processes() const { return Processes(PETSC_COMM_WORLD).count(); }
 
 void Run::abort(int code) const {
   MPI_Abort(PETSC_COMM_WORLD, code);
@@ -281,10 +253,9 @@ void solve_equilibrium(const Run&, const std::filesystem::path& lattice, const S
   report_state(solved, scene, report);
   const hexmesh::ResultRows rows = solved.level->result_rows(solved.u, report);
 
-  const SharedLevel::Holding holding = solved.level->holding();
-  processes =
-      all.gather(std::vector<ProcessReport>{{holding.cells, holding.nodes, holding.nodes_of_others, holding.cells_read,
-                                             holding.voxels_read, holding.condition_nodes, peak_memory_mb()}});
+  ProcessReport own = solved.level->holding();
+  own.peak_memory_mb = peak_memory_mb();
+  processes = all.gather(std::vector<ProcessReport>{own});
   hexmesh::Result common{outline->voxels, {}, {}};
   common.level = solved.level->level();
   common.voxels_per_cell = outline->levels[static_cast<std::size_t>(common.level)].voxels_per_cell;

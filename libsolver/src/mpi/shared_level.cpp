@@ -19,7 +19,6 @@
 namespace hexsolver::mpi {
 namespace {
 
-using hexmesh::Error;
 using hexmesh::ErrorKind;
 using hexmesh::Lattice;
 
@@ -402,18 +401,20 @@ void SharedLevel::make_hierarchy() {
 
 namespace {
 
-/// Directions from a node to its neighbours as bits, of the cells around it: bit a of `cells` is the one that the node
-/// is corner a of.
+/// The direction from corner a of a cell to its corner b as a bit, one of 27.
+std::uint32_t direction_between(int a, int b) {
+  int direction = 0;
+  for (int d = 2; d >= 0; --d) direction = 3 * direction + hexmesh::corner_bit(b, d) - hexmesh::corner_bit(a, d) + 1;
+  return std::uint32_t{1} << direction;
+}
+
+/// Directions from a node to its neighbours, of the cells around it: bit a of `cells` is the one that the node is
+/// corner a of.
 std::uint32_t neighbours_of(unsigned cells) {
   std::uint32_t out = 0;
   for (int a = 0; a < 8; ++a)
     if (cells >> a & 1)
-      for (int b = 0; b < 8; ++b) {
-        int direction = 0;
-        for (int d = 2; d >= 0; --d)
-          direction = 3 * direction + hexmesh::corner_bit(b, d) - hexmesh::corner_bit(a, d) + 1;
-        out |= std::uint32_t{1} << direction;
-      }
+      for (int b = 0; b < 8; ++b) out |= direction_between(a, b);
   return out;
 }
 
@@ -434,13 +435,9 @@ void SharedLevel::make_matrix() {
   for (const CellNodes& nodes : mesh_->cell_nodes())
     for (std::size_t a = 0; a < 8; ++a)
       for (std::size_t b = 0; b < 8; ++b)
-        if (nodes_->owns(nodes_->numbers()[static_cast<std::size_t>(nodes[b])])) {
-          int direction = 0;
-          for (int d = 2; d >= 0; --d)
-            direction = 3 * direction + hexmesh::corner_bit(static_cast<int>(b), d) -
-                        hexmesh::corner_bit(static_cast<int>(a), d) + 1;
-          own_directions[static_cast<std::size_t>(nodes[a])] |= std::uint32_t{1} << direction;
-        }
+        if (nodes_->owns(nodes_->numbers()[static_cast<std::size_t>(nodes[b])]))
+          own_directions[static_cast<std::size_t>(nodes[a])] |=
+              direction_between(static_cast<int>(a), static_cast<int>(b));
   std::vector<PetscInt> here(static_cast<std::size_t>(3 * nodes_->num_own())), elsewhere(here.size());
   for (std::size_t n = 0; n < mesh_->num_nodes(); ++n) {
     const PetscInt number = nodes_->numbers()[n];
@@ -611,7 +608,7 @@ std::string SharedLevel::limit_reached(Vec u) const {
   return {words.begin(), words.end()};
 }
 
-SharedLevel::Holding SharedLevel::holding() const {
+ProcessReport SharedLevel::holding() const {
   const hexmesh::Level& cells = piece_->lattice.levels[static_cast<std::size_t>(level_)];
   return {mesh_->num_cells(),
           static_cast<std::size_t>(nodes_->num_own()),

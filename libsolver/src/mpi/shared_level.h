@@ -103,11 +103,7 @@ public:
   /// What this process writes of the result, and measures of all cells into the report.
   hexmesh::ResultRows result_rows(Vec u, SolveReport& report) const;
 
-  /// What this process holds.
-  struct Holding {
-    std::size_t cells, nodes, nodes_of_others, cells_read, voxels_read, condition_nodes;
-  };
-  Holding holding() const;
+  ProcessReport holding() const;  ///< what this process holds, without its memory
 
 private:
   class Share;
