@@ -2,10 +2,12 @@
 #include "cell_product.h"
 
 #include <algorithm>
+#include <cmath>
 #include <type_traits>
 #include <utility>
 
 #include "hexsolver/elastic.h"
+#include "hexsolver/rotation.h"
 
 // Clones are chosen when the program is loaded; sanitizers run before that can happen.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
@@ -59,6 +61,21 @@ struct LaneView {
 template <int width, class Real, std::size_t n>
 LaneView<width, const Real> view(const std::array<std::array<Real, lanes>, n>& values, int first) {
   return {values[0].data() + first};
+}
+
+template <int width, class Real, std::size_t n>
+[[gnu::always_inline]] inline void put(const Lanes<Real, width>* from, std::array<std::array<Real, lanes>, n>& values,
+                                       int first) {
+  const LaneView<width, Real> to{values[0].data() + first};
+  for (std::size_t i = 0; i < n; ++i) to[static_cast<int>(i)] = from[i];
+}
+
+/// y = m x, the upper triangle of a symmetric m by rows
+template <class M, class X, class Y>
+[[gnu::always_inline]] inline void multiply_symmetric3(const M& m, const X& x, const Y& y) {
+  y[0] = m[0] * x[0] + m[1] * x[1] + m[2] * x[2];
+  y[1] = m[1] * x[0] + m[3] * x[1] + m[4] * x[2];
+  y[2] = m[2] * x[0] + m[4] * x[1] + m[5] * x[2];
 }
 
 /// y = m x, 3x3 by columns
@@ -185,11 +202,48 @@ template <class Real, class X, class Y>
   }
 }
 
+/// y = K x, K that of each lane, packed
+template <class L, class K, class X, class Y>
+[[gnu::always_inline]] inline void multiply_symmetric(const K& k, const X& x, const Y& y) {
+  using Packed = SymmetricCells<float>;   // or of doubles: places are the same
+  constexpr int columns = Packed::strip;  // whose entries of x and y stay in registers
+  constexpr auto place = [](int row, int column) {
+    return static_cast<int>(Packed::place(static_cast<std::size_t>(row), static_cast<std::size_t>(column)));
+  };
+  for (int n = 0; n < 24; ++n) y[n] = L{};
+  for (int left = 0; left < 24; left += columns) {
+    L of_x[columns], sum[columns] = {};
+    for (int column = 0; column < columns; ++column) of_x[column] = x[left + column];
+#pragma GCC unroll 6
+    for (int row = 0; row < columns; ++row) {
+      const auto of_row = k + place(left + row, left);
+#pragma GCC unroll 6
+      for (int column = 0; column < row; ++column) {
+        sum[row] += of_row[column] * of_x[column];
+        sum[column] += of_row[column] * of_x[row];
+      }
+      sum[row] += of_row[row] * of_x[row];
+    }
+    for (int row = left + columns; row < 24; ++row) {
+      const auto of_row = k + place(row, left);
+      const L row_x = x[row];
+      L product = y[row];
+      for (int column = 0; column < columns; ++column) {
+        product += of_row[column] * of_x[column];
+        sum[column] += of_row[column] * row_x;
+      }
+      y[row] = product;
+    }
+    for (int column = 0; column < columns; ++column) y[left + column] += sum[column];
+  }
+}
+
 /// y = K x, K that of each lane from `first`
 template <class Real, class L>
 [[gnu::always_inline]] inline void multiply_each(const LaneModels<Real>& models, int first, const L* x, L* y) {
-  if (models.alike) return multiply_alike(models.stiffness[0], x, y);
+  if (models.alike) return multiply_alike(models.alike, x, y);
   constexpr int width = sizeof(L) / sizeof(Real);
+  if (models.packed) return multiply_symmetric<L>(view<width>(models.packed->entries, first), x, y);
   for (int lane = 0; lane < width; ++lane) {
     Real one[24], product[24];
     for (int n = 0; n < 24; ++n) one[n] = x[n][lane];
@@ -221,12 +275,6 @@ template <int width, class Real>
   const LaneView<width, Real> x{x_and_out + first};
   const auto y = view<width>(cells.y, first), f = view<width>(cells.f, first), r = view<width>(cells.r, first),
              inverse_m = view<width>(cells.inverse_m, first), h = view<width>(cells.h, first);
-  L added[3] = {};  // Z^T x
-  if (positive) {
-    const auto z = view<width>(positive->z, first);
-    for (int column = 0; column < 3; ++column)
-      for (int n = 0; n < 24; ++n) added[column] += __builtin_convertvector(z[24 * column + n], L) * x[n];
-  }
   L g[24], v[24], q[24], u[24];  // v = R^T x, q = Q v, u = K q
   spread_gradients(models, first, g);
   L turn[3] = {}, w[3];
@@ -234,42 +282,66 @@ template <int width, class Real>
     for (int i = 0; i < 3; ++i) v[a + i] = r[3 * i] * x[a] + r[3 * i + 1] * x[a + 1] + r[3 * i + 2] * x[a + 2];
     add_cross(g + a, v + a, turn);
   }
-  multiply3(inverse_m, turn, &w[0]);
+  multiply_symmetric3(inverse_m, turn, &w[0]);
   for (int a = 0; a < 24; a += 3) {
     for (int i = 0; i < 3; ++i) q[a + i] = v[a + i];
     add_cross(y + a, w, q + a);  // - w x y
   }
   multiply_each(models, first, q, u);
 
-  // Q^T K Q v = K dy - T^T sum y_a x (K dy)_a, and the stress term T^T (A w + L v) + L^T w.
+  // Q^T K Q v = K dy - T^T sum y_a x (K dy)_a, and the stress term T^T (A w + L v) + L^T w or, clamped,
+  // T^T B t + L^T C t with t = B^T w + C^T L v.
   L torque[3] = {}, dh[3];
   for (int a = 0; a < 24; a += 3) add_cross(u + a, y + a, torque);
-  if (stressed) {
-    L aw[3], hw, gv, hv, gw;
-    dot3(h, w, hw);
-    multiply3(view<width>(cells.a, first), w, &aw[0]);
-    for (int i = 0; i < 3; ++i) torque[i] += aw[i];
+  if (stressed || positive) {
+    L lv[3] = {}, gv = {}, b[3];
     for (int a = 0; a < 24; a += 3) {
-      dot3(g + a, v + a, gv);
+      L hv;
       dot3(h, v + a, hv);
-      dot3(g + a, w, gw);
-      add_cross(f + a, v + a, torque);
-      add_cross(w, f + a, u + a);
+      add_cross(f + a, v + a, lv);
       for (int i = 0; i < 3; ++i) {
-        torque[i] += h[i] * gv - g[a + i] * hv;
-        u[a + i] += g[a + i] * hw - h[i] * gw;
+        gv += g[a + i] * v[a + i];
+        lv[i] -= g[a + i] * hv;
       }
     }
+    for (int i = 0; i < 3; ++i) lv[i] += h[i] * gv;
+    if (positive) {
+      const auto of_t = view<width>(positive->b, first), of_l = view<width>(positive->c, first);
+      L t[3];
+      for (int i = 0; i < 3; ++i) {
+        t[i] = L{};
+        for (int j = 0; j < 3; ++j)
+          t[i] +=
+              __builtin_convertvector(of_t[3 * i + j], L) * w[j] + __builtin_convertvector(of_l[3 * i + j], L) * lv[j];
+      }
+      for (int i = 0; i < 3; ++i) {
+        b[i] = L{};
+        for (int j = 0; j < 3; ++j) {
+          torque[i] += __builtin_convertvector(of_t[i + 3 * j], L) * t[j];
+          b[i] += __builtin_convertvector(of_l[i + 3 * j], L) * t[j];
+        }
+      }
+    } else {
+      L aw[3];
+      multiply_symmetric3(view<width>(cells.a, first), w, &aw[0]);
+      for (int i = 0; i < 3; ++i) {
+        torque[i] += aw[i] + lv[i];
+        b[i] = w[i];
+      }
+    }
+    L hb;
+    dot3(h, b, hb);
+    for (int a = 0; a < 24; a += 3) {
+      L gb;
+      dot3(g + a, b, gb);
+      add_cross(b, f + a, u + a);
+      for (int i = 0; i < 3; ++i) u[a + i] += g[a + i] * hb - h[i] * gb;
+    }
   }
-  multiply3(inverse_m, torque, &dh[0]);
+  multiply_symmetric3(inverse_m, torque, &dh[0]);
   for (int a = 0; a < 24; a += 3) {
     add_cross(dh, g + a, u + a);
     multiply3(r, u + a, x + a);
-  }
-  if (positive) {
-    const auto z = view<width>(positive->z, first);
-    for (int column = 0; column < 3; ++column)
-      for (int n = 0; n < 24; ++n) x[n] += __builtin_convertvector(z[24 * column + n], L) * added[column];
   }
 }
 
@@ -284,6 +356,132 @@ template <int width, class Real>
   scatter_add<width>(nodes, values, y);
 }
 
+/// polar(F) = R S of each lane, matrices by columns, of S and M^-1 the upper triangles by rows.
+/// Source: Higham, SIAM J. Sci. Stat. Comput. 7 (1986): R <- (R + R^-T) / 2.
+/// @param f  1 is put in the place of what is too flat or inside out
+/// @returns bits of these lanes
+template <class L>
+[[gnu::always_inline]] inline unsigned polar_of_lanes(L* f, L* r, L* s, L* inverse_m) {
+  constexpr int width = sizeof(L) / sizeof(double), most_iterations = 20;
+  const auto cofactor = [](const L* m, L* c) __attribute__((always_inline)) {
+    for (int j = 0; j < 3; ++j) {
+      const L *p = m + 3 * ((j + 1) % 3), *q = m + 3 * ((j + 2) % 3);
+      for (int i = 0; i < 3; ++i) c[3 * j + i] = L{};
+      add_cross(p, q, c + 3 * j);
+    }
+  };
+  L c[9], det, scale = {};
+  cofactor(f, c);
+  dot3(f, c, det);
+  for (int i = 0; i < 9; ++i) scale += f[i] * f[i];
+  scale /= 3;
+  unsigned left_out = 0;
+  for (int lane = 0; lane < width; ++lane)
+    if (!(det[lane] > polar_least_jacobian * scale[lane] * std::sqrt(scale[lane]) && scale[lane] > polar_least_scale))
+      left_out |= 1U << lane;
+  for (int i = 0; i < 9; ++i) {
+    for (int lane = 0; lane < width; ++lane)
+      if (left_out >> lane & 1U) f[i][lane] = i % 4 == 0;
+    r[i] = f[i];
+  }
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    cofactor(r, c);
+    dot3(r, c, det);
+    const L half = 0.5 / det;
+    L change = {};
+    for (int i = 0; i < 9; ++i) {
+      const L next = 0.5 * r[i] + half * c[i];
+      change += (next - r[i]) * (next - r[i]);
+      r[i] = next;
+    }
+    double largest = 0;
+    for (int lane = 0; lane < width; ++lane) largest = std::max(largest, change[lane]);
+    if (largest < polar_settled) break;
+  }
+
+  L product[9];  // R^T F
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) dot3(r + 3 * i, f + 3 * j, product[3 * j + i]);
+  int n = 0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j) s[n++] = 0.5 * (product[3 * j + i] + product[3 * i + j]);
+  const L m[6] = {s[3] + s[5], -s[1], -s[2], s[0] + s[5], -s[4], s[0] + s[3]};
+  inverse_m[0] = m[3] * m[5] - m[4] * m[4];
+  inverse_m[1] = m[2] * m[4] - m[1] * m[5];
+  inverse_m[2] = m[1] * m[4] - m[2] * m[3];
+  inverse_m[3] = m[0] * m[5] - m[2] * m[2];
+  inverse_m[4] = m[1] * m[2] - m[0] * m[4];
+  inverse_m[5] = m[0] * m[3] - m[1] * m[1];
+  const L det_m = m[0] * inverse_m[0] + m[1] * inverse_m[1] + m[2] * inverse_m[2];
+  L squares = {};
+  for (n = 0; n < 6; ++n) {
+    inverse_m[n] /= det_m;
+    squares += (n == 0 || n == 3 || n == 5 ? 1.0 : 2.0) * inverse_m[n] * inverse_m[n];
+  }
+  for (int lane = 0; lane < width; ++lane)
+    if (!(squares[lane] * polar_floor * polar_floor <= 1)) left_out |= 1U << lane;
+  return left_out;
+}
+
+template <int width>
+[[gnu::always_inline]] inline unsigned turn_lanes(const LaneModels<double>& models, bool stressed,
+                                                  const BatchNodes& nodes, const double* rest, const double* u,
+                                                  TurnedCells<double>& cells) {
+  using L = Lanes<double, width>;
+  alignas(64) double values[24 * lanes];
+  gather<width>(nodes, u, values);
+  unsigned left_out = 0;
+  for (int first = 0; first < lanes; first += width) {
+    const LaneView<width, double> moved{values + first};
+    L g[24], x[24], d[24], y[24], k_d[24], mean[3] = {}, f[9] = {}, r[9], s[6], inverse_m[6];
+    spread_gradients(models, first, g);
+    for (int a = 0; a < 24; a += 3)
+      for (int i = 0; i < 3; ++i) {
+        x[a + i] = moved[a + i] + rest[a + i];
+        mean[i] += x[a + i] / 8;
+      }
+    for (int a = 0; a < 24; a += 3)
+      for (int i = 0; i < 3; ++i) {
+        x[a + i] -= mean[i];
+        for (int j = 0; j < 3; ++j) f[3 * j + i] += x[a + i] * g[a + j];
+      }
+    left_out |= polar_of_lanes(f, r, s, inverse_m) << first;
+
+    for (int a = 0; a < 24; a += 3)
+      for (int i = 0; i < 3; ++i) {
+        y[a + i] = r[3 * i] * x[a] + r[3 * i + 1] * x[a + 1] + r[3 * i + 2] * x[a + 2];
+        d[a + i] = y[a + i] - rest[a + i];
+      }
+    multiply_each(models, first, d, k_d);
+    L torque[3] = {}, h[3];
+    for (int a = 0; a < 24; a += 3) add_cross(y + a, k_d + a, torque);
+    multiply_symmetric3(inverse_m, torque, &h[0]);
+    L stress[6] = {};  // A
+    if (stressed) {
+      L yf[9] = {}, hs[9] = {};  // sum of y f^T, [h]x S
+      for (int a = 0; a < 24; a += 3)
+        for (int i = 0; i < 3; ++i)
+          for (int j = 0; j < 3; ++j) yf[3 * j + i] += y[a + i] * k_d[a + j];
+      const L columns[9] = {s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]};
+      for (int j = 0; j < 3; ++j) add_cross(h, columns + 3 * j, hs + 3 * j);
+      const L trace = yf[0] + yf[4] + yf[8];
+      int n = 0;
+      for (int i = 0; i < 3; ++i)
+        for (int j = i; j < 3; ++j, ++n) {
+          stress[n] = 0.5 * (yf[3 * j + i] - hs[3 * j + i] + yf[3 * i + j] - hs[3 * i + j]);
+          if (i == j) stress[n] -= trace;
+        }
+    }
+    put<width>(y, cells.y, first);
+    put<width>(k_d, cells.f, first);
+    put<width>(r, cells.r, first);
+    put<width>(inverse_m, cells.inverse_m, first);
+    put<width>(stress, cells.a, first);
+    put<width>(h, cells.h, first);
+  }
+  return left_out;
+}
+
 template <int width, class Real>
 [[gnu::always_inline]] inline void add_alike(const Real* k, const BatchNodes& nodes, const Real* x, Real* y) {
   alignas(64) Real values[24 * lanes], sums[24 * lanes];
@@ -295,23 +493,40 @@ template <int width, class Real>
   scatter_add<width>(nodes, sums, y);
 }
 
+template <int width, class Real>
+[[gnu::always_inline]] inline void add_symmetric(const SymmetricCells<Real>& k, const BatchNodes& nodes, const Real* x,
+                                                 Real* y) {
+  alignas(64) Real values[24 * lanes], sums[24 * lanes];
+  gather<width>(nodes, x, values);
+  for (int first = 0; first < lanes; first += width) {
+    const LaneView<width, const Real> of_lanes{values + first};
+    const LaneView<width, Real> products{sums + first};
+    multiply_symmetric<Lanes<Real, width>>(view<width>(k.entries, first), of_lanes, products);
+  }
+  scatter_add<width>(nodes, sums, y);
+}
+
 /// The kernels for registers of one length.
 template <class Real>
 struct Kernels {
   void (*turned)(const LaneModels<Real>&, const TurnedCells<Real>&, bool, const PositiveParts*, const BatchNodes&,
                  const Real*, Real*);
   void (*alike)(const Real*, const BatchNodes&, const Real*, Real*);
+  void (*symmetric)(const SymmetricCells<Real>&, const BatchNodes&, const Real*, Real*);
 };
 
-#define HEXSOLVER_KERNELS(name, target, Real, width)                                                          \
-  target void turned_##name(const LaneModels<Real>& models, const TurnedCells<Real>& cells, bool stressed,    \
-                            const PositiveParts* positive, const BatchNodes& nodes, const Real* x, Real* y) { \
-    add_turned<width>(models, cells, stressed, positive, nodes, x, y);                                        \
-  }                                                                                                           \
-  target void alike_##name(const Real* k, const BatchNodes& nodes, const Real* x, Real* y) {                  \
-    add_alike<width>(k, nodes, x, y);                                                                         \
-  }                                                                                                           \
-  constexpr Kernels<Real> name = {turned_##name, alike_##name};
+#define HEXSOLVER_KERNELS(name, target, Real, width)                                                             \
+  target void turned_##name(const LaneModels<Real>& models, const TurnedCells<Real>& cells, bool stressed,       \
+                            const PositiveParts* positive, const BatchNodes& nodes, const Real* x, Real* y) {    \
+    add_turned<width>(models, cells, stressed, positive, nodes, x, y);                                           \
+  }                                                                                                              \
+  target void alike_##name(const Real* k, const BatchNodes& nodes, const Real* x, Real* y) {                     \
+    add_alike<width>(k, nodes, x, y);                                                                            \
+  }                                                                                                              \
+  target void symmetric_##name(const SymmetricCells<Real>& k, const BatchNodes& nodes, const Real* x, Real* y) { \
+    add_symmetric<width>(k, nodes, x, y);                                                                        \
+  }                                                                                                              \
+  constexpr Kernels<Real> name = {turned_##name, alike_##name, symmetric_##name};
 
 HEXSOLVER_KERNELS(doubles_of_16_bytes, , double, 2)
 HEXSOLVER_KERNELS(floats_of_16_bytes, , float, 4)
@@ -337,6 +552,29 @@ const Kernels<float>& kernels_for_floats() {
   return floats_of_16_bytes;
 }
 
+using TurnCells = unsigned (*)(const LaneModels<double>&, bool, const BatchNodes&, const double*, const double*,
+                               TurnedCells<double>&);
+#define HEXSOLVER_TURN(name, target, width)                                                                          \
+  target unsigned name(const LaneModels<double>& models, bool stressed, const BatchNodes& nodes, const double* rest, \
+                       const double* u, TurnedCells<double>& cells) {                                                \
+    return turn_lanes<width>(models, stressed, nodes, rest, u, cells);                                               \
+  }
+HEXSOLVER_TURN(turn_in_16_bytes, , 2)
+#ifdef HEXSOLVER_CHOOSES
+HEXSOLVER_TURN(turn_in_32_bytes, __attribute__((target("arch=x86-64-v3"))), 4)
+HEXSOLVER_TURN(turn_in_64_bytes, __attribute__((target("arch=x86-64-v4"))), 8)
+#endif
+#undef HEXSOLVER_TURN
+
+TurnCells kernel_to_turn() {
+#ifdef HEXSOLVER_CHOOSES
+  if (__builtin_cpu_supports("x86-64-v4")) return turn_in_64_bytes;
+  if (__builtin_cpu_supports("x86-64-v3")) return turn_in_32_bytes;
+#endif
+  return turn_in_16_bytes;
+}
+
+const TurnCells turn_chosen = kernel_to_turn();
 const Kernels<double>& doubles = kernels_for_doubles();
 const Kernels<float>& floats = kernels_for_floats();
 
@@ -358,6 +596,19 @@ void add_alike_product(const double* k, const BatchNodes& nodes, const double* x
 
 void add_alike_product(const float* k, const BatchNodes& nodes, const float* x, float* y) {
   floats.alike(k, nodes, x, y);
+}
+
+void add_symmetric_product(const SymmetricCells<double>& k, const BatchNodes& nodes, const double* x, double* y) {
+  doubles.symmetric(k, nodes, x, y);
+}
+
+void add_symmetric_product(const SymmetricCells<float>& k, const BatchNodes& nodes, const float* x, float* y) {
+  floats.symmetric(k, nodes, x, y);
+}
+
+unsigned turn_cells(const LaneModels<double>& models, bool stressed, const BatchNodes& nodes, const double* rest,
+                    const double* u, TurnedCells<double>& cells) {
+  return turn_chosen(models, stressed, nodes, rest, u, cells);
 }
 
 HEXSOLVER_CLONES void forces_of_turned(const LaneModels<double>& models, const TurnedCells<double>& cells,
@@ -422,7 +673,8 @@ constexpr int size = 24;  // of the matrix of a cell
 }  // namespace
 
 HEXSOLVER_CLONES void add_turned_hessian(const double* __restrict k, const double* __restrict t,
-                                         const double* __restrict b, const double* __restrict r, double* __restrict h) {
+                                         const double* __restrict b, const double* __restrict z,
+                                         const double* __restrict r, double* __restrict h) {
   double m[size * size], n[size * size];
   for (int column = 0; column < size; ++column)
     for (int row = 0; row < size; ++row) {
@@ -430,6 +682,10 @@ HEXSOLVER_CLONES void add_turned_hessian(const double* __restrict k, const doubl
       for (int i = 0; i < 3 * size; i += size) sum += t[i + row] * b[i + column] + b[i + row] * t[i + column];
       m[size * column + row] = sum;
     }
+  if (z)
+    for (int column = 0; column < size; ++column)
+      for (int row = 0; row < size; ++row)
+        for (int i = 0; i < 3 * size; i += size) m[size * column + row] += z[i + row] * z[i + column];
   turn_columns(m, r, n);
   transpose(n, m);
   turn_columns(m, r, n);

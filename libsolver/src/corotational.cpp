@@ -5,6 +5,7 @@
 #include "cell_vectors.h"
 #include "hexmesh/core/bytes.h"
 #include "hexsolver/elastic.h"
+#include "single_models.h"
 
 namespace hexsolver {
 namespace {
@@ -18,6 +19,13 @@ void fetch(const std::vector<TurnedCells<Real>>& frames, std::size_t batch) {
   constexpr std::size_t line = 64;
   for (std::size_t n = 0; n < sizeof(TurnedCells<Real>); n += line)
     __builtin_prefetch(reinterpret_cast<const char*>(&frames[batch]) + n);
+}
+
+std::array<double, 6> upper(const Mat3& m) { return {m(0, 0), m(0, 1), m(0, 2), m(1, 1), m(1, 2), m(2, 2)}; }
+Mat3 symmetric(const std::array<double, 6>& m) {
+  Mat3 out;
+  out << m[0], m[1], m[2], m[1], m[3], m[4], m[2], m[4], m[5];
+  return out;
 }
 
 Mat3 cross_matrix(const Vec3& v) {
@@ -150,8 +158,8 @@ void CorotationalCells::pack(const Frame& f, TurnedCells<double>& cells, std::si
   put(cells.y, f.y.data());
   put(cells.f, f.f.data());
   put(cells.r, f.r.data());
-  put(cells.inverse_m, f.inverse_m.data());
-  put(cells.a, f.a.data());
+  put(cells.inverse_m, upper(f.inverse_m).data());
+  put(cells.a, upper(f.a).data());
   put(cells.h, f.h.data());
 }
 
@@ -166,13 +174,16 @@ CorotationalCells::Frame CorotationalCells::unpacked(std::size_t cell) const {
   get(cells.y, f.y.data());
   get(cells.f, f.f.data());
   get(cells.r, f.r.data());
-  get(cells.inverse_m, f.inverse_m.data());
-  get(cells.a, f.a.data());
+  std::array<double, 6> inverse_m, a;
+  get(cells.inverse_m, inverse_m.data());
+  get(cells.a, a.data());
+  f.inverse_m = symmetric(inverse_m);
+  f.a = symmetric(a);
   get(cells.h, f.h.data());
   return f;
 }
 
-CorotationalCells::Columns CorotationalCells::positive_part(const StressTerm& e) {
+CorotationalCells::PositivePart CorotationalCells::positive_part(const StressTerm& e) {
   // E = T^T N + N^T T with N = L + A T / 2 is (P^T P - M^T M) / 2 with P, M = S T +- S^-T N for any S. P^T P + M^T M is
   // least, and what is kept nearest to the positive part, where S^T S is the geometric mean of (T T^T)^-1 and N N^T.
   constexpr double nothing = 1e-12;  // of the largest
@@ -185,40 +196,53 @@ CorotationalCells::Columns CorotationalCells::positive_part(const StressTerm& e)
              inverse = q * sizes.cwiseInverse().asDiagonal() * q.transpose();
   const Mat3 nn = n.lazyProduct(n.transpose());
   of_both.computeDirect(root * nn * root);
-  Columns z = Columns::Zero();
+  PositivePart z;
   for (int i = 0; i < 3; ++i) {
     const double squared = of_both.eigenvalues()[i];
     if (!(squared > nothing * of_both.eigenvalues()[2]) || !(sizes[0] > 0)) continue;
     const double scale = std::sqrt(0.5 * std::sqrt(squared));
     const Vec3 v = of_both.eigenvectors().col(i);
-    z.col(i) =
-        scale * (e.t.transpose().lazyProduct(inverse * v)) + 1 / (2 * scale) * (n.transpose().lazyProduct(root * v));
+    z.c.col(i) = 1 / (2 * scale) * (root * v);
+    z.b.col(i) = scale * (inverse * v) + 0.5 * (e.a * z.c.col(i));
   }
   return z;
 }
 
-void CorotationalCells::linearize(const NodeVector& u, double clamping) {
-  if (clamping == clamping_ && is_linearized_at(u)) return;
-  clamping_ = clamping;
+void CorotationalCells::keep_state(const NodeVector& u, bool stressed) {
+  if (is_at(u) && (is_stressed_ || !stressed)) return;
+  is_stressed_ = stressed;
   state_ = u;
+  positive_.clear();
   single_is_current_ = false;
-  const bool clamps = clamping > Hessian::exact && clamping <= Hessian::clamped;
-  if (!saves_memory_) frames_.resize(mesh_.batches().size());
-  positive_.resize(clamps ? mesh_.batches().size() : 0);
-  if (saves_memory_ && !clamps) return;
+  if (saves_memory_) return;
+  frames_.resize(mesh_.batches().size());
+  mesh_.for_each_batch([&](std::size_t b) { turn(b, frames_[b]); });
+}
+
+void CorotationalCells::move_to(const NodeVector& u) { keep_state(u, true); }
+
+void CorotationalCells::linearize(const NodeVector& u, double clamping) {
+  keep_state(u, clamping != Hessian::without_stress);
+  clamping_ = clamping;
+  if (clamping > Hessian::exact && clamping <= Hessian::clamped)
+    clamp();
+  else
+    positive_.clear();
+}
+
+void CorotationalCells::clamp() {
+  if (!positive_.empty()) return;
+  positive_.resize(mesh_.batches().size());
   mesh_.for_each_batch([&](std::size_t b) {
-    if (!saves_memory_) turn(b, frames_[b]);
-    if (!clamps) return;
     const Mesh::Batch& batch = mesh_.batches()[b];
     for (std::size_t lane = 0; lane < batch.count; ++lane) {
       const std::size_t c = batch.first + lane;
-      Columns z = Columns::Zero();
-      if (turns(c)) {
-        const Frame f = unpacked(c);
-        z = positive_part(stress_term(f, model(c).mean_gradient));
-        for (int a = 0; a < 8; ++a) z.middleRows<3>(3 * a) = f.r * z.middleRows<3>(3 * a);
+      PositivePart part;
+      if (turns(c)) part = positive_part(stress_term(unpacked(c), model(c).mean_gradient));
+      for (std::size_t n = 0; n < 9; ++n) {
+        positive_[b].b[n][lane] = static_cast<float>(part.b.data()[n]);
+        positive_[b].c[n][lane] = static_cast<float>(part.c.data()[n]);
       }
-      for (std::size_t n = 0; n < 72; ++n) positive_[b].z[n][lane] = static_cast<float>(z.data()[n]);
     }
   });
 }
@@ -226,13 +250,27 @@ void CorotationalCells::linearize(const NodeVector& u, double clamping) {
 CorotationalCells::Frame CorotationalCells::frame_of_state(std::size_t cell) const {
   if (!turns(cell)) return still_frame(cell, state_);
   Frame f = frame(cell, state_);
-  if (clamping_ != Hessian::without_stress) f.a = stress_matrix(f);
+  if (is_stressed_) f.a = stress_matrix(f);
   return f;
+}
+
+bool CorotationalCells::turns_somewhere(std::size_t batch) const {
+  const Mesh::Batch& cells = mesh_.batches()[batch];
+  for (std::size_t c = cells.first; c < cells.first + cells.count; ++c)
+    if (turns(c)) return true;
+  return false;
 }
 
 void CorotationalCells::turn(std::size_t batch, TurnedCells<double>& cells) const {
   const auto [first, count] = std::pair(mesh_.batches()[batch].first, mesh_.batches()[batch].count);
-  for (std::size_t lane = 0; lane < lanes; ++lane) pack(frame_of_state(first + std::min(lane, count - 1)), cells, lane);
+  unsigned left = (1U << lanes) - 1;
+  if (turns_somewhere(batch))
+    left = turn_cells(models_of_batch<double>(batch), is_stressed_, nodes_of_batch(mesh_, batch), rest_.data(),
+                      state_.data(), cells);
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    const std::size_t cell = first + std::min(lane, count - 1);
+    if (left >> lane & 1U || !turns(cell)) pack(frame_of_state(cell), cells, lane);
+  }
 }
 
 const TurnedCells<double>& CorotationalCells::turned(std::size_t batch, TurnedCells<double>& space) const {
@@ -263,13 +301,24 @@ template <class Real>
 LaneModels<Real> CorotationalCells::models_of_batch(std::size_t number) const {
   const Mesh::Batch& batch = mesh_.batches()[number];
   LaneModels<Real> models;
-  models.alike = true;
-  for (std::size_t lane = 0; lane < lanes; ++lane) {
-    const auto& model =
-        model_in<Real>(batch.first + std::min(lane, batch.count - 1));  // the last again if there are fewer
-    models.stiffness[lane] = model.stiffness.data();
-    models.mean_gradient[lane] = model.mean_gradient.data();
-    models.alike = models.alike && models.stiffness[lane] == models.stiffness[0];
+  const auto cell_of = [&](std::size_t lane) {
+    return batch.first + std::min(lane, batch.count - 1);  // the last again if there are fewer
+  };
+  if constexpr (std::is_same_v<Real, double>) {
+    bool alike = true;
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      const ElementModel& m = model(cell_of(lane));
+      models.stiffness[lane] = m.stiffness.data();
+      models.mean_gradient[lane] = m.mean_gradient.data();
+      alike = alike && models.stiffness[lane] == models.stiffness[0];
+    }
+    if (alike) models.alike = models.stiffness[0];
+  } else {
+    const SingleModels& single = single_models();
+    models.alike = single.stiffness.alike(number);
+    if (!models.alike) models.packed = &single.stiffness.packed(number);
+    for (std::size_t lane = 0; lane < lanes; ++lane)
+      models.mean_gradient[lane] = single.mean_gradient[static_cast<std::size_t>(elements_[cell_of(lane)])].data();
   }
   return models;
 }
@@ -278,8 +327,10 @@ template <class Vector>
 void CorotationalCells::add_product_of(const Vector& x, Vector& y) const {
   using Real = typename Vector::Scalar;
   static_assert(lanes == Mesh::batch_size && lanes == LaneModels<Real>::lanes);
-  need_models<Real>();
-  if (std::is_same_v<Real, float>) keep_single_frames();
+  if (std::is_same_v<Real, float>) {
+    single_models();
+    keep_single_frames();
+  }
   mesh_.for_each_batch([&](std::size_t b) {
     TurnedCells<Real> space;
     fetch(kept_frames<Real>(), b + 1);
@@ -308,21 +359,26 @@ void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) 
   }
   const Frame f = unpacked(cell);
   const StressTerm e = stress_term(f, model(cell).mean_gradient);
-  Columns y, ky;  // w x y_a = (Y w)_a
+  Eigen::Matrix<double, 24, 3> y, ky;  // w x y_a = (Y w)_a
   for (int a = 0; a < 8; ++a) y.block<3, 3>(3 * a, 0) = -cross_matrix(f.y.segment<3>(3 * a));
   for (int column = 0; column < 3; ++column) ky.col(column) = times(k, y.col(column));
   // (1 - Y T)^T K (1 - Y T) = K - B^T - B with B = T^T (Y^T K - Y^T K Y T / 2)
-  using Rows = Eigen::Matrix<double, 3, 24, Eigen::RowMajor>;
   const Mat3 yky = y.transpose().lazyProduct(ky);
   const Rows t = e.t;
   Rows inner = (0.5 * yky).lazyProduct(e.t) - ky.transpose();
   if (clamping_ == Hessian::exact) inner += e.l + (0.5 * e.a).lazyProduct(e.t);
-  add_turned_hessian(k.data(), t.data(), inner.data(), f.r.data(), hessian.data());
-  if (positive_.empty()) return;
-  const std::size_t batch = mesh_.batch_of(cell), lane = cell - mesh_.batches()[batch].first;
-  Columns z;
-  for (std::size_t n = 0; n < 72; ++n) z.data()[n] = static_cast<double>(positive_[batch].z[n][lane]);
-  hessian += z * z.transpose();
+  Rows z;
+  if (!positive_.empty()) {
+    const std::size_t batch = mesh_.batch_of(cell), lane = cell - mesh_.batches()[batch].first;
+    PositivePart part;
+    for (std::size_t n = 0; n < 9; ++n) {
+      part.b.data()[n] = static_cast<double>(positive_[batch].b[n][lane]);
+      part.c.data()[n] = static_cast<double>(positive_[batch].c[n][lane]);
+    }
+    z = part.b.transpose().lazyProduct(e.t) + part.c.transpose().lazyProduct(e.l);
+  }
+  add_turned_hessian(k.data(), t.data(), inner.data(), positive_.empty() ? nullptr : z.data(), f.r.data(),
+                     hessian.data());
 }
 
 }  // namespace hexsolver

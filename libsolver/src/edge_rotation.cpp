@@ -45,10 +45,9 @@ void EdgeRotatedCells::linearize(const NodeVector& u, double /*clamping*/) {
 template <class Vector>
 void EdgeRotatedCells::add_product_of(const Vector& x, Vector& y) const {
   using Real = typename Vector::Scalar;
-  need_models<Real>();
   mesh_.for_each_cell([&](std::size_t c) {
-    const Eigen::Matrix<Real, 3, 3> r = rotations_[c].cast<Real>(), back = r.transpose();
-    mesh_.scatter_add(c, rotate(r, times(model_in<Real>(c).stiffness, rotate(back, mesh_.gather(c, x)))), y);
+    const CellVector v = rotate(rotations_[c].transpose(), mesh_.gather(c, x).template cast<double>().eval());
+    mesh_.scatter_add(c, rotate(rotations_[c], times(model(c).stiffness, v)).template cast<Real>().eval(), y);
   });
 }
 

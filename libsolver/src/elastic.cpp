@@ -9,6 +9,7 @@
 #include "hexmesh/core/bytes.h"
 #include "hexmesh/lattice/element_tree.h"
 #include "hexsolver/hyperelastic.h"
+#include "single_models.h"
 
 namespace hexsolver {
 
@@ -49,12 +50,18 @@ ElasticCells::ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements,
 
 std::size_t ElasticCells::model_bytes() const { return hexmesh::bytes_of(*models_); }
 std::size_t ElasticCells::bytes() const {
-  return hexmesh::bytes_of(elements_) + model_bytes() + hexmesh::bytes_of(single_models_);
+  return hexmesh::bytes_of(elements_) + model_bytes() +
+         (single_models_ ? single_models_->stiffness.bytes() + hexmesh::bytes_of(single_models_->mean_gradient) : 0);
 }
 
-void ElasticCells::make_single_models() const {
-  for (const ElementModel& m : *models_)
-    single_models_.push_back({m.stiffness.cast<float>(), m.mean_gradient.cast<float>()});
+const ElasticCells::SingleModels& ElasticCells::single_models() const {
+  if (!single_models_) {
+    auto single = std::make_shared<SingleModels>(SingleModels{CellMatrices<float>(mesh_, elements_), {}});
+    single->stiffness.set_shared([&](std::int32_t n) { return (*models_)[static_cast<std::size_t>(n)].stiffness; });
+    for (const ElementModel& m : *models_) single->mean_gradient.emplace_back(m.mean_gradient.cast<float>());
+    single_models_ = std::move(single);
+  }
+  return *single_models_;
 }
 
 double ElasticCells::energy(const NodeVector& u) const {
@@ -81,25 +88,23 @@ void CauchyCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVe
   });
 }
 
-template <class Vector>
-void CauchyCells::add_product_of(const Vector& x, Vector& y) const {
-  using Real = typename Vector::Scalar;
-  need_models<Real>();
+void CauchyCells::add_product(const NodeVector& x, NodeVector& y) const {
   mesh_.for_each_batch([&](std::size_t b) {
     const Mesh::Batch& batch = mesh_.batches()[b];
     const auto first = elements_.begin() + static_cast<std::ptrdiff_t>(batch.first);
     const auto last = first + static_cast<std::ptrdiff_t>(batch.count);
     if (std::all_of(first, last, [&](std::int32_t e) { return e == *first; })) {
-      add_alike_product(model_in<Real>(batch.first).stiffness.data(), nodes_of_batch(mesh_, b), x.data(), y.data());
+      add_alike_product(model(batch.first).stiffness.data(), nodes_of_batch(mesh_, b), x.data(), y.data());
       return;
     }
     for (std::size_t c = batch.first; c < batch.first + batch.count; ++c)
-      mesh_.scatter_add(c, times(model_in<Real>(c).stiffness, mesh_.gather(c, x)), y);
+      mesh_.scatter_add(c, times(model(c).stiffness, mesh_.gather(c, x)), y);
   });
 }
 
-void CauchyCells::add_product(const NodeVector& x, NodeVector& y) const { add_product_of(x, y); }
-void CauchyCells::add_product(const FloatNodeVector& x, FloatNodeVector& y) const { add_product_of(x, y); }
+void CauchyCells::add_product(const FloatNodeVector& x, FloatNodeVector& y) const {
+  single_models().stiffness.add_product(x, y);
+}
 
 void CauchyCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
   hexsolver::add_diagonal(Mat3::Identity(), model(cell).stiffness, blocks);

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "cell_matrices.h"
 #include "cell_vectors.h"
 #include "hexmesh/core/bytes.h"
 
@@ -195,7 +196,7 @@ void HyperelasticCells::add_gradient(const NodeVector& u, NodeVector& gradient, 
 }
 
 void HyperelasticCells::linearize(const NodeVector& u, double clamping) {
-  hessians_.resize(mesh_.num_cells());
+  if (!hessians_) hessians_ = std::make_shared<CellMatrices<float>>(mesh_);
   mesh_.for_each_cell([&](std::size_t c) {
     const State s = state(c, u);
     CellMatrix k = CellMatrix::Zero();
@@ -221,25 +222,27 @@ void HyperelasticCells::linearize(const NodeVector& u, double clamping) {
       dilation_of.noalias() += point.volume * cofactor(f) * point.gradient.transpose();
     }
     if (volumetric_ == Volumetric::mean) k += s.bulk / (s.volume * s.volume) * dilation * dilation.transpose();
-    hessians_[c] = k.cast<float>();
+    hessians_->set(c, k);
   });
 }
 
-template <class Vector>
-void HyperelasticCells::add_product_of(const Vector& x, Vector& y) const {
-  mesh_.for_each_cell([&](std::size_t c) {
-    const Eigen::Matrix<float, 24, 1> v = mesh_.gather(c, x).template cast<float>();
-    Eigen::Matrix<float, 24, 1> out;
-    multiply24(hessians_[c].data(), v.data(), out.data());
-    mesh_.scatter_add(c, out.template cast<typename Vector::Scalar>().eval(), y);
-  });
+void HyperelasticCells::add_product(const NodeVector& x, NodeVector& y) const {
+  single_x_ = x.cast<float>();
+  single_y_.setZero(x.size());
+  hessians_->add_product(single_x_, single_y_);
+  y += single_y_.cast<double>();
 }
 
-void HyperelasticCells::add_product(const NodeVector& x, NodeVector& y) const { add_product_of(x, y); }
-void HyperelasticCells::add_product(const FloatNodeVector& x, FloatNodeVector& y) const { add_product_of(x, y); }
+void HyperelasticCells::add_product(const FloatNodeVector& x, FloatNodeVector& y) const {
+  hessians_->add_product(x, y);
+}
+
+void HyperelasticCells::add_cell_hessian(std::size_t cell, CellMatrix& h) const { h += hessians_->get(cell); }
 
 std::size_t HyperelasticCells::bytes() const {
-  std::size_t sum = ElasticCells::bytes() + hexmesh::bytes_of(hessians_) + hexmesh::bytes_of(points_);
+  std::size_t sum = ElasticCells::bytes() + (hessians_ ? hessians_->bytes() : 0) +
+                    sizeof(float) * static_cast<std::size_t>(single_x_.size() + single_y_.size()) +
+                    hexmesh::bytes_of(points_);
   for (const std::vector<Point>& p : points_) sum += hexmesh::bytes_of(p);
   return sum;
 }

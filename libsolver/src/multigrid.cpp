@@ -5,12 +5,13 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <map>
 #include <type_traits>
 #include <unordered_map>
 
-#include "cell_product.h"
+#include "cell_matrices.h"
 #include "hexmesh/core/bytes.h"
 #include "parallel.h"
 #include "support_springs.h"
@@ -76,18 +77,17 @@ public:
 
 private:
   using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
-  using Matrix = Eigen::Matrix<Scalar, 24, 24>;
   using Block = Eigen::Matrix<Scalar, 3, 3>;
   using Point = Eigen::Matrix<Scalar, 3, 1>;
   struct Level {
-    std::vector<std::int32_t> index;  ///< cell -> pool; empty on the finest level, whose operator is the potential's
-    std::vector<Matrix> pool;
+    CellMatrices<Scalar> matrices;        ///< none on the finest level, whose operator is the potential's
     std::vector<Block> inverse_diagonal;  ///< per node
     double largest_eigenvalue = 0;        ///< of D^-1 A
     mutable Vector b, x, r, d, t;         ///< work space of a cycle
   };
 
   void choose_support_weights();
+  std::vector<std::int32_t> shared_by_parents(std::size_t level, std::vector<std::size_t>& first_of) const;
   void coarsen(std::size_t level);
   bool invert_diagonal(Level& level, const std::vector<Mat3>& diagonal);
   void estimate_eigenvalue(std::size_t level);
@@ -110,7 +110,6 @@ private:
   Eigen::LLT<Eigen::MatrixXd> dense_;  ///< in place of coarsest_ where that is small
   mutable NodeVector dense_x_;
   std::vector<Mat3> diagonal_;  ///< space for coarsen()
-  std::vector<char> computes_;  ///< likewise
   bool positive_ = true;
 };
 
@@ -164,8 +163,7 @@ void Multigrid::CyclesOf<Scalar>::choose_support_weights() {
 
 template <class Scalar>
 CellMatrix Multigrid::CyclesOf<Scalar>::cell_matrix(std::size_t level, std::size_t cell) const {
-  if (level > 0)
-    return levels_[level].pool[static_cast<std::size_t>(levels_[level].index[cell])].template cast<double>();
+  if (level > 0) return levels_[level].matrices.get(cell);
   CellMatrix k = potential_.cell_hessian(cell);
   const auto found = points_of_cell_.find(cell);
   if (found == points_of_cell_.end()) return k;
@@ -176,6 +174,31 @@ CellMatrix Multigrid::CyclesOf<Scalar>::cell_matrix(std::size_t level, std::size
   return k;
 }
 
+/// For each parent: parents with the same shared children share their matrix.
+/// @param first_of  number of a shared matrix -> the first parent that has it
+template <class Scalar>
+std::vector<std::int32_t> Multigrid::CyclesOf<Scalar>::shared_by_parents(std::size_t level,
+                                                                         std::vector<std::size_t>& first_of) const {
+  const auto number_of = [&](std::int32_t cell) {
+    if (cell < 0) return Term::no_hessian;
+    const auto c = static_cast<std::size_t>(cell);
+    if (level > 0) return levels_[level].matrices.shared(c);
+    return points_of_cell_.contains(c) ? Term::own_hessian : potential_.shared_hessian(c);
+  };
+  const hexmesh::Merge& merge = hierarchy_.merges[level];
+  std::vector<std::int32_t> shared(merge.parents.size(), Term::own_hessian);
+  std::map<hexmesh::Children, std::int32_t> known;
+  for (std::size_t parent = 0; parent < shared.size(); ++parent) {
+    hexmesh::Children pattern;
+    std::transform(merge.children[parent].begin(), merge.children[parent].end(), pattern.begin(), number_of);
+    if (std::find(pattern.begin(), pattern.end(), Term::own_hessian) != pattern.end()) continue;
+    const auto [entry, is_new] = known.try_emplace(pattern, static_cast<std::int32_t>(known.size()));
+    shared[parent] = entry->second;
+    if (is_new) first_of.push_back(parent);
+  }
+  return shared;
+}
+
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
   const Mesh& fine = hierarchy_.meshes[level];
@@ -183,43 +206,23 @@ void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
   const hexmesh::Merge& merge = hierarchy_.merges[level];
   Level& to = levels_[level + 1];
 
-  // Parents with the same shared children share their matrix.
-  const auto shared = [&](std::int32_t cell) {
-    const auto c = static_cast<std::size_t>(cell);
-    if (level > 0) return levels_[level].index[c];
-    return points_of_cell_.contains(c) ? Term::own_hessian : potential_.shared_hessian(c);
-  };
-  std::map<hexmesh::Children, std::int32_t> known;
-  std::vector<char>& computes = computes_;
-  computes.assign(coarse.num_cells(), 1);
-  std::int32_t pool_size = 0;
-  to.index.resize(coarse.num_cells());
   // Where no two finest cells share, nothing above does.
   bool may_share = false;
   for (std::size_t c = 0; c < hierarchy_.meshes[0].num_cells() && !may_share; ++c)
     may_share = potential_.shared_hessian(c) >= 0;
-  for (std::size_t parent = 0; parent < coarse.num_cells(); ++parent) {
-    hexmesh::Children pattern;
-    bool all_shared = may_share;
-    for (std::size_t slot = 0; slot < 8; ++slot) {
-      const std::int32_t child = merge.children[parent][slot];
-      pattern[slot] = child < 0 ? Term::no_hessian : may_share ? shared(child) : Term::own_hessian;
-      all_shared = all_shared && pattern[slot] != Term::own_hessian;
-    }
-    if (all_shared) {
-      const auto [entry, is_new] = known.try_emplace(pattern, pool_size);
-      to.index[parent] = entry->second;
-      computes[parent] = is_new;
-      pool_size += is_new;
-    } else {
-      to.index[parent] = pool_size++;
-    }
-  }
+  std::vector<std::size_t> first_of;  // number of a shared matrix -> a parent that has it
+  if (may_share)
+    to.matrices = CellMatrices<Scalar>(coarse, shared_by_parents(level, first_of));
+  else if (to.matrices.is_empty() || to.matrices.shares())
+    to.matrices = CellMatrices<Scalar>(coarse);
 
-  to.pool.resize(static_cast<std::size_t>(pool_size));
+  std::vector<CellMatrix> shared_matrices(first_of.size());
   std::vector<Mat3>& diagonal = diagonal_;
   diagonal.assign(fine.num_nodes(), Mat3::Zero());
   coarse.for_each_cell([&](std::size_t parent) {
+    const std::int32_t number = to.matrices.shared(parent);
+    const bool is_own = number == Term::own_hessian;
+    const bool computes = is_own || first_of[static_cast<std::size_t>(number)] == parent;
     CellMatrix sum = CellMatrix::Zero();
     for (int slot = 0; slot < 8; ++slot) {
       const std::int32_t child = merge.children[parent][static_cast<std::size_t>(slot)];
@@ -229,24 +232,29 @@ void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
         diagonal[static_cast<std::size_t>(
             fine.cell_nodes()[static_cast<std::size_t>(child)][static_cast<std::size_t>(a)])] +=
             k.block<3, 3>(3 * a, 3 * a);
-      if (!computes[parent]) continue;
+      if (!computes) continue;
       interpolate_from_parent(slot, merge.factor, k.data());
       sum += k;
     }
-    if (computes[parent]) to.pool[static_cast<std::size_t>(to.index[parent])] = sum.template cast<Scalar>();
+    if (is_own)
+      to.matrices.set(parent, sum);
+    else if (computes)
+      shared_matrices[static_cast<std::size_t>(number)] = sum;
   });
+  to.matrices.set_shared([&](std::int32_t number) { return shared_matrices[static_cast<std::size_t>(number)]; });
   positive_ = invert_diagonal(levels_[level], diagonal);
 }
 
 template <class Scalar>
 bool Multigrid::CyclesOf<Scalar>::invert_diagonal(Level& level, const std::vector<Mat3>& diagonal) {
   level.inverse_diagonal.resize(diagonal.size());
-  bool positive = true;
-  for (std::size_t n = 0; n < diagonal.size(); ++n) {
+  std::atomic<bool> positive = true;
+  for_each_node(static_cast<std::ptrdiff_t>(diagonal.size()), [&](std::ptrdiff_t node) {
+    const auto n = static_cast<std::size_t>(node);
     const Eigen::LLT<Mat3> factor(diagonal[n]);
-    positive = positive && factor.info() == Eigen::Success;
+    if (factor.info() != Eigen::Success) positive = false;
     level.inverse_diagonal[n] = factor.solve(Mat3::Identity()).template cast<Scalar>();
-  }
+  });
   return positive;
 }
 
@@ -315,15 +323,9 @@ void Multigrid::CyclesOf<Scalar>::solve_coarsest(const Vector& b, Vector& x) con
 
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::multiply(std::size_t level, const Vector& x, Vector& y) const {
-  const Mesh& mesh = hierarchy_.meshes[level];
   if (level > 0) {
     set_zero(y, x.size());
-    mesh.for_each_cell([&](std::size_t c) {
-      const Eigen::Matrix<Scalar, 24, 1> v = mesh.gather(c, x);
-      Eigen::Matrix<Scalar, 24, 1> w;
-      multiply24(levels_[level].pool[static_cast<std::size_t>(levels_[level].index[c])].data(), v.data(), w.data());
-      mesh.scatter_add(c, w, y);
-    });
+    levels_[level].matrices.add_product(x, y);
   } else {
     potential_.apply(x, y);
   }
@@ -456,7 +458,7 @@ template <class Scalar>
 std::size_t Multigrid::CyclesOf<Scalar>::bytes() const {
   std::size_t sum = 0;
   for (const Level& l : levels_)
-    sum += bytes_of(l.index) + bytes_of(l.pool) + bytes_of(l.inverse_diagonal) +
+    sum += l.matrices.bytes() + bytes_of(l.inverse_diagonal) +
            sizeof(Scalar) * static_cast<std::size_t>(l.b.size() + l.x.size() + l.r.size() + l.d.size() + l.t.size());
   return sum;
 }

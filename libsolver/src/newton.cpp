@@ -82,6 +82,7 @@ double Minimizer::rounding(const NodeVector& u) const {
 /// |P g| over the sum of absolute cell forces and loads; forces of the size of rounding errors count as balanced.
 Residual Minimizer::residual(const NodeVector& u) {
   const Stopwatch watch;
+  potential_.move_to(u);
   Residual residual;
   NodeVector magnitude;
   potential_.gradient(u, residual.gradient, magnitude);
@@ -94,6 +95,7 @@ Residual Minimizer::residual(const NodeVector& u) {
 
 double Minimizer::energy(const NodeVector& u) {
   const Stopwatch watch;
+  potential_.move_to(u);
   const double energy = potential_.energy(u);
   seconds_.forces += watch.seconds();
   return energy;

@@ -25,6 +25,15 @@ bool Potential::is_conservative() const {
   return std::all_of(terms_.begin(), terms_.end(), [](const Timed& t) { return t.term->is_conservative(); });
 }
 
+void Potential::move_to(const NodeVector& u) {
+  for (Timed& t : terms_) {
+    const Stopwatch watch;
+    t.term->move_to(u);
+    t.seconds += watch.seconds();
+    t.linearize_seconds += watch.seconds();
+  }
+}
+
 double Potential::energy(const NodeVector& u) const {
   double sum = 0;
   for_each_term([&](const Term& t) { sum += t.energy(u); });

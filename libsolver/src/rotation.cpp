@@ -56,13 +56,14 @@ Polar by_singular_values(const Mat3& f) {
 Polar polar_decomposition(const Mat3& f) {
   // Higham's iteration R <- (R + R^-T) / 2 while F is far from flat.
   const double scale = f.squaredNorm() / 3;
-  if (!(f.determinant() > 0.05 * scale * std::sqrt(scale) && scale > 0.04)) return by_singular_values(f);
+  if (!(f.determinant() > polar_least_jacobian * scale * std::sqrt(scale) && scale > polar_least_scale))
+    return by_singular_values(f);
   Mat3 r = f;
   for (int iteration = 0; iteration < 20; ++iteration) {
     const Mat3 next = 0.5 * (r + r.inverse().transpose());
     const double change = (next - r).squaredNorm();
     r = next;
-    if (change < 1e-28) break;
+    if (change < polar_settled) break;
   }
   Polar polar;
   polar.rotation = r;

@@ -93,24 +93,9 @@ public:
   const ElementModel& model(std::size_t cell) const { return (*models_)[static_cast<std::size_t>(elements_[cell])]; }
 
 protected:
-  /// What products in single precision take from a model.
-  struct SingleModel {
-    Eigen::Matrix<float, 24, 24> stiffness;
-    Eigen::Matrix<float, 8, 3> mean_gradient;
-  };
-  /// The model of a cell as products of that precision take it, after need_models(): copies of single precision are
-  /// made when they are first asked for.
-  template <class Real>
-  const auto& model_in(std::size_t cell) const {
-    if constexpr (std::is_same_v<Real, double>)
-      return model(cell);
-    else
-      return single_models_[static_cast<std::size_t>(elements_[cell])];
-  }
-  template <class Real>
-  void need_models() const {
-    if (std::is_same_v<Real, float> && single_models_.empty()) make_single_models();
-  }
+  /// What products in single precision take from the models, made when it is first asked for.
+  struct SingleModels;
+  const SingleModels& single_models() const;
 
   const Mesh& mesh_;
   std::vector<std::int32_t> elements_;
@@ -118,10 +103,8 @@ protected:
   CellVector rest_;  ///< X, corners relative to the cell's centre
 
 private:
-  void make_single_models() const;
-
   double rounding_ = 0;
-  mutable std::vector<SingleModel> single_models_;
+  mutable std::shared_ptr<const SingleModels> single_models_;
   mutable std::vector<double> energies_;  ///< per cell, space for energy()
 };
 
@@ -138,29 +121,31 @@ public:
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override { h += model(cell).stiffness; }
   void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;
   std::int32_t shared_hessian(std::size_t cell) const override { return elements_[cell]; }
-
-private:
-  template <class Vector>
-  void add_product_of(const Vector& x, Vector& y) const;
 };
 
 /// Up to eight co-rotational cells at one state, side by side, for products with their Hessians; the letters are those
-/// of THEORY.md. Matrices by columns; what has a vector for each node holds that of node 0, of node 1, ...
+/// of THEORY.md. R by columns, of the symmetric M^-1 and A the upper triangles by rows; what has a vector for each node
+/// holds that of node 0, of node 1, ...
 template <class Real>
 struct alignas(8 * sizeof(Real)) TurnedCells {
   static constexpr std::size_t lanes = 8;
   using Lanes = std::array<Real, lanes>;
   std::array<Lanes, 24> y, f;
-  std::array<Lanes, 9> r, inverse_m, a;
+  std::array<Lanes, 9> r;
+  std::array<Lanes, 6> inverse_m, a;
   std::array<Lanes, 3> h;
 };
 
 template <class Real>
 struct LaneModels;
+template <class Real>
+class CellMatrices;
 
-/// What a clamped Hessian adds to each of these, Z Z^T: the three columns of R Z. It need not be exact.
+/// What a clamped Hessian has in place of E of each of these: Z Z^T with Z = T^T B + L^T C, B and C of shape (3, 3) by
+/// columns. It need not be exact.
 struct alignas(32) PositiveParts {
-  std::array<std::array<float, TurnedCells<float>::lanes>, 72> z;
+  using Lanes = std::array<float, TurnedCells<float>::lanes>;
+  std::array<Lanes, 9> b, c;
 };
 
 /// W(x) = 1/2 (R^T x - X)^T K (R^T x - X), R = polar(F), F = grad x averaged over the filled part of the cell.
@@ -196,6 +181,7 @@ public:
   Mat3 stress(std::size_t cell, const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   bool is_linear() const override { return false; }
+  void move_to(const NodeVector& u) override;
   void linearize(const NodeVector& u, double clamping) override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
   void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
@@ -217,19 +203,26 @@ private:
     Eigen::Matrix<double, 3, 24> t, l;
     Mat3 a;
   };
-  using Columns = Eigen::Matrix<double, 24, 3>;
+  using Rows = Eigen::Matrix<double, 3, 24, Eigen::RowMajor>;
+  /// Z^T Z is E's positive part, Z = b^T T + c^T L.
+  struct PositivePart {
+    Mat3 b = Mat3::Zero(), c = Mat3::Zero();
+  };
 
-  bool is_linearized_at(const NodeVector& u) const { return u.size() == state_.size() && u == state_; }
-  bool has_frames_of(const NodeVector& u) const { return !saves_memory_ && is_linearized_at(u); }
+  bool is_at(const NodeVector& u) const { return u.size() == state_.size() && u == state_; }
+  bool has_frames_of(const NodeVector& u) const { return !saves_memory_ && is_at(u); }
+  void keep_state(const NodeVector& u, bool stressed);
+  void clamp();
   bool turns(std::size_t cell) const { return turning_.empty() || turning_[cell]; }
+  bool turns_somewhere(std::size_t batch) const;
   Frame frame(std::size_t cell, const NodeVector& u) const;
   Frame still_frame(std::size_t cell, const NodeVector& u) const;  ///< of a cell that does not turn, R = 1 and M^-1 = 0
   static Mat3 stress_matrix(const Frame& f);                       ///< A
   static void pack(const Frame& f, TurnedCells<double>& cells, std::size_t lane);
-  Frame unpacked(std::size_t cell) const;  ///< of the last linearize(); kept ones without s
+  Frame unpacked(std::size_t cell) const;  ///< at the state; kept ones without s
   static StressTerm stress_term(const Frame& f, const NodeGradients& gradient);
-  static Columns positive_part(const StressTerm& e);  ///< Z with Z Z^T = the positive part of E
-  Frame frame_of_state(std::size_t cell) const;       ///< of the last linearize()
+  static PositivePart positive_part(const StressTerm& e);
+  Frame frame_of_state(std::size_t cell) const;
   void turn(std::size_t batch, TurnedCells<double>& cells) const;
   void keep_single_frames() const;
   const TurnedCells<double>& turned(std::size_t batch, TurnedCells<double>& space) const;
@@ -247,13 +240,14 @@ private:
   void add_product_of(const Vector& x, Vector& y) const;
 
   std::vector<bool> turning_;
-  NodeVector state_;  ///< of the last linearize(): energy and forces there follow from its frames
+  NodeVector state_;         ///< of the last move_to() or linearize(): energy and forces there follow from its frames
+  bool is_stressed_ = true;  ///< frames have A
   bool saves_memory_ = false;
-  std::vector<TurnedCells<double>> frames_;  ///< of the last linearize(), by Mesh::batches(); none if memory is saved
+  std::vector<TurnedCells<double>> frames_;  ///< at the state, by Mesh::batches(); none if memory is saved
   mutable std::vector<TurnedCells<float>> single_frames_;  ///< copies, made when first asked for
   mutable bool single_is_current_ = false;
   std::vector<PositiveParts> positive_;  ///< likewise; empty where the Hessian is not clamped
-  double clamping_ = 0;                  ///< of the last linearize()
+  double clamping_ = Hessian::exact;     ///< of the last linearize()
 };
 
 /// The paper's co-rotational cell: force R K (R^T x - X) with R from the averaged edges, and R K R^T for its

@@ -60,16 +60,13 @@ public:
   void linearize(const NodeVector& u, double clamping) override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
   void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
-  void add_cell_hessian(std::size_t cell, CellMatrix& h) const override { h += hessians_[cell].cast<double>(); }
+  void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   std::int32_t shared_hessian(std::size_t /*cell*/) const override { return own_hessian; }
   std::size_t bytes() const override;
   std::string limit_reached(const NodeVector& u, bool nearly) const override;
   double least_jacobian(std::size_t cell, const NodeVector& u) const override;
 
 private:
-  template <class Vector>
-  void add_product_of(const Vector& x, Vector& y) const;
-
   struct Point {
     NodeGradients gradient;
     double volume, shear, bulk;
@@ -80,8 +77,9 @@ private:
 
   Elasticity law_;
   Volumetric volumetric_;
-  std::vector<std::vector<Point>> points_;              ///< of each element
-  std::vector<Eigen::Matrix<float, 24, 24>> hessians_;  ///< of the last linearize()
+  std::vector<std::vector<Point>> points_;         ///< of each element
+  std::shared_ptr<CellMatrices<float>> hessians_;  ///< of the last linearize()
+  mutable FloatNodeVector single_x_, single_y_;    ///< space for a product
 };
 
 }  // namespace hexsolver

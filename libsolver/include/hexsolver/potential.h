@@ -18,6 +18,9 @@ public:
   bool is_linear() const;
   bool is_conservative() const;
 
+  /// Energy, gradient and linearization at u are asked for next; as Term::move_to.
+  void move_to(const NodeVector& u);
+
   double energy(const NodeVector& u) const;  ///< [N mm]
 
   /// Gradient and the sum of the absolute values it is made of [N].

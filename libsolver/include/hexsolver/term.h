@@ -39,6 +39,10 @@ public:
   /// False for forces that are no gradient: energy() is then only a measure of the state.
   virtual bool is_conservative() const { return true; }
 
+  /// Energy, gradient and linearization at u are asked for next: what they share may be kept. Until linearize() is
+  /// called the three below are of no state.
+  virtual void move_to(const NodeVector& /*u*/) {}
+
   /// Prepare the three below at u. A term without second derivative leaves them as they are.
   /// @param clamping  Hessian::exact to Hessian::clamped; a term may take all that is not exact for clamped
   virtual void linearize(const NodeVector& /*u*/, double /*clamping*/) {}
