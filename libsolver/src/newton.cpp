@@ -49,11 +49,12 @@ private:
   double energy(const NodeVector& u);
   double rounding(const NodeVector& u) const;
   double energy_rounding(double energy, const NodeVector& step) const;
-  void prepare(const NodeVector& u, double clamping, bool is_near);
+  bool prepare(const NodeVector& u, double clamping, bool is_near);
   LinearOutcome find_step(const NodeVector& u, const Residual& now, const NodeVector& support_step, Clamping& clamping,
                           NodeVector& step);
   void judge_preconditioner(const LinearOutcome& outcome);
   double forcing(const Residual& now, bool supports_hold) const;
+  int enough_iterations(double forcing) const;
   std::optional<NodeVector> move_supports(const NodeVector& u, const NodeVector& step);
   std::optional<double> search_line(NodeVector& u, Residual& now, const NodeVector& step);
 
@@ -61,11 +62,10 @@ private:
   Potential& potential_;
   const Constraints& constraints_;
   const NewtonOptions& options_;
-  static constexpr double near = 1e-3;  ///< residual
+  static constexpr double near = 3e-2;  ///< residual, below which steps turn cells by little
   double rounding_;
   NewtonSeconds seconds_;
   std::unique_ptr<const Multigrid> preconditioner_;
-  double clamping_of_preconditioner_ = Hessian::clamped;
   std::optional<double> rate_;  ///< log |r| per iteration of the first solution with it
   bool is_worn_ = false;
   ConjugateGradients conjugate_gradients_;
@@ -107,19 +107,19 @@ double Minimizer::energy_rounding(double energy, const NodeVector& step) const {
 }
 
 /// Linearize at u. Near the solution the coarse levels of the last step are as good, until iterations tell otherwise.
-void Minimizer::prepare(const NodeVector& u, double clamping, bool is_near) {
-  const bool keeps = is_near && preconditioner_ && !is_worn_ && clamping == Hessian::exact &&
-                     clamping_of_preconditioner_ == Hessian::exact && preconditioner_->is_positive();
+/// @returns whether they are kept
+bool Minimizer::prepare(const NodeVector& u, double clamping, bool is_near) {
+  const bool keeps = is_near && preconditioner_ && !is_worn_ && preconditioner_->is_positive();
   if (!keeps) preconditioner_.reset();
   const Stopwatch of_linearize;
   potential_.linearize(u, clamping);
   seconds_.linearize += of_linearize.seconds();
-  if (keeps) return;
+  if (keeps) return true;
   const Stopwatch of_set_up;
-  clamping_of_preconditioner_ = clamping;
   rate_.reset();
   preconditioner_ = std::make_unique<const Multigrid>(hierarchy_, potential_, constraints_);
   seconds_.set_up += of_set_up.seconds();
+  return false;
 }
 
 /// The Newton step beyond the one that brings the supports to their places; where the exact Hessian is not positive,
@@ -129,7 +129,7 @@ LinearOutcome Minimizer::find_step(const NodeVector& u, const Residual& now, con
   const bool supports_hold = support_step.size() == 0;
   int iterations = 0;
   while (true) {
-    prepare(u, clamping.now(), supports_hold && now.relative < near);
+    const bool keeps = prepare(u, clamping.now(), supports_hold && now.relative < near);
     step.resize(0);
     LinearOutcome outcome{0, Linear::negative_curvature};
     if (preconditioner_->is_positive()) {
@@ -138,8 +138,11 @@ LinearOutcome Minimizer::find_step(const NodeVector& u, const Residual& now, con
         potential_.apply(support_step, b);
         b = -now.gradient - b;
       }
-      ConjugateGradients::Options linear{
-          options_.max_linear_iterations, forcing(now, supports_hold), {}, options_.interrupt};
+      const double relative_tolerance = forcing(now, supports_hold);
+      ConjugateGradients::Options linear{keeps ? enough_iterations(relative_tolerance) : options_.max_linear_iterations,
+                                         relative_tolerance,
+                                         {},
+                                         options_.interrupt};
       if (potential_.is_linear())
         linear.excess = [&](const NodeVector& d) {
           NodeVector end = u + d;
@@ -172,6 +175,12 @@ double Minimizer::forcing(const Residual& now, bool supports_hold) const {
   const double needed = 0.1 * options_.tolerance / now.relative;
   if (potential_.is_linear()) return 0.1;
   return supports_hold ? std::max(std::min(now.relative * 10, 0.05), needed) : std::max(1e-3, 0.1 * options_.tolerance);
+}
+
+/// For a preconditioner of an earlier step: more are better spent on making it anew.
+int Minimizer::enough_iterations(double forcing) const {
+  if (!rate_ || !(*rate_ < 0)) return options_.max_linear_iterations;
+  return std::min(options_.max_linear_iterations, 5 + static_cast<int>(2 * std::log(forcing) / *rate_));
 }
 
 /// Backtrack from u + step until the energy falls enough (Armijo), or the residual where there is no energy.
