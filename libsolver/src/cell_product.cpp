@@ -630,7 +630,6 @@ HEXSOLVER_CLONES void forces_of_turned(const LaneModels<double>& models, const T
 }
 
 HEXSOLVER_CLONES void multiply24(const double* k, const double* x, double* y) { multiply(k, x, y); }
-HEXSOLVER_CLONES void multiply24(const float* k, const float* x, float* y) { multiply(k, x, y); }
 
 namespace {
 

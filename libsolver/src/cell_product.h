@@ -7,7 +7,6 @@ namespace hexsolver {
 
 /// y = K x, K (24, 24) symmetric, x and y of length 24; for the widest vectors of the machine it runs on.
 void multiply24(const double* k, const double* x, double* y);
-void multiply24(const float* k, const float* x, float* y);
 
 template <class Real>
 struct TurnedCells;
@@ -15,7 +14,7 @@ struct PositiveParts;
 
 /// Symmetric matrices (24, 24) of the cells of a batch side by side, packed: the lower triangles.
 template <class Real>
-struct alignas(32) SymmetricCells {
+struct alignas(8 * sizeof(Real)) SymmetricCells {
   static constexpr std::size_t lanes = 8;
   std::array<std::array<Real, lanes>, 300> entries{};
 

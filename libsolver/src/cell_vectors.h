@@ -6,22 +6,18 @@
 
 namespace hexsolver {
 
-template <class Real>
-Eigen::Matrix<Real, 24, 1> times(const Eigen::Matrix<Real, 24, 24>& k, const Eigen::Matrix<Real, 24, 1>& x) {
-  Eigen::Matrix<Real, 24, 1> y;
+inline CellVector times(const CellMatrix& k, const CellVector& x) {
+  CellVector y;
   multiply24(k.data(), x.data(), y.data());
   return y;
 }
-inline CellVector times(const CellMatrix& k, const CellVector& x) { return times<double>(k, x); }
 
 /// The vector of each node rotated.
-template <class Real>
-Eigen::Matrix<Real, 24, 1> rotate(const Eigen::Matrix<Real, 3, 3>& r, const Eigen::Matrix<Real, 24, 1>& x) {
-  Eigen::Matrix<Real, 24, 1> y;
-  for (int a = 0; a < 8; ++a) y.template segment<3>(3 * a) = r * x.template segment<3>(3 * a);
+inline CellVector rotate(const Mat3& r, const CellVector& x) {
+  CellVector y;
+  for (int a = 0; a < 8; ++a) y.segment<3>(3 * a) = r * x.segment<3>(3 * a);
   return y;
 }
-inline CellVector rotate(const Mat3& r, const CellVector& x) { return rotate<double>(r, x); }
 
 /// blocks += the 3x3 blocks of the diagonal of R K R^T.
 inline void add_diagonal(const Mat3& r, const CellMatrix& k, std::array<Mat3, 8>& blocks) {

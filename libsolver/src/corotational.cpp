@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <numeric>
 
 #include "cell_vectors.h"
 #include "hexmesh/core/bytes.h"
@@ -65,16 +66,18 @@ double CorotationalCells::cell_energy(std::size_t cell, const NodeVector& u) con
 }
 
 double CorotationalCells::energy(const NodeVector& u) const {
-  if (!has_frames_of(u)) return ElasticCells::energy(u);
-  double sum = 0;
-  for (std::size_t b = 0; b < frames_.size(); ++b) {
+  if (!is_at(u)) return ElasticCells::energy(u);
+  energies_.resize(mesh_.batches().size());
+  mesh_.for_each_batch([&](std::size_t b) {
+    TurnedCells<double> space;
+    const TurnedCells<double>& cells = turned(b, space);
     std::array<double, lanes> of_lane{};
     for (std::size_t n = 0; n < 24; ++n)
       for (std::size_t lane = 0; lane < lanes; ++lane)
-        of_lane[lane] += 0.5 * (frames_[b].y[n][lane] - rest_[static_cast<Eigen::Index>(n)]) * frames_[b].f[n][lane];
-    for (std::size_t lane = 0; lane < mesh_.batches()[b].count; ++lane) sum += of_lane[lane];
-  }
-  return sum;
+        of_lane[lane] += 0.5 * (cells.y[n][lane] - rest_[static_cast<Eigen::Index>(n)]) * cells.f[n][lane];
+    energies_[b] = std::accumulate(of_lane.data(), of_lane.data() + mesh_.batches()[b].count, 0.0);
+  });
+  return sum_of_energies();
 }
 
 CorotationalCells::Frame CorotationalCells::still_frame(std::size_t cell, const NodeVector& u) const {
@@ -84,7 +87,7 @@ CorotationalCells::Frame CorotationalCells::still_frame(std::size_t cell, const 
 }
 
 std::size_t CorotationalCells::choose_turning(const NodeVector& u, double on, double off) {
-  state_.resize(0);
+  forget_state();
   turning_.resize(mesh_.num_cells());
   std::size_t count = 0;
   for (std::size_t c = 0; c < turning_.size(); ++c) {
@@ -104,10 +107,11 @@ Mat3 CorotationalCells::stress(std::size_t cell, const NodeVector& u) const {
 }
 
 void CorotationalCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
-  if (has_frames_of(u)) {
+  if (is_at(u)) {
     mesh_.for_each_batch([&](std::size_t b) {
       alignas(64) std::array<double, 24 * lanes> values;
-      forces_of_turned(models_of_batch<double>(b), frames_[b], values.data());
+      TurnedCells<double> space;
+      forces_of_turned(models_of_batch<double>(b), turned(b, space), values.data());
       for (std::size_t lane = 0; lane < mesh_.batches()[b].count; ++lane) {
         CellVector force;
         for (std::size_t n = 0; n < 24; ++n) force[static_cast<Eigen::Index>(n)] = values[lanes * n + lane];
@@ -163,13 +167,16 @@ void CorotationalCells::pack(const Frame& f, TurnedCells<double>& cells, std::si
   put(cells.h, f.h.data());
 }
 
-CorotationalCells::Frame CorotationalCells::unpacked(std::size_t cell) const {
+CorotationalCells::Frame CorotationalCells::kept_frame(std::size_t cell) const {
   if (saves_memory_) return frame_of_state(cell);
-  const std::size_t batch = mesh_.batch_of(cell), lane = cell - mesh_.batches()[batch].first;
+  const std::size_t batch = mesh_.batch_of(cell);
+  return unpacked(frames_[batch], cell - mesh_.batches()[batch].first);
+}
+
+CorotationalCells::Frame CorotationalCells::unpacked(const TurnedCells<double>& cells, std::size_t lane) {
   const auto get = [lane](const auto& of_lanes, double* values) {
     for (std::size_t n = 0; n < of_lanes.size(); ++n) values[n] = of_lanes[n][lane];
   };
-  const TurnedCells<double>& cells = frames_[batch];
   Frame f;
   get(cells.y, f.y.data());
   get(cells.f, f.f.data());
@@ -210,10 +217,9 @@ CorotationalCells::PositivePart CorotationalCells::positive_part(const StressTer
 
 void CorotationalCells::keep_state(const NodeVector& u, bool stressed) {
   if (is_at(u) && (is_stressed_ || !stressed)) return;
+  forget_state();
   is_stressed_ = stressed;
   state_ = u;
-  positive_.clear();
-  single_is_current_ = false;
   if (saves_memory_) return;
   frames_.resize(mesh_.batches().size());
   mesh_.for_each_batch([&](std::size_t b) { turn(b, frames_[b]); });
@@ -235,10 +241,12 @@ void CorotationalCells::clamp() {
   positive_.resize(mesh_.batches().size());
   mesh_.for_each_batch([&](std::size_t b) {
     const Mesh::Batch& batch = mesh_.batches()[b];
+    TurnedCells<double> space;
+    const TurnedCells<double>& cells = turned(b, space);
     for (std::size_t lane = 0; lane < batch.count; ++lane) {
       const std::size_t c = batch.first + lane;
       PositivePart part;
-      if (turns(c)) part = positive_part(stress_term(unpacked(c), model(c).mean_gradient));
+      if (turns(c)) part = positive_part(stress_term(unpacked(cells, lane), model(c).mean_gradient));
       for (std::size_t n = 0; n < 9; ++n) {
         positive_[b].b[n][lane] = static_cast<float>(part.b.data()[n]);
         positive_[b].c[n][lane] = static_cast<float>(part.c.data()[n]);
@@ -348,7 +356,7 @@ std::size_t CorotationalCells::bytes() const {
 }
 
 void CorotationalCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
-  hexsolver::add_diagonal(turns(cell) ? unpacked(cell).r : Mat3(Mat3::Identity()), model(cell).stiffness, blocks);
+  hexsolver::add_diagonal(turns(cell) ? kept_frame(cell).r : Mat3(Mat3::Identity()), model(cell).stiffness, blocks);
 }
 
 void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) const {
@@ -357,7 +365,7 @@ void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) 
     hessian += k;
     return;
   }
-  const Frame f = unpacked(cell);
+  const Frame f = kept_frame(cell);
   const StressTerm e = stress_term(f, model(cell).mean_gradient);
   Eigen::Matrix<double, 24, 3> y, ky;  // w x y_a = (Y w)_a
   for (int a = 0; a < 8; ++a) y.block<3, 3>(3 * a, 0) = -cross_matrix(f.y.segment<3>(3 * a));

@@ -50,7 +50,7 @@ ElasticCells::ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements,
 
 std::size_t ElasticCells::model_bytes() const { return hexmesh::bytes_of(*models_); }
 std::size_t ElasticCells::bytes() const {
-  return hexmesh::bytes_of(elements_) + model_bytes() +
+  return hexmesh::bytes_of(elements_) + model_bytes() + hexmesh::bytes_of(energies_) +
          (single_models_ ? single_models_->stiffness.bytes() + hexmesh::bytes_of(single_models_->mean_gradient) : 0);
 }
 
@@ -67,6 +67,10 @@ const ElasticCells::SingleModels& ElasticCells::single_models() const {
 double ElasticCells::energy(const NodeVector& u) const {
   energies_.resize(mesh_.num_cells());
   mesh_.for_each_cell([&](std::size_t c) { energies_[c] = cell_energy(c, u); });
+  return sum_of_energies();
+}
+
+double ElasticCells::sum_of_energies() const {
   return Eigen::Map<const Eigen::VectorXd>(energies_.data(), static_cast<Eigen::Index>(energies_.size())).sum();
 }
 

@@ -134,6 +134,8 @@ HyperelasticCells::HyperelasticCells(const Mesh& mesh, std::vector<std::int32_t>
   }
 }
 
+HyperelasticCells::~HyperelasticCells() = default;
+
 HyperelasticCells::State HyperelasticCells::state(std::size_t cell, const NodeVector& u) const {
   State s;
   s.points = &points_[static_cast<std::size_t>(elements_[cell])];
@@ -196,7 +198,7 @@ void HyperelasticCells::add_gradient(const NodeVector& u, NodeVector& gradient, 
 }
 
 void HyperelasticCells::linearize(const NodeVector& u, double clamping) {
-  if (!hessians_) hessians_ = std::make_shared<CellMatrices<float>>(mesh_);
+  if (!hessians_) hessians_ = std::make_unique<CellMatrices<float>>(mesh_);
   mesh_.for_each_cell([&](std::size_t c) {
     const State s = state(c, u);
     CellMatrix k = CellMatrix::Zero();

@@ -211,10 +211,12 @@ void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
   for (std::size_t c = 0; c < hierarchy_.meshes[0].num_cells() && !may_share; ++c)
     may_share = potential_.shared_hessian(c) >= 0;
   std::vector<std::size_t> first_of;  // number of a shared matrix -> a parent that has it
-  if (may_share)
+  if (may_share) {
+    to.matrices = {};
     to.matrices = CellMatrices<Scalar>(coarse, shared_by_parents(level, first_of));
-  else if (to.matrices.is_empty() || to.matrices.shares())
+  } else if (to.matrices.is_empty() || to.matrices.shares()) {
     to.matrices = CellMatrices<Scalar>(coarse);
+  }
 
   std::vector<CellMatrix> shared_matrices(first_of.size());
   std::vector<Mat3>& diagonal = diagonal_;

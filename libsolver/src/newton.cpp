@@ -155,6 +155,7 @@ LinearOutcome Minimizer::find_step(const NodeVector& u, const Residual& now, con
       judge_preconditioner(outcome);
     }
     iterations += outcome.iterations;
+    if (keeps && outcome.end == Linear::negative_curvature) continue;  // it may be that of what was kept
     if (outcome.end != Linear::negative_curvature || clamping.now() == Hessian::clamped)
       return {iterations, outcome.end};
     clamping.add();
@@ -177,9 +178,10 @@ double Minimizer::forcing(const Residual& now, bool supports_hold) const {
   return supports_hold ? std::max(std::min(now.relative * 10, 0.05), needed) : std::max(1e-3, 0.1 * options_.tolerance);
 }
 
-/// For a preconditioner of an earlier step: more are better spent on making it anew.
+/// With a preconditioner of an earlier step: where it has become so poor, the step so far is taken and the next one has
+/// a new one.
 int Minimizer::enough_iterations(double forcing) const {
-  if (!rate_ || !(*rate_ < 0)) return options_.max_linear_iterations;
+  if (potential_.is_linear() || !rate_ || !(*rate_ < 0)) return options_.max_linear_iterations;
   return std::min(options_.max_linear_iterations, 5 + static_cast<int>(2 * std::log(forcing) / *rate_));
 }
 
@@ -281,6 +283,7 @@ NewtonReport Minimizer::descend(NodeVector& u, const NewtonProgress& progress) {
   report.reason = "residual below tolerance";
   if (!options_.estimate_remaining) return report;
   if (!preconditioner_) prepare(u, Hessian::clamped, false);
+  potential_.linearize(u, clamping.now());
   if (preconditioner_->is_positive()) preconditioner_->apply(now.gradient, report.remaining);
   return report;
 }

@@ -16,7 +16,7 @@ struct UsualCost {
   double products;
   double bytes_per_cell;
 };
-constexpr UsualCost linear_cost = {280, 800}, corotational_cost = {420, 2500}, hyperelastic_cost = {750, 3000};
+constexpr UsualCost linear_cost = {280, 900}, corotational_cost = {420, 2100}, hyperelastic_cost = {750, 3000};
 constexpr double saved_per_cell = sizeof(TurnedCells<double>) / double(TurnedCells<double>::lanes);
 
 /// Linear iterations grow with nearly incompressible material: 10 to 24 from nu = 0.3 to 0.49.

@@ -97,7 +97,12 @@ TEST(CellMatrices, KeepAndMultiplyThoseThatAreSharedAndThoseThatAreNot) {
   }
 }
 
-TEST(CellMatrices, AreHalfAsLargePacked) { EXPECT_EQ(sizeof(SymmetricCells<float>), 8 * sizeof(float) * 24 * 25 / 2); }
+TEST(CellMatrices, AreHalfAsLargePackedAndLieWhereRegistersTakeThem) {
+  EXPECT_EQ(sizeof(SymmetricCells<float>), 8 * sizeof(float) * 24 * 25 / 2);
+  EXPECT_EQ(sizeof(SymmetricCells<double>), 8 * sizeof(double) * 24 * 25 / 2);
+  EXPECT_EQ(alignof(SymmetricCells<float>), 8 * sizeof(float));
+  EXPECT_EQ(alignof(SymmetricCells<double>), 8 * sizeof(double));
+}
 
 TEST(CellProduct, CellsInARowAndCellsAnywhereAreMultipliedAlike) {
   const CellMatrix k = symmetric(12);

@@ -229,6 +229,60 @@ TEST(Elastic, CellsSideBySideTurnAsEachAlone) {
     cells->add_gradient(u, of_frames, magnitude);
     EXPECT_NEAR(cells->energy(u), energy, 1e-13 * energy);
     EXPECT_LT((of_frames - of_each).norm(), 1e-13 * of_each.norm());
+
+    // Those that save memory find the frame of each alone for its Hessian.
+    settings.saves_memory = true;
+    const auto alone = make_elastic_cells(body.mesh, lattice, 0, settings);
+    const NodeVector x = noise(body.mesh.num_dofs(), 1, 22);
+    for (const double clamping : {Hessian::exact, Hessian::clamped}) {
+      cells->linearize(u, clamping);
+      alone->linearize(u, clamping);
+      NodeVector product = NodeVector::Zero(u.size()), sum = product;
+      cells->add_product(x, product);
+      for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
+        CellMatrix h = CellMatrix::Zero();
+        alone->add_cell_hessian(c, h);
+        body.mesh.scatter_add(c, h * body.mesh.gather(c, x), sum);
+      }
+      EXPECT_LT((product - sum).norm(), 1e-7 * sum.norm());  // B and C are in single precision
+    }
+  }
+}
+
+TEST(Elastic, WhatIsKeptIsThatOfTheState) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  const Body body(lattice, 1, Elasticity::corotational);
+  const NodeVector u = large_deformation(body.mesh, 0.05), elsewhere = 0.5 * u, x = noise(body.mesh.num_dofs(), 1, 22);
+  std::vector<bool> turning(body.mesh.num_cells());
+  for (std::size_t c = 0; c < turning.size(); ++c) turning[c] = c % 2 == 0;
+  for (const bool saves : {false, true}) {
+    const ElasticSettings settings{.saves_memory = saves};
+    const auto used = make_elastic_cells(body.mesh, lattice, 1, settings);
+    const auto expect_as_new = [&](double clamping, const std::vector<bool>& which) {
+      ElasticSettings of_new = settings;
+      of_new.turning = which;
+      const auto anew = make_elastic_cells(body.mesh, lattice, 1, of_new);
+      used->linearize(u, clamping);
+      anew->linearize(u, clamping);
+      NodeVector product = NodeVector::Zero(u.size()), expected = product;
+      FloatNodeVector single = FloatNodeVector::Zero(u.size()), expected_single = single;
+      used->add_product(x, product);
+      anew->add_product(x, expected);
+      used->add_product(x.cast<float>(), single);
+      anew->add_product(x.cast<float>(), expected_single);
+      EXPECT_EQ(product, expected) << clamping;
+      EXPECT_EQ(single, expected_single) << clamping;
+    };
+    expect_as_new(Hessian::clamped, {});
+    used->move_to(elsewhere);
+    expect_as_new(Hessian::clamped, {});
+    expect_as_new(Hessian::exact, {});
+    expect_as_new(Hessian::without_stress, {});
+    expect_as_new(Hessian::exact, {});
+    used->linearize(elsewhere, Hessian::clamped);
+    expect_as_new(Hessian::without_stress, {});
+    dynamic_cast<CorotationalCells&>(*used).set_turning(turning);
+    expect_as_new(Hessian::clamped, turning);
   }
 }
 

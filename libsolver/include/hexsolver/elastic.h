@@ -39,7 +39,7 @@ struct ElasticSettings {
   Volumetric volumetric = Volumetric::mean;
   Stiffness stiffness = Stiffness::exact;
   std::vector<bool> turning;  ///< which co-rotational cells turn; empty = all
-  bool saves_memory = false;  ///< co-rotational cells find their frames again for each product
+  bool saves_memory = false;  ///< co-rotational cells keep frames in single precision only
 };
 
 /// What cells alike share.
@@ -102,10 +102,12 @@ protected:
   std::shared_ptr<const std::vector<ElementModel>> models_;
   CellVector rest_;  ///< X, corners relative to the cell's centre
 
+  double sum_of_energies() const;
+  mutable std::vector<double> energies_;  ///< space for energy(): parts to be summed up in this order
+
 private:
   double rounding_ = 0;
   mutable std::shared_ptr<const SingleModels> single_models_;
-  mutable std::vector<double> energies_;  ///< per cell, space for energy()
 };
 
 /// Small strain: W(u) = 1/2 u^T K u.
@@ -159,7 +161,7 @@ struct alignas(32) PositiveParts {
 class CorotationalCells final : public ElasticCells {
 public:
   /// @param turning       which cells turn; empty = all
-  /// @param saves_memory  keep no frames in double precision: products find them again
+  /// @param saves_memory  keep no frames in double precision: energies, forces and products find them again
   CorotationalCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models,
                     std::vector<bool> turning = {}, bool saves_memory = false)
       : ElasticCells(mesh, std::move(elements), std::move(models)),
@@ -173,7 +175,7 @@ public:
   const std::vector<bool>& turning() const noexcept { return turning_; }
   void set_turning(const std::vector<bool>& turning) {
     turning_ = turning;
-    state_.resize(0);
+    forget_state();
   }
 
   double energy(const NodeVector& u) const override;
@@ -210,8 +212,12 @@ private:
   };
 
   bool is_at(const NodeVector& u) const { return u.size() == state_.size() && u == state_; }
-  bool has_frames_of(const NodeVector& u) const { return !saves_memory_ && is_at(u); }
   void keep_state(const NodeVector& u, bool stressed);
+  void forget_state() {
+    state_.resize(0);
+    positive_.clear();
+    single_is_current_ = false;
+  }
   void clamp();
   bool turns(std::size_t cell) const { return turning_.empty() || turning_[cell]; }
   bool turns_somewhere(std::size_t batch) const;
@@ -219,7 +225,8 @@ private:
   Frame still_frame(std::size_t cell, const NodeVector& u) const;  ///< of a cell that does not turn, R = 1 and M^-1 = 0
   static Mat3 stress_matrix(const Frame& f);                       ///< A
   static void pack(const Frame& f, TurnedCells<double>& cells, std::size_t lane);
-  Frame unpacked(std::size_t cell) const;  ///< at the state; kept ones without s
+  Frame kept_frame(std::size_t cell) const;  ///< at the state, without s
+  static Frame unpacked(const TurnedCells<double>& cells, std::size_t lane);
   static StressTerm stress_term(const Frame& f, const NodeGradients& gradient);
   static PositivePart positive_part(const StressTerm& e);
   Frame frame_of_state(std::size_t cell) const;
@@ -246,7 +253,7 @@ private:
   std::vector<TurnedCells<double>> frames_;  ///< at the state, by Mesh::batches(); none if memory is saved
   mutable std::vector<TurnedCells<float>> single_frames_;  ///< copies, made when first asked for
   mutable bool single_is_current_ = false;
-  std::vector<PositiveParts> positive_;  ///< likewise; empty where the Hessian is not clamped
+  std::vector<PositiveParts> positive_;  ///< by Mesh::batches(); empty where the Hessian is not clamped
   double clamping_ = Hessian::exact;     ///< of the last linearize()
 };
 

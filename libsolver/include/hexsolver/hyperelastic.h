@@ -52,13 +52,14 @@ public:
   HyperelasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models,
                     const std::vector<std::vector<hexmesh::MaterialPoint>>& points, Elasticity law,
                     Volumetric volumetric);
+  ~HyperelasticCells() override;
 
   double cell_energy(std::size_t cell, const NodeVector& u) const override;
   Mat3 stress(std::size_t cell, const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   bool is_linear() const override { return false; }
   void linearize(const NodeVector& u, double clamping) override;
-  void add_product(const NodeVector& x, NodeVector& y) const override;
+  void add_product(const NodeVector& x, NodeVector& y) const override;  ///< in single precision, as its Hessians are
   void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   std::int32_t shared_hessian(std::size_t /*cell*/) const override { return own_hessian; }
@@ -78,7 +79,7 @@ private:
   Elasticity law_;
   Volumetric volumetric_;
   std::vector<std::vector<Point>> points_;         ///< of each element
-  std::shared_ptr<CellMatrices<float>> hessians_;  ///< of the last linearize()
+  std::unique_ptr<CellMatrices<float>> hessians_;  ///< of the last linearize()
   mutable FloatNodeVector single_x_, single_y_;    ///< space for a product
 };
 

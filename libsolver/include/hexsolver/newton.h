@@ -19,8 +19,8 @@ struct NewtonOptions {
 
 /// Where the time went [s].
 struct NewtonSeconds {
-  double forces = 0;     ///< and energies
-  double linearize = 0;  ///< Hessians of cells
+  double forces = 0;     ///< and energies, with the frames of cells
+  double linearize = 0;  ///< what else Hessians of cells take
   double set_up = 0;     ///< of the multigrid levels
   double cycles = 0;     ///< of multigrid
   double products = 0;   ///< with the Hessian, outside of cycles

@@ -44,7 +44,7 @@ public:
   struct Cost {
     std::string name;
     double seconds = 0;            ///< spent in the term since it was made
-    double linearize_seconds = 0;  ///< of these in linearize()
+    double linearize_seconds = 0;  ///< of these in move_to() and linearize()
     std::size_t bytes = 0;         ///< of memory, now
   };
   std::vector<Cost> costs() const;

@@ -17,7 +17,7 @@ struct Polar {
 inline constexpr double polar_floor = 0.05;
 /// Higham's iteration is for F that are not flat: q = |F|^2 / 3 above this, and det F above that part of q^(3/2) ...
 inline constexpr double polar_least_scale = 0.04, polar_least_jacobian = 0.05;
-inline constexpr double polar_settled = 1e-28;  ///< ... and ends where |R|^2 changes by less
+inline constexpr double polar_settled = 1e-28;  ///< ... and ends where R changes by less, squared
 
 /// Inverted cells keep the sign with the smallest singular value, so that they recover along the shortest way.
 /// Sources: Higham, SIAM J. Sci. Stat. Comput. 7 (1986) 1160 (the iteration); Irving et al., SCA 2004 (inversion).

@@ -40,7 +40,7 @@ public:
   virtual bool is_conservative() const { return true; }
 
   /// Energy, gradient and linearization at u are asked for next: what they share may be kept. Until linearize() is
-  /// called the three below are of no state.
+  /// called the three below are of no state, but for linear terms, which have only one.
   virtual void move_to(const NodeVector& /*u*/) {}
 
   /// Prepare the three below at u. A term without second derivative leaves them as they are.
