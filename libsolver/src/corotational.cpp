@@ -217,9 +217,10 @@ CorotationalCells::PositivePart CorotationalCells::positive_part(const StressTer
 
 void CorotationalCells::keep_state(const NodeVector& u, bool stressed) {
   if (is_at(u) && (is_stressed_ || !stressed)) return;
-  forget_state();
   is_stressed_ = stressed;
   state_ = u;
+  positive_.clear();
+  single_is_current_ = false;
   if (saves_memory_) return;
   frames_.resize(mesh_.batches().size());
   mesh_.for_each_batch([&](std::size_t b) { turn(b, frames_[b]); });
