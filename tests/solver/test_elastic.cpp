@@ -281,6 +281,7 @@ TEST(Elastic, WhatIsKeptIsThatOfTheState) {
     expect_as_new(Hessian::exact, {});
     used->linearize(elsewhere, Hessian::clamped);
     expect_as_new(Hessian::without_stress, {});
+    expect_as_new(Hessian::exact, {});
     dynamic_cast<CorotationalCells&>(*used).set_turning(turning);
     expect_as_new(Hessian::clamped, turning);
   }
