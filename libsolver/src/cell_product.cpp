@@ -537,21 +537,6 @@ HEXSOLVER_KERNELS(doubles_of_64_bytes, __attribute__((target("arch=x86-64-v4")))
 #endif
 #undef HEXSOLVER_KERNELS
 
-const Kernels<double>& kernels_for_doubles() {
-#ifdef HEXSOLVER_CHOOSES
-  if (__builtin_cpu_supports("x86-64-v4")) return doubles_of_64_bytes;
-  if (__builtin_cpu_supports("x86-64-v3")) return doubles_of_32_bytes;
-#endif
-  return doubles_of_16_bytes;
-}
-
-const Kernels<float>& kernels_for_floats() {
-#ifdef HEXSOLVER_CHOOSES
-  if (__builtin_cpu_supports("x86-64-v3")) return floats_of_32_bytes;
-#endif
-  return floats_of_16_bytes;
-}
-
 using TurnCells = unsigned (*)(const LaneModels<double>&, bool, const BatchNodes&, const double*, const double*,
                                TurnedCells<double>&);
 #define HEXSOLVER_TURN(name, target, width)                                                                          \
@@ -566,16 +551,27 @@ HEXSOLVER_TURN(turn_in_64_bytes, __attribute__((target("arch=x86-64-v4"))), 8)
 #endif
 #undef HEXSOLVER_TURN
 
-TurnCells kernel_to_turn() {
+/// With what is done in double precision only.
+struct KernelsForDoubles : Kernels<double> {
+  TurnCells turn;
+};
+
+KernelsForDoubles kernels_for_doubles() {
 #ifdef HEXSOLVER_CHOOSES
-  if (__builtin_cpu_supports("x86-64-v4")) return turn_in_64_bytes;
-  if (__builtin_cpu_supports("x86-64-v3")) return turn_in_32_bytes;
+  if (__builtin_cpu_supports("x86-64-v4")) return {doubles_of_64_bytes, turn_in_64_bytes};
+  if (__builtin_cpu_supports("x86-64-v3")) return {doubles_of_32_bytes, turn_in_32_bytes};
 #endif
-  return turn_in_16_bytes;
+  return {doubles_of_16_bytes, turn_in_16_bytes};
 }
 
-const TurnCells turn_chosen = kernel_to_turn();
-const Kernels<double>& doubles = kernels_for_doubles();
+const Kernels<float>& kernels_for_floats() {
+#ifdef HEXSOLVER_CHOOSES
+  if (__builtin_cpu_supports("x86-64-v3")) return floats_of_32_bytes;
+#endif
+  return floats_of_16_bytes;
+}
+
+const KernelsForDoubles doubles = kernels_for_doubles();
 const Kernels<float>& floats = kernels_for_floats();
 
 }  // namespace
@@ -608,7 +604,7 @@ void add_symmetric_product(const SymmetricCells<float>& k, const BatchNodes& nod
 
 unsigned turn_cells(const LaneModels<double>& models, bool stressed, const BatchNodes& nodes, const double* rest,
                     const double* u, TurnedCells<double>& cells) {
-  return turn_chosen(models, stressed, nodes, rest, u, cells);
+  return doubles.turn(models, stressed, nodes, rest, u, cells);
 }
 
 HEXSOLVER_CLONES void forces_of_turned(const LaneModels<double>& models, const TurnedCells<double>& cells,

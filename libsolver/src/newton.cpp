@@ -282,8 +282,10 @@ NewtonReport Minimizer::descend(NodeVector& u, const NewtonProgress& progress) {
   report.converged = true;
   report.reason = "residual below tolerance";
   if (!options_.estimate_remaining) return report;
-  if (!preconditioner_) prepare(u, Hessian::clamped, false);
-  potential_.linearize(u, clamping.now());
+  if (preconditioner_)
+    potential_.linearize(u, clamping.now());
+  else
+    prepare(u, Hessian::clamped, false);
   if (preconditioner_->is_positive()) preconditioner_->apply(now.gradient, report.remaining);
   return report;
 }
