@@ -154,12 +154,17 @@ private:
     return clock_.seconds() + 4.0 / 3 * growth * last.seconds <= *scene_.budget;
   }
 
+  hexmesh::Merge merge_of(const LevelProblem& fine, const LevelProblem& coarse) const {
+    return hexmesh::merge_cells(fine.mesh().cells(), level(coarse.level()).merge);
+  }
+
   void solve_level(Solved& next, const Solved& coarser) {
     next.problem->build_potential(report_.elasticity, turning_cells(*next.problem, coarser));
     const Mesh& mesh = next.problem->mesh();
     const bool has_start = coarser.problem && coarser.newton.converged;
     if (has_start)
-      Prolongation(mesh, coarser.problem->mesh(), level(coarser.problem->level()).merge).prolongate(coarser.u, next.u);
+      Prolongation(mesh, coarser.problem->mesh(), merge_of(*next.problem, *coarser.problem))
+          .prolongate(coarser.u, next.u);
     start_ = next.u;
 
     NewtonOptions options;
@@ -227,7 +232,7 @@ private:
     const bool chooses = scene_.finds_strain && report_.elasticity == Elasticity::corotational &&
                          scene_.rotation == Rotation::polar && coarser.problem && coarser.newton.converged;
     if (!chooses) return {};
-    const hexmesh::Merge merge = hexmesh::merge_cells(next.mesh().cells(), level(coarser.problem->level()).merge);
+    const hexmesh::Merge merge = merge_of(next, *coarser.problem);
     std::vector<bool> turning(next.mesh().num_cells());
     for (std::size_t parent = 0; parent < merge.children.size(); ++parent) {
       const Mat3 f = coarser.problem->elastic().mean_gradient(parent, coarser.u);

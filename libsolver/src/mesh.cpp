@@ -2,7 +2,6 @@
 #include "hexsolver/mesh.h"
 
 #include <algorithm>
-#include <cassert>
 
 #include "hexmesh/core/bytes.h"
 #include "parallel.h"
@@ -12,7 +11,10 @@ namespace hexsolver {
 using hexmesh::bytes_of;
 
 Mesh::Mesh(std::vector<Index3> cells, const Mat3& edges, const Vec3& corner)
-    : cells_(std::move(cells)), numbering_(hexmesh::number_nodes(cells_)), edges_(edges), corner_(corner) {
+    : Mesh(cells, hexmesh::number_nodes(cells), edges, corner) {}
+
+Mesh::Mesh(std::vector<Index3> cells, hexmesh::NodeNumbering numbering, const Mat3& edges, const Vec3& corner)
+    : cells_(std::move(cells)), numbering_(std::move(numbering)), edges_(edges), corner_(corner) {
   slabs_.assign(static_cast<std::size_t>(hexmesh::extent_of(cells_)[2]), {0, 0});
   for (std::size_t c = 0; c < cells_.size(); ++c) {
     auto& slab = slabs_[static_cast<std::size_t>(cells_[c][2])];
@@ -43,27 +45,27 @@ std::size_t Mesh::bytes() const {
          bytes_of(batch_of_);
 }
 
-Prolongation::Prolongation(const Mesh& fine, const Mesh& coarse, const Index3& factor) {
-  Index3 extent = hexmesh::extent_of(coarse.nodes());
-  hexmesh::IndexMap number(extent);
-  for (std::size_t n = 0; n < coarse.num_nodes(); ++n) number[coarse.nodes()[n]] = static_cast<std::int32_t>(n);
+Prolongation::Prolongation(const Mesh& fine, const Mesh& coarse, const hexmesh::Merge& merge) {
+  std::vector<std::int32_t> parent_of(fine.num_nodes(), -1);  // one of those that have the node
+  for (std::size_t parent = 0; parent < merge.children.size(); ++parent)
+    for (const std::int32_t child : merge.children[parent])
+      if (child >= 0)
+        for (const std::int32_t node : fine.cell_nodes()[static_cast<std::size_t>(child)])
+          parent_of[static_cast<std::size_t>(node)] = static_cast<std::int32_t>(parent);
 
   forward_.begin.push_back(0);
-  for (const Index3& node : fine.nodes()) {
+  for (std::size_t n = 0; n < fine.num_nodes(); ++n) {
+    const auto parent = static_cast<std::size_t>(parent_of[n]);
     for (int a = 0; a < 8; ++a) {
-      // The fine node lies on a coarse node along an axis, or half way between two.
       float weight = 1;
-      Index3 at;
       for (std::size_t d = 0; d < 3; ++d) {
-        const bool between = node[d] % factor[d] != 0;
-        const int upper = hexmesh::corner_bit(a, static_cast<int>(d));
-        if (between) weight *= 0.5F;
-        if (!between && upper) weight = 0;
-        at[d] = node[d] / factor[d] + (between ? upper : 0);
+        const int from_lower = fine.nodes()[n][d] - merge.factor[d] * coarse.cells()[parent][d];
+        const bool upper = hexmesh::corner_bit(a, static_cast<int>(d)) != 0;
+        weight *=
+            static_cast<float>(upper ? from_lower : merge.factor[d] - from_lower) / static_cast<float>(merge.factor[d]);
       }
       if (weight == 0) continue;
-      assert(number[at] >= 0);
-      forward_.columns.push_back(number[at]);
+      forward_.columns.push_back(coarse.cell_nodes()[parent][static_cast<std::size_t>(a)]);
       forward_.weights.push_back(weight);
     }
     forward_.begin.push_back(static_cast<std::int32_t>(forward_.columns.size()));

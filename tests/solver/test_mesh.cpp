@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "hexsolver/mesh.h"
+#include <numeric>
+#include <random>
+
+#include "hexsolver/multigrid.h"
 #include "support/bodies.h"
 
 using namespace hexsolver;
@@ -12,8 +15,24 @@ namespace {
 struct TwoLevels {
   Lattice lattice = bitten_ball({0.8, 0.8, 2.5}, {1, 0, 1}, random_rotation(3));
   Body fine{lattice, 1, Elasticity::cauchy}, coarse{lattice, 2, Elasticity::cauchy};
-  Prolongation prolongation{fine.mesh, coarse.mesh, lattice.levels[2].merge};
+  Prolongation prolongation{fine.mesh, coarse.mesh, hexmesh::merge_cells(fine.mesh.cells(), lattice.levels[2].merge)};
 };
+
+/// How many sets of cells share no node with one another.
+std::size_t num_parts(const Mesh& mesh) {
+  std::vector<std::size_t> part(mesh.num_nodes());
+  std::iota(part.begin(), part.end(), 0U);
+  const auto of = [&](std::int32_t node) {
+    auto n = static_cast<std::size_t>(node);
+    while (part[n] != n) n = part[n];
+    return n;
+  };
+  for (const CellNodes& nodes : mesh.cell_nodes())
+    for (const std::int32_t node : nodes) part[of(node)] = of(nodes[0]);
+  std::size_t sum = 0;
+  for (std::size_t n = 0; n < part.size(); ++n) sum += part[n] == n;
+  return sum;
+}
 
 }  // namespace
 
@@ -57,4 +76,75 @@ TEST(Mesh, CellLoopsAddUpTheSameForAnyNumberOfThreads) {
   omp_set_num_threads(2);
   body.potential.gradient(u, two, magnitude);
   EXPECT_EQ(one, two);
+}
+
+TEST(Hierarchy, AGapOfOneVoxelIsClosedOnNoLevel) {
+  for (int gap = 1; gap < 8; ++gap) {
+    const Lattice lattice = one_material({9, 9, 9}, {1, 1, 1}, [&](const Index3& i) { return i[1] != gap; });
+    const Hierarchy hierarchy(Body(lattice, 0, Elasticity::cauchy).mesh, lattice.corner(), 50);
+    ASSERT_GE(hierarchy.meshes.size(), 4U);
+    for (const Mesh& mesh : hierarchy.meshes) EXPECT_EQ(num_parts(mesh), 2U) << "gap at " << gap;
+  }
+}
+
+TEST(Hierarchy, TwoSidesOfASlitPartInItsCells) {
+  // Held together beyond the slit's end, so a coarse cell there belongs to both sides.
+  const Lattice lattice = one_material({16, 15, 4}, {1, 1, 1}, [](const Index3& i) { return i[1] != 7 || i[0] >= 10; });
+  const Hierarchy hierarchy(Body(lattice, 0, Elasticity::cauchy).mesh, lattice.corner(), 50);
+  NodeVector coarse, fine;
+  const Mesh& first = hierarchy.meshes[1];
+  coarse.setZero(static_cast<Eigen::Index>(first.num_dofs()));
+  for (std::size_t c = 0; c < first.num_cells(); ++c)
+    for (const std::int32_t node : first.cell_nodes()[c])
+      if (first.cells()[c][1] >= 4 && first.cells()[c][0] < 4) coarse.segment<3>(3 * Eigen::Index{node}).setOnes();
+  hierarchy.prolongations[0].prolongate(coarse, fine);
+  const Mesh& mesh = hierarchy.meshes[0];
+  for (std::size_t n = 0; n < mesh.num_nodes(); ++n) {
+    if (mesh.nodes()[n][0] > 8) continue;
+    EXPECT_EQ(fine[3 * static_cast<Eigen::Index>(n)], mesh.nodes()[n][1] >= 8 ? 1 : 0) << mesh.position(n).transpose();
+  }
+}
+
+TEST(Hierarchy, AllParentsOfANodeInterpolateItAlike) {
+  // Voxels at random: cells that touch at an edge or a corner only, and several parents at one index.
+  std::mt19937 random(5);
+  std::vector<int> filled(20 * 19 * 18);
+  for (int& f : filled) f = random() % 10 < 3;
+  const Lattice lattice = one_material({20, 19, 18}, {1, 1, 1}, [&](const Index3& i) {
+    return filled[static_cast<std::size_t>(i[0] + 20 * (i[1] + 19 * i[2]))] != 0;
+  });
+  const Hierarchy hierarchy(Body(lattice, 0, Elasticity::cauchy).mesh, lattice.corner(), 50);
+  std::size_t parents_at_taken_indices = 0;
+  for (std::size_t l = 0; l + 1 < hierarchy.meshes.size(); ++l) {
+    const Mesh &fine = hierarchy.meshes[l], &coarse = hierarchy.meshes[l + 1];
+    const hexmesh::Merge& merge = hierarchy.merges[l];
+    const NodeVector at_coarse = noise(coarse.num_dofs(), 1, 7);
+    NodeVector at_fine;
+    hierarchy.prolongations[l].prolongate(at_coarse, at_fine);
+    std::vector<int> times_child(fine.num_cells());
+    for (std::size_t parent = 0; parent < coarse.num_cells(); ++parent) {
+      if (parent > 0 && coarse.cells()[parent] == coarse.cells()[parent - 1]) ++parents_at_taken_indices;
+      for (std::size_t slot = 0; slot < 8; ++slot) {
+        const std::int32_t number = merge.children[parent][slot];
+        if (number < 0) continue;
+        const auto child = static_cast<std::size_t>(number);
+        ++times_child[child];
+        for (std::size_t a = 0; a < 8; ++a) {
+          const auto node = static_cast<std::size_t>(fine.cell_nodes()[child][a]);
+          hexmesh::NodeWeights weights = hexmesh::NodeWeights::Ones();
+          for (int corner = 0; corner < 8; ++corner)
+            for (std::size_t d = 0; d < 3; ++d) {
+              const double place =
+                  static_cast<double>(fine.nodes()[node][d]) / merge.factor[d] - coarse.cells()[parent][d];
+              weights[corner] *= hexmesh::corner_bit(corner, static_cast<int>(d)) ? place : 1 - place;
+            }
+          ASSERT_GE(weights.minCoeff(), 0);
+          const Vec3 expected = coarse.interpolate(static_cast<std::int32_t>(parent), weights, at_coarse);
+          EXPECT_LT((at_fine.segment<3>(3 * static_cast<Eigen::Index>(node)) - expected).norm(), 1e-14);
+        }
+      }
+    }
+    EXPECT_EQ(times_child, std::vector<int>(fine.num_cells(), 1));
+  }
+  EXPECT_GT(parents_at_taken_indices, 10U);
 }

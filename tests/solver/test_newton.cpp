@@ -135,6 +135,21 @@ TEST(Newton, MissingSupportsAreNoSuccess) {
   }
 }
 
+TEST(Multigrid, PlatesOneVoxelApartTakeTheIterationsOfOne) {
+  // Held together at one end. Where coarse cells tie them they take three times as many.
+  const auto iterations = [](int num_plates) {
+    constexpr int pitch = 8;
+    const Lattice lattice = one_material({40, num_plates * pitch - 1, 12}, {1, 1, 1},
+                                         [&](const Index3& i) { return i[1] % pitch != pitch - 1 || i[0] < 6; });
+    const Solved solved = solve(
+        lattice, 0, Elasticity::cauchy, [](const Vec3& x) { return x[0] < 0 || x[0] > 39; },
+        [](const Vec3& x) { return Vec3(0, x[0] > 0 ? 1 : 0, 0); }, 1e-8);
+    EXPECT_TRUE(solved.report.converged) << solved.report.reason;
+    return solved.report.linear_iterations;
+  };
+  EXPECT_LE(iterations(4), 1.5 * iterations(1));
+}
+
 TEST(Multigrid, IsSymmetricAndFewIterationsSolveALinearBody) {
   const Lattice lattice = bitten_ball({0.8, 0.8, 2.5});
   Body body(lattice, 0, Elasticity::cauchy);

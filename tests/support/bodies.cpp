@@ -95,7 +95,14 @@ Lattice grey_ball(const Vec3& spacing, const Index3& offset, const Mat3& directi
 }
 
 Lattice box(const Index3& extent, const Vec3& spacing, double young_kpa, double poisson) {
-  const hexmesh::LabelVolume volume = make_volume(extent, spacing, [](const Index3&) { return 1; });
+  return one_material(
+      extent, spacing, [](const Index3&) { return true; }, young_kpa, poisson);
+}
+
+Lattice one_material(const Index3& extent, const Vec3& spacing, const std::function<bool(const Index3&)>& is_filled,
+                     double young_kpa, double poisson) {
+  const hexmesh::LabelVolume volume =
+      make_volume(extent, spacing, [&](const Index3& i) { return is_filled(i) ? 1 : 0; });
   return hexmesh::build_lattice(
       volume, {{volume.segments[0], hexmesh::material_from_units(young_kpa, poisson, 1000), 0, ""}}, {3, {0, 0, 0}});
 }

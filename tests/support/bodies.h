@@ -32,6 +32,10 @@ Lattice bitten_ball(const Vec3& spacing, const Index3& offset = {0, 0, 0}, const
 /// The same ball with stiffness, Poisson's ratio and density that follow grey values, different in every voxel.
 Lattice grey_ball(const Vec3& spacing, const Index3& offset = {0, 0, 0}, const Mat3& direction = Mat3::Identity());
 
+/// A body of one material, in three levels.
+Lattice one_material(const Index3& extent, const Vec3& spacing, const std::function<bool(const Index3&)>& is_filled,
+                     double young_kpa = 100, double poisson = 0.3);
+
 /// A solid box of one material.
 Lattice box(const Index3& extent, const Vec3& spacing, double young_kpa = 100, double poisson = 0.3);
 

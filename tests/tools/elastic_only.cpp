@@ -74,7 +74,8 @@ int main(int argc, char** argv) {
     const Mesh& mesh = problem->hierarchy.meshes[0];
     NodeVector start = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
     if (coarser)
-      Prolongation(mesh, coarser->hierarchy.meshes[0], lattice.levels[static_cast<std::size_t>(level) + 1].merge)
+      Prolongation(mesh, coarser->hierarchy.meshes[0],
+                   hexmesh::merge_cells(mesh.cells(), lattice.levels[static_cast<std::size_t>(level) + 1].merge))
           .prolongate(u, start);
     u = start;
     NewtonOptions options;

@@ -3,8 +3,92 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace hexmesh {
+namespace {
+
+std::uint64_t sort_key(const Index3& i) {
+  return static_cast<std::uint64_t>(i[2]) << 42 | static_cast<std::uint64_t>(i[1]) << 21 |
+         static_cast<std::uint64_t>(i[0]);
+}
+
+std::size_t as_size(std::int32_t number) { return static_cast<std::size_t>(number); }
+
+/// Sets of numbers that are joined pair by pair.
+class JoinedSets {
+public:
+  explicit JoinedSets(std::size_t count) : next_(count) { std::iota(next_.begin(), next_.end(), 0); }
+  /// The least number of the set of n.
+  std::int32_t first_of(std::int32_t n) {
+    while (next_[as_size(n)] != n) n = next_[as_size(n)] = next_[as_size(next_[as_size(n)])];
+    return n;
+  }
+  void join(std::int32_t a, std::int32_t b) {
+    a = first_of(a), b = first_of(b);
+    next_[as_size(std::max(a, b))] = std::min(a, b);
+  }
+
+private:
+  std::vector<std::int32_t> next_;
+};
+
+bool share_a_node(const CellNodes& a, const CellNodes& b) {
+  return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
+}
+
+/// Where node `corner` of the child in `slot` lies in its parent along an axis, in edges of a child.
+int place_in_parent(int slot, int corner, int axis) { return corner_bit(slot, axis) + corner_bit(corner, axis); }
+
+/// Whether the parent's node `corner` has a weight at a place in it.
+bool bears(int corner, const Index3& place, const Index3& factor) {
+  for (int d = 0; d < 3; ++d) {
+    const int distance = std::abs(place[d] - corner_bit(corner, d) * factor[d]);
+    if (distance >= factor[d]) return false;
+  }
+  return true;
+}
+
+/// @param linked  whether two children of one parent are to be merged
+template <class Linked>
+Merge merge_where(std::span<const Index3> cells, const Index3& factor, Linked&& linked) {
+  const auto parent_of = [&](const Index3& c) { return Index3{c[0] / factor[0], c[1] / factor[1], c[2] / factor[2]}; };
+  std::vector<std::pair<std::uint64_t, std::int32_t>> order(cells.size());
+  for (std::size_t n = 0; n < cells.size(); ++n)
+    order[n] = {sort_key(parent_of(cells[n])), static_cast<std::int32_t>(n)};
+  std::sort(order.begin(), order.end());
+
+  Merge merge{factor, {}, {}};
+  std::vector<std::int32_t> chain;  // of the parents at one index: the first child of the chain that is theirs
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    while (end < order.size() && order[end].first == order[begin].first) ++end;
+    const std::span children(order.begin() + static_cast<std::ptrdiff_t>(begin), end - begin);
+    JoinedSets chains(children.size());
+    for (std::size_t b = 1; b < children.size(); ++b)
+      for (std::size_t a = 0; a < b; ++a)
+        if (linked(children[a].second, children[b].second))
+          chains.join(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
+    chain.clear();
+    const std::size_t first_parent = merge.parents.size();
+    for (std::size_t n = 0; n < children.size(); ++n) {
+      const std::int32_t number = children[n].second, first = chains.first_of(static_cast<std::int32_t>(n));
+      const Index3& child = cells[as_size(number)];
+      std::size_t slot = 0;
+      for (std::size_t d = 0; d < 3; ++d) slot |= static_cast<std::size_t>(child[d] % factor[d]) << d;
+      std::size_t p = 0;
+      while (p < chain.size() && (chain[p] != first || merge.children[first_parent + p][slot] >= 0)) ++p;
+      if (p == chain.size()) {
+        chain.push_back(first);
+        merge.parents.push_back(parent_of(child));
+        merge.children.push_back({-1, -1, -1, -1, -1, -1, -1, -1});
+      }
+      merge.children[first_parent + p][slot] = number;
+    }
+  }
+  return merge;
+}
+
+}  // namespace
 
 Index3 merge_factor(const Vec3& cell_size) {
   Index3 factor = {1, 1, 1};
@@ -14,27 +98,51 @@ Index3 merge_factor(const Vec3& cell_size) {
 }
 
 Merge merge_cells(std::span<const Index3> cells, const Index3& factor) {
-  const auto parent_of = [&](const Index3& c) { return Index3{c[0] / factor[0], c[1] / factor[1], c[2] / factor[2]}; };
-  const auto key = [](const Index3& c) {
-    return static_cast<std::uint64_t>(c[2]) << 42 | static_cast<std::uint64_t>(c[1]) << 21 |
-           static_cast<std::uint64_t>(c[0]);
-  };
-  std::vector<std::pair<std::uint64_t, std::int32_t>> order(cells.size());
-  for (std::size_t n = 0; n < cells.size(); ++n) order[n] = {key(parent_of(cells[n])), static_cast<std::int32_t>(n)};
-  std::sort(order.begin(), order.end());
+  return merge_where(cells, factor, [](std::int32_t, std::int32_t) { return true; });
+}
 
-  Merge merge{factor, {}, {}};
-  for (std::size_t n = 0; n < order.size(); ++n) {
-    const Index3& child = cells[order[n].second];
-    if (n == 0 || order[n].first != order[n - 1].first) {
-      merge.parents.push_back(parent_of(child));
-      merge.children.push_back({-1, -1, -1, -1, -1, -1, -1, -1});
+Merge merge_linked_cells(std::span<const Index3> cells, std::span<const CellNodes> cell_nodes, const Index3& factor) {
+  return merge_where(cells, factor, [&](std::int32_t a, std::int32_t b) {
+    return share_a_node(cell_nodes[as_size(a)], cell_nodes[as_size(b)]);
+  });
+}
+
+NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes) {
+  const std::size_t num_parents = merge.parents.size();
+  JoinedSets same(8 * num_parents);
+  std::vector<std::int32_t> seen_in(num_nodes, -1);
+  for (std::size_t parent = 0; parent < num_parents; ++parent)
+    for (int slot = 0; slot < 8; ++slot) {
+      const std::int32_t child = merge.children[parent][slot];
+      if (child < 0) continue;
+      for (int a = 0; a < 8; ++a) {
+        std::int32_t& seen = seen_in[as_size(cell_nodes[as_size(child)][a])];
+        if (seen < 0) seen = static_cast<std::int32_t>(parent);
+        if (as_size(seen) == parent) continue;
+        const Index3 place = {place_in_parent(slot, a, 0), place_in_parent(slot, a, 1), place_in_parent(slot, a, 2)};
+        for (int corner = 0; corner < 8; ++corner) {
+          if (!bears(corner, place, merge.factor)) continue;
+          int in_other = 0;
+          for (int d = 0; d < 3; ++d)
+            in_other |= (merge.parents[parent][d] + corner_bit(corner, d) - merge.parents[as_size(seen)][d]) << d;
+          same.join(8 * static_cast<std::int32_t>(parent) + corner, 8 * seen + in_other);
+        }
+      }
     }
-    int slot = 0;
-    for (int d = 0; d < 3; ++d) slot |= (child[d] % factor[d]) << d;
-    merge.children.back()[slot] = order[n].second;
+
+  std::vector<std::pair<std::uint64_t, std::int32_t>> order;
+  for (std::int32_t n = 0; as_size(n) < 8 * num_parents; ++n)
+    if (same.first_of(n) == n) order.emplace_back(sort_key(corner_of(merge.parents[as_size(n / 8)], n % 8)), n);
+  std::sort(order.begin(), order.end());
+  NodeNumbering out{{}, std::vector<CellNodes>(num_parents)};
+  std::vector<std::int32_t> number(8 * num_parents);
+  for (const auto& [key, n] : order) {
+    number[as_size(n)] = static_cast<std::int32_t>(out.nodes.size());
+    out.nodes.push_back(corner_of(merge.parents[as_size(n / 8)], n % 8));
   }
-  return merge;
+  for (std::int32_t n = 0; as_size(n) < 8 * num_parents; ++n)
+    out.cell_nodes[as_size(n / 8)][as_size(n % 8)] = number[as_size(same.first_of(n))];
+  return out;
 }
 
 }  // namespace hexmesh

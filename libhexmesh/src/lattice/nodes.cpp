@@ -6,10 +6,6 @@
 namespace hexmesh {
 namespace {
 
-Index3 corner_of(const Index3& cell, int a) {
-  return {cell[0] + corner_bit(a, 0), cell[1] + corner_bit(a, 1), cell[2] + corner_bit(a, 2)};
-}
-
 bool before(const Index3& a, const Index3& b) { return std::array{a[2], a[1], a[0]} < std::array{b[2], b[1], b[0]}; }
 
 /// Of a few cells in a large box, which a map would be too large for.
@@ -27,6 +23,10 @@ NodeNumbering number_nodes_sorted(std::span<const Index3> cells) {
 }
 
 }  // namespace
+
+Index3 corner_of(const Index3& cell, int a) {
+  return {cell[0] + corner_bit(a, 0), cell[1] + corner_bit(a, 1), cell[2] + corner_bit(a, 2)};
+}
 
 Index3 extent_of(std::span<const Index3> indices) {
   Index3 extent = {0, 0, 0};

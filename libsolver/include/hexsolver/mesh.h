@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hexmesh/lattice/lattice.h"
+#include "hexmesh/lattice/merge.h"
 #include "hexmesh/lattice/nodes.h"
 
 namespace hexsolver {
@@ -33,6 +34,8 @@ public:
   /// @param edges   columns = edge vectors of a cell [mm]
   /// @param corner  position of node (0, 0, 0) [mm]
   Mesh(std::vector<Index3> cells, const Mat3& edges, const Vec3& corner);
+  /// @param numbering  of the nodes; several may stand at one index, as several cells may
+  Mesh(std::vector<Index3> cells, hexmesh::NodeNumbering numbering, const Mat3& edges, const Vec3& corner);
 
   std::size_t num_cells() const noexcept { return cells_.size(); }
   std::size_t num_nodes() const noexcept { return numbering_.nodes.size(); }
@@ -139,8 +142,8 @@ private:
 /// Trilinear interpolation from the nodes of a coarser mesh: u_fine = P u_coarse, for each component alike.
 class Prolongation {
 public:
-  /// @param factor  fine cells per coarse cell along each axis, 1 or 2
-  Prolongation(const Mesh& fine, const Mesh& coarse, const Index3& factor);
+  /// @param merge  of the fine cells into the coarse ones
+  Prolongation(const Mesh& fine, const Mesh& coarse, const hexmesh::Merge& merge);
 
   void prolongate(const NodeVector& coarse, NodeVector& fine) const;             ///< fine = P coarse
   void prolongate(const FloatNodeVector& coarse, FloatNodeVector& fine) const;   ///< likewise

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "hexmesh/core/grid.h"
+#include "hexmesh/lattice/nodes.h"
 
 namespace hexmesh {
 
@@ -27,5 +27,18 @@ Index3 merge_factor(const Vec3& cell_size);
 /// @param cells   distinct cells, each index >= 0
 /// @param factor  1 or 2 along each axis
 Merge merge_cells(std::span<const Index3> cells, const Index3& factor);
+
+/// Merge cells, which may stand several at one index, as the nodes they share hold them together: children of a parent
+/// that no chain of shared nodes links, or that stand at one index, become parents of their own at its index. So a gap
+/// stays open in the parents.
+/// Source: Nesme, Kry, Jerabkova and Faure, Preserving topology and elasticity for embedded deformable models (2009).
+/// @param cells       sorted, i fastest
+/// @param cell_nodes  nodes of each cell
+Merge merge_linked_cells(std::span<const Index3> cells, std::span<const CellNodes> cell_nodes, const Index3& factor);
+
+/// Nodes for the parents of linked cells: parents share a node where both pass it on to a node that cells of both hang
+/// on. Interpolation in parents then agrees at every shared node of the cells, and nothing else is tied.
+/// @param num_nodes  of the cells
+NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes);
 
 }  // namespace hexmesh

@@ -8,6 +8,9 @@
 
 namespace hexmesh {
 
+/// Lattice index of node a of a cell.
+Index3 corner_of(const Index3& cell, int a);
+
 /// Numbers for a set of lattice indices, by position in their bounding box.
 class IndexMap {
 public:
