@@ -79,12 +79,21 @@ TEST(Mesh, CellLoopsAddUpTheSameForAnyNumberOfThreads) {
 }
 
 TEST(Hierarchy, AGapOfOneVoxelIsClosedOnNoLevel) {
-  for (int gap = 1; gap < 8; ++gap) {
-    const Lattice lattice = one_material({9, 9, 9}, {1, 1, 1}, [&](const Index3& i) { return i[1] != gap; });
-    const Hierarchy hierarchy(Body(lattice, 0, Elasticity::cauchy).mesh, lattice.corner(), 50);
+  for (int gap = 12; gap < 20; ++gap) {
+    const Lattice lattice = one_material({32, 32, 32}, {1, 1, 1}, [&](const Index3& i) { return i[1] != gap; });
+    const Hierarchy hierarchy(Body(lattice, 0, Elasticity::cauchy).mesh, lattice.corner(), 600);
     ASSERT_GE(hierarchy.meshes.size(), 4U);
     for (const Mesh& mesh : hierarchy.meshes) EXPECT_EQ(num_parts(mesh), 2U) << "gap at " << gap;
   }
+}
+
+TEST(Hierarchy, SpecksAreTiedToWhatIsBesideThem) {
+  const Lattice lattice = one_material({33, 16, 16}, {1, 1, 1}, [](const Index3& i) {
+    return i[0] < 20 || (i[0] % 2 == 0 && i[1] % 4 == 1 && i[2] % 4 == 1);
+  });
+  const Hierarchy hierarchy(Body(lattice, 0, Elasticity::cauchy).mesh, lattice.corner(), 50);
+  EXPECT_GT(num_parts(hierarchy.meshes.front()), 50U);
+  EXPECT_EQ(num_parts(hierarchy.meshes.back()), 1U);
 }
 
 TEST(Hierarchy, TwoSidesOfASlitPartInItsCells) {

@@ -37,6 +37,18 @@ bool share_a_node(const CellNodes& a, const CellNodes& b) {
   return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
 }
 
+/// Of each cell, whether it belongs to a part of at most `most` cells.
+std::vector<bool> cells_of_small_parts(std::span<const CellNodes> cell_nodes, std::size_t num_nodes, int most) {
+  JoinedSets parts(num_nodes);
+  for (const CellNodes& nodes : cell_nodes)
+    for (const std::int32_t node : nodes) parts.join(nodes[0], node);
+  std::vector<int> size(num_nodes);
+  for (const CellNodes& nodes : cell_nodes) ++size[as_size(parts.first_of(nodes[0]))];
+  std::vector<bool> out(cell_nodes.size());
+  for (std::size_t c = 0; c < out.size(); ++c) out[c] = size[as_size(parts.first_of(cell_nodes[c][0]))] <= most;
+  return out;
+}
+
 /// Where node `corner` of the child in `slot` lies in its parent along an axis, in edges of a child.
 int place_in_parent(int slot, int corner, int axis) { return corner_bit(slot, axis) + corner_bit(corner, axis); }
 
@@ -130,10 +142,22 @@ NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes>
       }
     }
 
+  const std::vector<bool> is_small = cells_of_small_parts(cell_nodes, num_nodes, most_cells_tied);
+  const auto is_tied = [&](std::int32_t n) {
+    const Children& children = merge.children[as_size(n / 8)];
+    return is_small[as_size(*std::find_if(children.begin(), children.end(), [](std::int32_t c) { return c >= 0; }))];
+  };
   std::vector<std::pair<std::uint64_t, std::int32_t>> order;
   for (std::int32_t n = 0; as_size(n) < 8 * num_parents; ++n)
     if (same.first_of(n) == n) order.emplace_back(sort_key(corner_of(merge.parents[as_size(n / 8)], n % 8)), n);
   std::sort(order.begin(), order.end());
+  for (auto begin = order.begin(), end = begin; begin != order.end(); begin = end) {
+    end = std::find_if(begin, order.end(), [&](const auto& entry) { return entry.first != begin->first; });
+    const auto apart = std::find_if(begin, end, [&](const auto& entry) { return !is_tied(entry.second); });
+    for (auto entry = begin; entry != end; ++entry)
+      if (is_tied(entry->second)) same.join(entry->second, (apart == end ? begin : apart)->second);
+  }
+  std::erase_if(order, [&](const auto& entry) { return same.first_of(entry.second) != entry.second; });
   NodeNumbering out{{}, std::vector<CellNodes>(num_parents)};
   std::vector<std::int32_t> number(8 * num_parents);
   for (const auto& [key, n] : order) {
