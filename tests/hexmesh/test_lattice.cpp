@@ -329,3 +329,13 @@ TEST(GreyValues, LawsHaveTheirShapesAndClamps) {
   EXPECT_EQ(law(3), 4);
   EXPECT_EQ(law(9), 3);
 }
+
+TEST(Merge, CellsAtOneIndexThatAThirdLinksHaveParentsThatShareItsNodes) {
+  const std::vector<Index3> cells = {{0, 0, 0}, {0, 0, 0}, {1, 0, 0}};
+  const std::vector<CellNodes> nodes = {
+      {0, 1, 2, 3, 4, 5, 6, 7}, {8, 1, 9, 3, 10, 5, 11, 7}, {1, 12, 3, 13, 5, 14, 7, 15}};
+  const Merge merge = merge_linked_cells(cells, nodes, {2, 2, 2});
+  ASSERT_EQ(merge.parents, (std::vector<Index3>{{0, 0, 0}, {0, 0, 0}}));
+  EXPECT_EQ(merge.children[0], (Children{0, 2, -1, -1, -1, -1, -1, -1}));
+  EXPECT_EQ(merge.children[1], (Children{1, -1, -1, -1, -1, -1, -1, -1}));
+}

@@ -116,44 +116,59 @@ TEST(Hierarchy, TwoSidesOfASlitPartInItsCells) {
 
 TEST(Hierarchy, AllParentsOfANodeInterpolateItAlike) {
   // Voxels at random: cells that touch at an edge or a corner only, and several parents at one index.
-  std::mt19937 random(5);
-  std::vector<int> filled(20 * 19 * 18);
-  for (int& f : filled) f = random() % 10 < 3;
-  const Lattice lattice = one_material({20, 19, 18}, {1, 1, 1}, [&](const Index3& i) {
-    return filled[static_cast<std::size_t>(i[0] + 20 * (i[1] + 19 * i[2]))] != 0;
-  });
-  const Hierarchy hierarchy(Body(lattice, 0, Elasticity::cauchy).mesh, lattice.corner(), 50);
   std::size_t parents_at_taken_indices = 0;
-  for (std::size_t l = 0; l + 1 < hierarchy.meshes.size(); ++l) {
-    const Mesh &fine = hierarchy.meshes[l], &coarse = hierarchy.meshes[l + 1];
-    const hexmesh::Merge& merge = hierarchy.merges[l];
-    const NodeVector at_coarse = noise(coarse.num_dofs(), 1, 7);
-    NodeVector at_fine;
-    hierarchy.prolongations[l].prolongate(at_coarse, at_fine);
-    std::vector<int> times_child(fine.num_cells());
-    for (std::size_t parent = 0; parent < coarse.num_cells(); ++parent) {
-      if (parent > 0 && coarse.cells()[parent] == coarse.cells()[parent - 1]) ++parents_at_taken_indices;
-      for (std::size_t slot = 0; slot < 8; ++slot) {
-        const std::int32_t number = merge.children[parent][slot];
-        if (number < 0) continue;
-        const auto child = static_cast<std::size_t>(number);
-        ++times_child[child];
-        for (std::size_t a = 0; a < 8; ++a) {
-          const auto node = static_cast<std::size_t>(fine.cell_nodes()[child][a]);
-          hexmesh::NodeWeights weights = hexmesh::NodeWeights::Ones();
-          for (int corner = 0; corner < 8; ++corner)
-            for (std::size_t d = 0; d < 3; ++d) {
-              const double place =
-                  static_cast<double>(fine.nodes()[node][d]) / merge.factor[d] - coarse.cells()[parent][d];
-              weights[corner] *= hexmesh::corner_bit(corner, static_cast<int>(d)) ? place : 1 - place;
-            }
-          ASSERT_GE(weights.minCoeff(), 0);
-          const Vec3 expected = coarse.interpolate(static_cast<std::int32_t>(parent), weights, at_coarse);
-          EXPECT_LT((at_fine.segment<3>(3 * static_cast<Eigen::Index>(node)) - expected).norm(), 1e-14);
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    std::mt19937 random(seed);
+    std::vector<int> filled(20 * 19 * 18);
+    for (int& f : filled) f = random() % 100 < 24 + seed;
+    const Lattice lattice = one_material({20, 19, 18}, {1, 1, 1}, [&](const Index3& i) {
+      return filled[static_cast<std::size_t>(i[0] + 20 * (i[1] + 19 * i[2]))] != 0;
+    });
+    const Hierarchy hierarchy(Body(lattice, 0, Elasticity::cauchy).mesh, lattice.corner(), 50);
+    for (std::size_t l = 0; l + 1 < hierarchy.meshes.size(); ++l) {
+      const Mesh &fine = hierarchy.meshes[l], &coarse = hierarchy.meshes[l + 1];
+      const hexmesh::Merge& merge = hierarchy.merges[l];
+      const NodeVector at_coarse = noise(coarse.num_dofs(), 1, 7);
+      NodeVector at_fine;
+      hierarchy.prolongations[l].prolongate(at_coarse, at_fine);
+      std::vector<int> times_child(fine.num_cells());
+      for (std::size_t parent = 0; parent < coarse.num_cells(); ++parent) {
+        if (parent > 0 && coarse.cells()[parent] == coarse.cells()[parent - 1]) ++parents_at_taken_indices;
+        for (std::size_t slot = 0; slot < 8; ++slot) {
+          const std::int32_t number = merge.children[parent][slot];
+          if (number < 0) continue;
+          const auto child = static_cast<std::size_t>(number);
+          ++times_child[child];
+          for (std::size_t a = 0; a < 8; ++a) {
+            const auto node = static_cast<std::size_t>(fine.cell_nodes()[child][a]);
+            hexmesh::NodeWeights weights = hexmesh::NodeWeights::Ones();
+            for (int corner = 0; corner < 8; ++corner)
+              for (std::size_t d = 0; d < 3; ++d) {
+                const double place =
+                    static_cast<double>(fine.nodes()[node][d]) / merge.factor[d] - coarse.cells()[parent][d];
+                weights[corner] *= hexmesh::corner_bit(corner, static_cast<int>(d)) ? place : 1 - place;
+              }
+            ASSERT_GE(weights.minCoeff(), 0);
+            const Vec3 expected = coarse.interpolate(static_cast<std::int32_t>(parent), weights, at_coarse);
+            EXPECT_LT((at_fine.segment<3>(3 * static_cast<Eigen::Index>(node)) - expected).norm(), 1e-14);
+          }
         }
       }
+      EXPECT_EQ(times_child, std::vector<int>(fine.num_cells(), 1));
     }
-    EXPECT_EQ(times_child, std::vector<int>(fine.num_cells(), 1));
   }
   EXPECT_GT(parents_at_taken_indices, 10U);
+}
+
+TEST(Hierarchy, WithoutGapsAllChildrenAreMerged) {
+  const Lattice lattice = one_material(
+      {24, 24, 24}, {1, 1, 1}, [](const Index3& i) { return Vec3(i[0] - 11.3, i[1] - 11.9, i[2] - 12.1).norm() < 11; });
+  const Hierarchy hierarchy(Body(lattice, 0, Elasticity::cauchy).mesh, lattice.corner(), 300);
+  ASSERT_GE(hierarchy.meshes.size(), 3U);
+  for (std::size_t l = 0; l + 1 < hierarchy.meshes.size(); ++l) {
+    const hexmesh::Merge all = hexmesh::merge_cells(hierarchy.meshes[l].cells(), hierarchy.merges[l].factor);
+    EXPECT_EQ(hierarchy.merges[l].parents, all.parents);
+    EXPECT_EQ(hierarchy.merges[l].children, all.children);
+    EXPECT_EQ(hierarchy.meshes[l + 1].nodes(), hexmesh::number_nodes(all.parents).nodes);
+  }
 }

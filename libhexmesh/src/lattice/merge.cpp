@@ -100,6 +100,58 @@ Merge merge_where(std::span<const Index3> cells, const Index3& factor, Linked&& 
   return merge;
 }
 
+/// Corners of parents, 8 parent + corner, joined where both parents pass them on to one node.
+JoinedSets join_corners(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes) {
+  JoinedSets same(8 * merge.parents.size());
+  std::vector<std::int32_t> seen_in(num_nodes, -1);
+  for (std::size_t parent = 0; parent < merge.parents.size(); ++parent)
+    for (int slot = 0; slot < 8; ++slot) {
+      const std::int32_t child = merge.children[parent][slot];
+      if (child < 0) continue;
+      for (int a = 0; a < 8; ++a) {
+        std::int32_t& seen = seen_in[as_size(cell_nodes[as_size(child)][a])];
+        if (seen < 0) seen = static_cast<std::int32_t>(parent);
+        if (as_size(seen) == parent) continue;
+        const Index3 place = {place_in_parent(slot, a, 0), place_in_parent(slot, a, 1), place_in_parent(slot, a, 2)};
+        for (int corner = 0; corner < 8; ++corner) {
+          if (!bears(corner, place, merge.factor)) continue;
+          int in_other = 0;
+          for (int d = 0; d < 3; ++d)
+            in_other |= (merge.parents[parent][d] + corner_bit(corner, d) - merge.parents[as_size(seen)][d]) << d;
+          same.join(8 * static_cast<std::int32_t>(parent) + corner, 8 * seen + in_other);
+        }
+      }
+    }
+  return same;
+}
+
+using Corner = std::pair<std::uint64_t, std::int32_t>;  ///< sort key of its index; 8 parent + corner
+
+/// The first corner of each set, i fastest.
+std::vector<Corner> nodes_in_order(const Merge& merge, JoinedSets& same) {
+  std::vector<Corner> nodes;
+  for (std::int32_t n = 0; as_size(n) < 8 * merge.parents.size(); ++n)
+    if (same.first_of(n) == n) nodes.emplace_back(sort_key(corner_of(merge.parents[as_size(n / 8)], n % 8)), n);
+  std::sort(nodes.begin(), nodes.end());
+  return nodes;
+}
+
+/// Join the corners of parents of small parts with those at their indices, of a larger part if there is one.
+void tie_small_parts(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes,
+                     std::span<const Corner> nodes, JoinedSets& same) {
+  const std::vector<bool> is_small = cells_of_small_parts(cell_nodes, num_nodes, most_cells_tied);
+  const auto is_tied = [&](const Corner& corner) {
+    const Children& children = merge.children[as_size(corner.second / 8)];
+    return is_small[as_size(*std::find_if(children.begin(), children.end(), [](std::int32_t c) { return c >= 0; }))];
+  };
+  for (auto begin = nodes.begin(), end = begin; begin != nodes.end(); begin = end) {
+    end = std::find_if(begin, nodes.end(), [&](const Corner& corner) { return corner.first != begin->first; });
+    const auto larger = std::find_if_not(begin, end, is_tied);
+    for (auto corner = begin; corner != end; ++corner)
+      if (is_tied(*corner)) same.join(corner->second, (larger == end ? begin : larger)->second);
+  }
+}
+
 }  // namespace
 
 Index3 merge_factor(const Vec3& cell_size) {
@@ -120,51 +172,19 @@ Merge merge_linked_cells(std::span<const Index3> cells, std::span<const CellNode
 }
 
 NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes) {
-  const std::size_t num_parents = merge.parents.size();
-  JoinedSets same(8 * num_parents);
-  std::vector<std::int32_t> seen_in(num_nodes, -1);
-  for (std::size_t parent = 0; parent < num_parents; ++parent)
-    for (int slot = 0; slot < 8; ++slot) {
-      const std::int32_t child = merge.children[parent][slot];
-      if (child < 0) continue;
-      for (int a = 0; a < 8; ++a) {
-        std::int32_t& seen = seen_in[as_size(cell_nodes[as_size(child)][a])];
-        if (seen < 0) seen = static_cast<std::int32_t>(parent);
-        if (as_size(seen) == parent) continue;
-        const Index3 place = {place_in_parent(slot, a, 0), place_in_parent(slot, a, 1), place_in_parent(slot, a, 2)};
-        for (int corner = 0; corner < 8; ++corner) {
-          if (!bears(corner, place, merge.factor)) continue;
-          int in_other = 0;
-          for (int d = 0; d < 3; ++d)
-            in_other |= (merge.parents[parent][d] + corner_bit(corner, d) - merge.parents[as_size(seen)][d]) << d;
-          same.join(8 * static_cast<std::int32_t>(parent) + corner, 8 * seen + in_other);
-        }
-      }
-    }
+  JoinedSets same = join_corners(merge, cell_nodes, num_nodes);
+  std::vector<Corner> nodes = nodes_in_order(merge, same);
+  tie_small_parts(merge, cell_nodes, num_nodes, nodes, same);
 
-  const std::vector<bool> is_small = cells_of_small_parts(cell_nodes, num_nodes, most_cells_tied);
-  const auto is_tied = [&](std::int32_t n) {
-    const Children& children = merge.children[as_size(n / 8)];
-    return is_small[as_size(*std::find_if(children.begin(), children.end(), [](std::int32_t c) { return c >= 0; }))];
-  };
-  std::vector<std::pair<std::uint64_t, std::int32_t>> order;
-  for (std::int32_t n = 0; as_size(n) < 8 * num_parents; ++n)
-    if (same.first_of(n) == n) order.emplace_back(sort_key(corner_of(merge.parents[as_size(n / 8)], n % 8)), n);
-  std::sort(order.begin(), order.end());
-  for (auto begin = order.begin(), end = begin; begin != order.end(); begin = end) {
-    end = std::find_if(begin, order.end(), [&](const auto& entry) { return entry.first != begin->first; });
-    const auto apart = std::find_if(begin, end, [&](const auto& entry) { return !is_tied(entry.second); });
-    for (auto entry = begin; entry != end; ++entry)
-      if (is_tied(entry->second)) same.join(entry->second, (apart == end ? begin : apart)->second);
-  }
-  std::erase_if(order, [&](const auto& entry) { return same.first_of(entry.second) != entry.second; });
-  NodeNumbering out{{}, std::vector<CellNodes>(num_parents)};
-  std::vector<std::int32_t> number(8 * num_parents);
-  for (const auto& [key, n] : order) {
+  const std::size_t num_corners = 8 * merge.parents.size();
+  NodeNumbering out{{}, std::vector<CellNodes>(merge.parents.size())};
+  std::vector<std::int32_t> number(num_corners);
+  for (const auto& [key, n] : nodes) {
+    if (same.first_of(n) != n) continue;
     number[as_size(n)] = static_cast<std::int32_t>(out.nodes.size());
     out.nodes.push_back(corner_of(merge.parents[as_size(n / 8)], n % 8));
   }
-  for (std::int32_t n = 0; as_size(n) < 8 * num_parents; ++n)
+  for (std::int32_t n = 0; as_size(n) < num_corners; ++n)
     out.cell_nodes[as_size(n / 8)][as_size(n % 8)] = number[as_size(same.first_of(n))];
   return out;
 }

@@ -36,12 +36,13 @@ Merge merge_cells(std::span<const Index3> cells, const Index3& factor);
 /// @param cell_nodes  nodes of each cell
 Merge merge_linked_cells(std::span<const Index3> cells, std::span<const CellNodes> cell_nodes, const Index3& factor);
 
+inline constexpr int most_cells_tied = 8;
+
 /// Nodes for the parents of linked cells: parents share a node where both pass it on to a node that cells of both hang
 /// on. Interpolation in parents then agrees at every shared node of the cells, and nothing else is tied but parts of at
 /// most `most_cells_tied` cells to what is beside them: alone in ever larger parents they would leave these without
 /// stiffness.
 /// @param num_nodes  of the cells
-inline constexpr int most_cells_tied = 8;
 NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes);
 
 }  // namespace hexmesh
