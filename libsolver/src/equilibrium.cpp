@@ -154,17 +154,14 @@ private:
     return clock_.seconds() + 4.0 / 3 * growth * last.seconds <= *scene_.budget;
   }
 
-  hexmesh::Merge merge_of(const LevelProblem& fine, const LevelProblem& coarse) const {
-    return hexmesh::merge_cells(fine.mesh().cells(), level(coarse.level()).merge);
-  }
-
   void solve_level(Solved& next, const Solved& coarser) {
-    next.problem->build_potential(report_.elasticity, turning_cells(*next.problem, coarser));
     const Mesh& mesh = next.problem->mesh();
     const bool has_start = coarser.problem && coarser.newton.converged;
-    if (has_start)
-      Prolongation(mesh, coarser.problem->mesh(), merge_of(*next.problem, *coarser.problem))
-          .prolongate(coarser.u, next.u);
+    hexmesh::Merge merge;
+    if (has_start) merge = hexmesh::merge_cells(mesh.cells(), level(coarser.problem->level()).merge);
+    next.problem->build_potential(report_.elasticity, turning_cells(*next.problem, coarser, merge));
+    if (has_start) Prolongation(mesh, coarser.problem->mesh(), merge).prolongate(coarser.u, next.u);
+    merge = {};
     start_ = next.u;
 
     NewtonOptions options;
@@ -228,11 +225,11 @@ private:
 
   /// A cell that turns by w without being turned takes w^2 / 2 for strain, which over the length of the body moves its
   /// end by w^2 / 2 times that: half of what is allowed, for the largest w that is left out.
-  std::vector<bool> turning_cells(const LevelProblem& next, const Solved& coarser) {
+  /// @param merge  of the cells of `next` into those of `coarser`
+  std::vector<bool> turning_cells(const LevelProblem& next, const Solved& coarser, const hexmesh::Merge& merge) {
     const bool chooses = scene_.finds_strain && report_.elasticity == Elasticity::corotational &&
                          scene_.rotation == Rotation::polar && coarser.problem && coarser.newton.converged;
     if (!chooses) return {};
-    const hexmesh::Merge merge = merge_of(next, *coarser.problem);
     std::vector<bool> turning(next.mesh().num_cells());
     for (std::size_t parent = 0; parent < merge.children.size(); ++parent) {
       const Mat3 f = coarser.problem->elastic().mean_gradient(parent, coarser.u);

@@ -56,17 +56,15 @@ Prolongation::Prolongation(const Mesh& fine, const Mesh& coarse, const hexmesh::
   forward_.begin.push_back(0);
   for (std::size_t n = 0; n < fine.num_nodes(); ++n) {
     const auto parent = static_cast<std::size_t>(parent_of[n]);
+    Vec3 place;
+    for (std::size_t d = 0; d < 3; ++d)
+      place[static_cast<Eigen::Index>(d)] =
+          static_cast<double>(fine.nodes()[n][d]) / merge.factor[d] - coarse.cells()[parent][d];
+    const NodeWeights weights = hexmesh::shape_functions(place);
     for (int a = 0; a < 8; ++a) {
-      float weight = 1;
-      for (std::size_t d = 0; d < 3; ++d) {
-        const int from_lower = fine.nodes()[n][d] - merge.factor[d] * coarse.cells()[parent][d];
-        const bool upper = hexmesh::corner_bit(a, static_cast<int>(d)) != 0;
-        weight *=
-            static_cast<float>(upper ? from_lower : merge.factor[d] - from_lower) / static_cast<float>(merge.factor[d]);
-      }
-      if (weight == 0) continue;
+      if (weights[a] == 0) continue;
       forward_.columns.push_back(coarse.cell_nodes()[parent][static_cast<std::size_t>(a)]);
-      forward_.weights.push_back(weight);
+      forward_.weights.push_back(static_cast<float>(weights[a]));
     }
     forward_.begin.push_back(static_cast<std::int32_t>(forward_.columns.size()));
   }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include <numeric>
 #include <random>
 
+#include "hexmesh/core/partition.h"
 #include "hexsolver/multigrid.h"
 #include "support/bodies.h"
 
@@ -20,18 +20,11 @@ struct TwoLevels {
 
 /// How many sets of cells share no node with one another.
 std::size_t num_parts(const Mesh& mesh) {
-  std::vector<std::size_t> part(mesh.num_nodes());
-  std::iota(part.begin(), part.end(), 0U);
-  const auto of = [&](std::int32_t node) {
-    auto n = static_cast<std::size_t>(node);
-    while (part[n] != n) n = part[n];
-    return n;
-  };
+  hexmesh::Partition parts(mesh.num_nodes());
+  std::size_t joined = 0;
   for (const CellNodes& nodes : mesh.cell_nodes())
-    for (const std::int32_t node : nodes) part[of(node)] = of(nodes[0]);
-  std::size_t sum = 0;
-  for (std::size_t n = 0; n < part.size(); ++n) sum += part[n] == n;
-  return sum;
+    for (const std::int32_t node : nodes) joined += parts.join(nodes[0], node);
+  return mesh.num_nodes() - joined;
 }
 
 }  // namespace
@@ -141,13 +134,11 @@ TEST(Hierarchy, AllParentsOfANodeInterpolateItAlike) {
           ++times_child[child];
           for (std::size_t a = 0; a < 8; ++a) {
             const auto node = static_cast<std::size_t>(fine.cell_nodes()[child][a]);
-            hexmesh::NodeWeights weights = hexmesh::NodeWeights::Ones();
-            for (int corner = 0; corner < 8; ++corner)
-              for (std::size_t d = 0; d < 3; ++d) {
-                const double place =
-                    static_cast<double>(fine.nodes()[node][d]) / merge.factor[d] - coarse.cells()[parent][d];
-                weights[corner] *= hexmesh::corner_bit(corner, static_cast<int>(d)) ? place : 1 - place;
-              }
+            Vec3 place;
+            for (std::size_t d = 0; d < 3; ++d)
+              place[static_cast<Eigen::Index>(d)] =
+                  static_cast<double>(fine.nodes()[node][d]) / merge.factor[d] - coarse.cells()[parent][d];
+            const hexmesh::NodeWeights weights = hexmesh::shape_functions(place);
             ASSERT_GE(weights.minCoeff(), 0);
             const Vec3 expected = coarse.interpolate(static_cast<std::int32_t>(parent), weights, at_coarse);
             EXPECT_LT((at_fine.segment<3>(3 * static_cast<Eigen::Index>(node)) - expected).norm(), 1e-14);

@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+
+#include "hexmesh/core/partition.h"
 
 namespace hexmesh {
 namespace {
@@ -15,50 +16,28 @@ std::uint64_t sort_key(const Index3& i) {
 
 std::size_t as_size(std::int32_t number) { return static_cast<std::size_t>(number); }
 
-/// Sets of numbers that are joined pair by pair.
-class JoinedSets {
-public:
-  explicit JoinedSets(std::size_t count) : next_(count) { std::iota(next_.begin(), next_.end(), 0); }
-  /// The least number of the set of n.
-  std::int32_t first_of(std::int32_t n) {
-    while (next_[as_size(n)] != n) n = next_[as_size(n)] = next_[as_size(next_[as_size(n)])];
-    return n;
-  }
-  void join(std::int32_t a, std::int32_t b) {
-    a = first_of(a), b = first_of(b);
-    next_[as_size(std::max(a, b))] = std::min(a, b);
-  }
-
-private:
-  std::vector<std::int32_t> next_;
-};
-
 bool share_a_node(const CellNodes& a, const CellNodes& b) {
   return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
 }
 
 /// Of each cell, whether it belongs to a part of at most `most` cells.
 std::vector<bool> cells_of_small_parts(std::span<const CellNodes> cell_nodes, std::size_t num_nodes, int most) {
-  JoinedSets parts(num_nodes);
+  Partition parts(num_nodes);
   for (const CellNodes& nodes : cell_nodes)
     for (const std::int32_t node : nodes) parts.join(nodes[0], node);
   std::vector<int> size(num_nodes);
-  for (const CellNodes& nodes : cell_nodes) ++size[as_size(parts.first_of(nodes[0]))];
+  for (const CellNodes& nodes : cell_nodes) ++size[as_size(parts.root(nodes[0]))];
   std::vector<bool> out(cell_nodes.size());
-  for (std::size_t c = 0; c < out.size(); ++c) out[c] = size[as_size(parts.first_of(cell_nodes[c][0]))] <= most;
+  for (std::size_t c = 0; c < out.size(); ++c) out[c] = size[as_size(parts.root(cell_nodes[c][0]))] <= most;
   return out;
 }
 
-/// Where node `corner` of the child in `slot` lies in its parent along an axis, in edges of a child.
-int place_in_parent(int slot, int corner, int axis) { return corner_bit(slot, axis) + corner_bit(corner, axis); }
-
-/// Whether the parent's node `corner` has a weight at a place in it.
-bool bears(int corner, const Index3& place, const Index3& factor) {
-  for (int d = 0; d < 3; ++d) {
-    const int distance = std::abs(place[d] - corner_bit(corner, d) * factor[d]);
-    if (distance >= factor[d]) return false;
-  }
-  return true;
+/// Weights of the nodes of a parent at node `corner` of its child in `slot`.
+NodeWeights weights_in_parent(int slot, int corner, const Index3& factor) {
+  Vec3 place;
+  for (int d = 0; d < 3; ++d)
+    place[d] = static_cast<double>(corner_bit(slot, d) + corner_bit(corner, d)) / factor[static_cast<std::size_t>(d)];
+  return shape_functions(place);
 }
 
 /// @param linked  whether two children of one parent are to be merged
@@ -75,7 +54,7 @@ Merge merge_where(std::span<const Index3> cells, const Index3& factor, Linked&& 
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
     while (end < order.size() && order[end].first == order[begin].first) ++end;
     const std::span children(order.begin() + static_cast<std::ptrdiff_t>(begin), end - begin);
-    JoinedSets chains(children.size());
+    Partition chains(children.size());
     for (std::size_t b = 1; b < children.size(); ++b)
       for (std::size_t a = 0; a < b; ++a)
         if (linked(children[a].second, children[b].second))
@@ -83,7 +62,7 @@ Merge merge_where(std::span<const Index3> cells, const Index3& factor, Linked&& 
     chain.clear();
     const std::size_t first_parent = merge.parents.size();
     for (std::size_t n = 0; n < children.size(); ++n) {
-      const std::int32_t number = children[n].second, first = chains.first_of(static_cast<std::int32_t>(n));
+      const std::int32_t number = children[n].second, first = chains.root(static_cast<std::int32_t>(n));
       const Index3& child = cells[as_size(number)];
       std::size_t slot = 0;
       for (std::size_t d = 0; d < 3; ++d) slot |= static_cast<std::size_t>(child[d] % factor[d]) << d;
@@ -101,8 +80,8 @@ Merge merge_where(std::span<const Index3> cells, const Index3& factor, Linked&& 
 }
 
 /// Corners of parents, 8 parent + corner, joined where both parents pass them on to one node.
-JoinedSets join_corners(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes) {
-  JoinedSets same(8 * merge.parents.size());
+Partition join_corners(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes) {
+  Partition same(8 * merge.parents.size());
   std::vector<std::int32_t> seen_in(num_nodes, -1);
   for (std::size_t parent = 0; parent < merge.parents.size(); ++parent)
     for (int slot = 0; slot < 8; ++slot) {
@@ -112,9 +91,9 @@ JoinedSets join_corners(const Merge& merge, std::span<const CellNodes> cell_node
         std::int32_t& seen = seen_in[as_size(cell_nodes[as_size(child)][a])];
         if (seen < 0) seen = static_cast<std::int32_t>(parent);
         if (as_size(seen) == parent) continue;
-        const Index3 place = {place_in_parent(slot, a, 0), place_in_parent(slot, a, 1), place_in_parent(slot, a, 2)};
+        const NodeWeights weights = weights_in_parent(slot, a, merge.factor);
         for (int corner = 0; corner < 8; ++corner) {
-          if (!bears(corner, place, merge.factor)) continue;
+          if (weights[corner] == 0) continue;
           int in_other = 0;
           for (int d = 0; d < 3; ++d)
             in_other |= (merge.parents[parent][d] + corner_bit(corner, d) - merge.parents[as_size(seen)][d]) << d;
@@ -128,17 +107,17 @@ JoinedSets join_corners(const Merge& merge, std::span<const CellNodes> cell_node
 using Corner = std::pair<std::uint64_t, std::int32_t>;  ///< sort key of its index; 8 parent + corner
 
 /// The first corner of each set, i fastest.
-std::vector<Corner> nodes_in_order(const Merge& merge, JoinedSets& same) {
+std::vector<Corner> nodes_in_order(const Merge& merge, Partition& same) {
   std::vector<Corner> nodes;
   for (std::int32_t n = 0; as_size(n) < 8 * merge.parents.size(); ++n)
-    if (same.first_of(n) == n) nodes.emplace_back(sort_key(corner_of(merge.parents[as_size(n / 8)], n % 8)), n);
+    if (same.root(n) == n) nodes.emplace_back(sort_key(corner_of(merge.parents[as_size(n / 8)], n % 8)), n);
   std::sort(nodes.begin(), nodes.end());
   return nodes;
 }
 
 /// Join the corners of parents of small parts with those at their indices, of a larger part if there is one.
 void tie_small_parts(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes,
-                     std::span<const Corner> nodes, JoinedSets& same) {
+                     std::span<const Corner> nodes, Partition& same) {
   const std::vector<bool> is_small = cells_of_small_parts(cell_nodes, num_nodes, most_cells_tied);
   const auto is_tied = [&](const Corner& corner) {
     const Children& children = merge.children[as_size(corner.second / 8)];
@@ -172,7 +151,7 @@ Merge merge_linked_cells(std::span<const Index3> cells, std::span<const CellNode
 }
 
 NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes) {
-  JoinedSets same = join_corners(merge, cell_nodes, num_nodes);
+  Partition same = join_corners(merge, cell_nodes, num_nodes);
   std::vector<Corner> nodes = nodes_in_order(merge, same);
   tie_small_parts(merge, cell_nodes, num_nodes, nodes, same);
 
@@ -180,12 +159,12 @@ NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes>
   NodeNumbering out{{}, std::vector<CellNodes>(merge.parents.size())};
   std::vector<std::int32_t> number(num_corners);
   for (const auto& [key, n] : nodes) {
-    if (same.first_of(n) != n) continue;
+    if (same.root(n) != n) continue;
     number[as_size(n)] = static_cast<std::int32_t>(out.nodes.size());
     out.nodes.push_back(corner_of(merge.parents[as_size(n / 8)], n % 8));
   }
   for (std::int32_t n = 0; as_size(n) < num_corners; ++n)
-    out.cell_nodes[as_size(n / 8)][as_size(n % 8)] = number[as_size(same.first_of(n))];
+    out.cell_nodes[as_size(n / 8)][as_size(n % 8)] = number[as_size(same.root(n))];
   return out;
 }
 
