@@ -15,7 +15,7 @@ usage: cohort.sh SCANS -o FOLDER [options] [-- SNAKEMAKE OPTIONS]
   --processes N    solve each case by hexsolve-mpi with N processes
   --jobs N         steps at once (default: all processors; with --slurm 200)
   --slurm          send the steps to Slurm (pipelines/cohort/slurm/config.yaml)
-Start it again after whatever stopped it: what was finished is not done again. Exit code 1 if a case failed.
+Start it again after whatever stopped it: what was finished is not done again. Exit code 1 if a case failed, 4 if the run could not be.
 TEXT
 }
 
@@ -44,9 +44,9 @@ case " ${more[*]} " in
   *) more+=(--cores "${jobs:-$(nproc)}") ;;
 esac
 
-# One run in a folder at a time; the lock is held until the last process of the run has ended, killed ones included.
+# One run in a folder at a time; the lock is held until the last process of the run has ended. Killed ones take a moment.
 exec 9>"$out/.cohort.lock"
-flock -n 9 || { echo "cohort.sh: another run is at work in '$out'" >&2; exit 1; }
+flock -w 5 9 || { echo "cohort.sh: another run is at work in '$out'" >&2; exit 4; }
 python3 "$here/cohort/cases.py" "$scans" "$out" "${settings[@]}" || exit 3
 
 code=0

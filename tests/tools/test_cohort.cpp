@@ -120,7 +120,8 @@ TEST_F(Cohort, KilledItGoesOnWhereItWas) {
             0);
   const auto before = written();
   EXPECT_FALSE(std::filesystem::exists(folder / "out/summary.json"));
-  EXPECT_EQ(run(command).exit_code, 1);
+  const CommandResult again = run(command);
+  ASSERT_EQ(again.exit_code, 1) << again.errors;
   EXPECT_EQ(summary()[0]["status"], "solved");
   EXPECT_EQ(summary()[1]["status"], "solved");
   // The labels of a lattice that was there, or begun, were finished.
@@ -133,6 +134,15 @@ TEST_F(Cohort, KilledItGoesOnWhereItWas) {
       ++kept;
     }
   EXPECT_GT(kept, 0U);
+}
+
+TEST_F(Cohort, OneRunInAFolderAtATime) {
+  const CommandResult r =
+      run("mkdir out; { exec 9>out/.cohort.lock; flock 9; exec sleep 60; } & holder=$!; sleep 0.5; " + command +
+          "; code=$?; kill $holder; exit $code");
+  EXPECT_EQ(r.exit_code, 4);
+  EXPECT_NE(r.errors.find("another run is at work in"), std::string::npos) << r.errors;
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/summary.json"));
 }
 
 TEST_F(Cohort, RowsThatCannotBeStopNoOther) {
