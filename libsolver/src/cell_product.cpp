@@ -506,6 +506,99 @@ template <int width, class Real>
   scatter_add<width>(nodes, sums, y);
 }
 
+/// v . x of the cells of a batch
+template <int width, class Real>
+[[gnu::always_inline]] inline void dot_vectors(const LaneVectors<Real>& v, const BatchNodes& nodes, const Real* x,
+                                               Real* out) {
+  if (!nodes.rows) {
+    for (int lane = 0; lane < nodes.count; ++lane) {
+      Real sum = 0;
+      for (std::size_t a = 0; a < 8; ++a)
+        for (std::size_t i = 0; i < 3; ++i)
+          sum += v.of_node[a][3 * static_cast<std::size_t>(lane) + i] *
+                 x[3 * static_cast<std::size_t>(nodes.cells[lane][a]) + i];
+      out[lane] = sum;
+    }
+    return;
+  }
+  using L = Lanes<Real, width>;
+  using Loose = const typename LanesOf<Real, width>::Loose;
+  using Each = std::make_integer_sequence<int, width>;
+  for (int first = 0; first < lanes; first += width) {
+    L products[3] = {}, of_axis[3];
+    for (int a = 0; a < 8; ++a) {
+      const Loose* at = reinterpret_cast<Loose*>(x + 3 * (std::ptrdiff_t{nodes.rows[a / 2]} + a % 2 + first));
+      const L* of_node = reinterpret_cast<const L*>(v.of_node[static_cast<std::size_t>(a)].data() + 3 * first);
+      for (int part = 0; part < 3; ++part) products[part] += of_node[part] * at[part];
+    }
+    Shuffles<width>::template apart<0>(products, of_axis[0], Each{});
+    Shuffles<width>::template apart<1>(products, of_axis[1], Each{});
+    Shuffles<width>::template apart<2>(products, of_axis[2], Each{});
+    *reinterpret_cast<L*>(out + first) = of_axis[0] + of_axis[1] + of_axis[2];
+  }
+}
+
+template <int width, class Real>
+[[gnu::always_inline]] inline void add_multiples(const LaneVectors<Real>& v, const Real* p, const BatchNodes& nodes,
+                                                 Real* y) {
+  if (!nodes.rows) {
+    for (int lane = 0; lane < nodes.count; ++lane)
+      for (std::size_t a = 0; a < 8; ++a)
+        for (std::size_t i = 0; i < 3; ++i)
+          y[3 * static_cast<std::size_t>(nodes.cells[lane][a]) + i] +=
+              p[lane] * v.of_node[a][3 * static_cast<std::size_t>(lane) + i];
+    return;
+  }
+  using L = Lanes<Real, width>;
+  using Loose = typename LanesOf<Real, width>::Loose;
+  using Each = std::make_integer_sequence<int, width>;
+  for (int first = 0; first < lanes; first += width) {
+    const L of_cells = *reinterpret_cast<const L*>(p + first), of_axis[3] = {of_cells, of_cells, of_cells};
+    L factors[3];
+    Shuffles<width>::template together<0>(of_axis, factors[0], Each{});
+    Shuffles<width>::template together<1>(of_axis, factors[1], Each{});
+    Shuffles<width>::template together<2>(of_axis, factors[2], Each{});
+    for (const int a : {0, 2, 4, 6, 1, 3, 5, 7}) {  // what follows each other is apart in memory
+      Loose* to = reinterpret_cast<Loose*>(y + 3 * (std::ptrdiff_t{nodes.rows[a / 2]} + a % 2 + first));
+      const L* of_node = reinterpret_cast<const L*>(v.of_node[static_cast<std::size_t>(a)].data() + 3 * first);
+      for (int part = 0; part < 3; ++part) to[part] += of_node[part] * factors[part];
+    }
+  }
+}
+
+template <int width, class Real>
+[[gnu::always_inline]] inline void step_segments(std::span<const PlaceSegment> segments, const std::ptrdiff_t* rows,
+                                                 const Real* values, const PressureStep<Real>& step, const Real* gained,
+                                                 const Real* p, Real* next) {
+  using L = Lanes<Real, width>;
+  using Loose = typename LanesOf<Real, width>::Loose;
+  const auto add_row =
+      []<bool alike>(std::bool_constant<alike>, const Real* of, const Real* at, L* sum) __attribute__((always_inline)) {
+    for (int i = 0; i < 3; ++i) {
+      const L& x = *reinterpret_cast<const Loose*>(at + i);
+      if constexpr (alike)
+        sum[i] += of[i] * x;
+      else
+        sum[i] += *reinterpret_cast<const Loose*>(of + lanes * i) * x;
+    }
+  };
+  for (const PlaceSegment& segment : segments)
+    for (int first = 0; first < lanes; first += width) {
+      const Real* const at = p + segment.place + first;
+      L sum[3] = {};  // that do not wait for each other
+      if (segment.alike)
+        for (int row = 0; row < 9; ++row)
+          add_row(std::true_type{}, values + segment.values + 3 * row, at + rows[row], sum);
+      else
+        for (int row = 0; row < 9; ++row)
+          add_row(std::false_type{}, values + segment.values + first + 3 * lanes * row, at + rows[row], sum);
+      const L now = *reinterpret_cast<const Loose*>(at),
+              of_gained = step.of_gained * *reinterpret_cast<const Loose*>(gained + segment.place + first);
+      Loose& to = *reinterpret_cast<Loose*>(next + segment.place + first);
+      to = now + step.keep * (now - to) - step.add * (now + of_gained + (sum[0] + sum[1] + sum[2]));
+    }
+}
+
 /// The kernels for registers of one length.
 template <class Real>
 struct Kernels {
@@ -513,20 +606,35 @@ struct Kernels {
                  const Real*, Real*);
   void (*alike)(const Real*, const BatchNodes&, const Real*, Real*);
   void (*symmetric)(const SymmetricCells<Real>&, const BatchNodes&, const Real*, Real*);
+  void (*dot)(const LaneVectors<Real>&, const BatchNodes&, const Real*, Real*);
+  void (*multiples)(const LaneVectors<Real>&, const Real*, const BatchNodes&, Real*);
+  void (*step)(std::span<const PlaceSegment>, const std::ptrdiff_t*, const Real*, const PressureStep<Real>&,
+               const Real*, const Real*, Real*);
 };
 
-#define HEXSOLVER_KERNELS(name, target, Real, width)                                                             \
-  target void turned_##name(const LaneModels<Real>& models, const TurnedCells<Real>& cells, bool stressed,       \
-                            const PositiveParts* positive, const BatchNodes& nodes, const Real* x, Real* y) {    \
-    add_turned<width>(models, cells, stressed, positive, nodes, x, y);                                           \
-  }                                                                                                              \
-  target void alike_##name(const Real* k, const BatchNodes& nodes, const Real* x, Real* y) {                     \
-    add_alike<width>(k, nodes, x, y);                                                                            \
-  }                                                                                                              \
-  target void symmetric_##name(const SymmetricCells<Real>& k, const BatchNodes& nodes, const Real* x, Real* y) { \
-    add_symmetric<width>(k, nodes, x, y);                                                                        \
-  }                                                                                                              \
-  constexpr Kernels<Real> name = {turned_##name, alike_##name, symmetric_##name};
+#define HEXSOLVER_KERNELS(name, target, Real, width)                                                              \
+  target void turned_##name(const LaneModels<Real>& models, const TurnedCells<Real>& cells, bool stressed,        \
+                            const PositiveParts* positive, const BatchNodes& nodes, const Real* x, Real* y) {     \
+    add_turned<width>(models, cells, stressed, positive, nodes, x, y);                                            \
+  }                                                                                                               \
+  target void alike_##name(const Real* k, const BatchNodes& nodes, const Real* x, Real* y) {                      \
+    add_alike<width>(k, nodes, x, y);                                                                             \
+  }                                                                                                               \
+  target void symmetric_##name(const SymmetricCells<Real>& k, const BatchNodes& nodes, const Real* x, Real* y) {  \
+    add_symmetric<width>(k, nodes, x, y);                                                                         \
+  }                                                                                                               \
+  target void dot_##name(const LaneVectors<Real>& v, const BatchNodes& nodes, const Real* x, Real* out) {         \
+    dot_vectors<width>(v, nodes, x, out);                                                                         \
+  }                                                                                                               \
+  target void multiples_##name(const LaneVectors<Real>& v, const Real* p, const BatchNodes& nodes, Real* y) {     \
+    add_multiples<width>(v, p, nodes, y);                                                                         \
+  }                                                                                                               \
+  target void step_##name(std::span<const PlaceSegment> segments, const std::ptrdiff_t* rows, const Real* values, \
+                          const PressureStep<Real>& step, const Real* gained, const Real* p, Real* next) {        \
+    step_segments<width>(segments, rows, values, step, gained, p, next);                                          \
+  }                                                                                                               \
+  constexpr Kernels<Real> name = {turned_##name, alike_##name,     symmetric_##name,                              \
+                                  dot_##name,    multiples_##name, step_##name};
 
 HEXSOLVER_KERNELS(doubles_of_16_bytes, , double, 2)
 HEXSOLVER_KERNELS(floats_of_16_bytes, , float, 4)
@@ -600,6 +708,32 @@ void add_symmetric_product(const SymmetricCells<double>& k, const BatchNodes& no
 
 void add_symmetric_product(const SymmetricCells<float>& k, const BatchNodes& nodes, const float* x, float* y) {
   floats.symmetric(k, nodes, x, y);
+}
+
+void dot_with_cells(const LaneVectors<double>& v, const BatchNodes& nodes, const double* x, double* out) {
+  doubles.dot(v, nodes, x, out);
+}
+
+void dot_with_cells(const LaneVectors<float>& v, const BatchNodes& nodes, const float* x, float* out) {
+  floats.dot(v, nodes, x, out);
+}
+
+void add_multiples_of_cells(const LaneVectors<double>& v, const double* p, const BatchNodes& nodes, double* y) {
+  doubles.multiples(v, p, nodes, y);
+}
+
+void add_multiples_of_cells(const LaneVectors<float>& v, const float* p, const BatchNodes& nodes, float* y) {
+  floats.multiples(v, p, nodes, y);
+}
+
+void step_pressures(std::span<const PlaceSegment> segments, const std::ptrdiff_t* rows, const double* values,
+                    const PressureStep<double>& step, const double* gained, const double* p, double* next) {
+  doubles.step(segments, rows, values, step, gained, p, next);
+}
+
+void step_pressures(std::span<const PlaceSegment> segments, const std::ptrdiff_t* rows, const float* values,
+                    const PressureStep<float>& step, const float* gained, const float* p, float* next) {
+  floats.step(segments, rows, values, step, gained, p, next);
 }
 
 unsigned turn_cells(const LaneModels<double>& models, bool stressed, const BatchNodes& nodes, const double* rest,

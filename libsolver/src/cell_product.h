@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <span>
+
 #include "hexsolver/mesh.h"
 
 namespace hexsolver {
@@ -51,6 +53,40 @@ struct LaneModels {
   const Real* mean_gradient[lanes];  ///< (8, 3) by columns
 };
 
+/// A vector (24) of each cell of a batch, as vectors of nodes of cells in a row stand: those of node 0 of all cells, of
+/// node 1, ...
+template <class Real>
+struct alignas(8 * sizeof(Real)) LaneVectors {
+  static constexpr std::size_t lanes = 8;
+  std::array<std::array<Real, 3 * lanes>, 8> of_node{};
+
+  void set(std::size_t lane, const CellVector& v) {
+    for (std::size_t a = 0; a < 8; ++a)
+      for (std::size_t i = 0; i < 3; ++i)
+        of_node[a][3 * lane + i] = static_cast<Real>(v[static_cast<Eigen::Index>(3 * a + i)]);
+  }
+  /// Shape (3, 8): columns = nodes of the cell.
+  auto get(std::size_t lane) const {
+    using Stride = Eigen::OuterStride<3 * lanes>;
+    return Eigen::Map<const Eigen::Matrix<Real, 3, 8>, Eigen::Unaligned, Stride>(of_node[0].data() + 3 * lane);
+  }
+};
+
+/// Eight places in a row, for cells or for nothing, and what of a matrix between cells that share a node belongs to
+/// them.
+struct PlaceSegment {
+  static constexpr std::size_t lanes = 8;
+  std::int32_t place = 0;  ///< the first
+  bool alike = false;      ///< all eight have the same entries
+  std::size_t values = 0;  ///< where the entries begin, shape (27, 8), or (27) where they are alike
+};
+
+/// One step of an iteration for pressures.
+template <class Real>
+struct PressureStep {
+  Real of_gained, keep, add;
+};
+
 /// Where the vectors of the cells of a batch are among those of all nodes.
 struct BatchNodes {
   const CellNodes* cells;
@@ -78,6 +114,21 @@ void add_alike_product(const float* k, const BatchNodes& nodes, const float* x, 
 /// y += K x of the cells of a batch, each its own.
 void add_symmetric_product(const SymmetricCells<double>& k, const BatchNodes& nodes, const double* x, double* y);
 void add_symmetric_product(const SymmetricCells<float>& k, const BatchNodes& nodes, const float* x, float* y);
+
+/// out = v . x of each cell of a batch, shape (8), aligned as a register
+void dot_with_cells(const LaneVectors<double>& v, const BatchNodes& nodes, const double* x, double* out);
+void dot_with_cells(const LaneVectors<float>& v, const BatchNodes& nodes, const float* x, float* out);
+
+/// y += p v of each cell of a batch, p of shape (8), aligned as a register
+void add_multiples_of_cells(const LaneVectors<double>& v, const double* p, const BatchNodes& nodes, double* y);
+void add_multiples_of_cells(const LaneVectors<float>& v, const float* p, const BatchNodes& nodes, float* y);
+
+/// next <- p + keep (p - next) - add (p + of_gained gained + S p) at the places of segments, S with `values`.
+/// @param rows  shape (9): from a place, where the rows of three around it begin
+void step_pressures(std::span<const PlaceSegment> segments, const std::ptrdiff_t* rows, const double* values,
+                    const PressureStep<double>& step, const double* gained, const double* p, double* next);
+void step_pressures(std::span<const PlaceSegment> segments, const std::ptrdiff_t* rows, const float* values,
+                    const PressureStep<float>& step, const float* gained, const float* p, float* next);
 
 /// The cells of a batch in their frames, where displaced by u, as TurnedCells says; A only if `stressed`.
 /// @param rest  corners relative to the centre of a cell, length 24

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "hexmesh/core/partition.h"
+#include "parallel.h"
 
 namespace hexsolver {
 namespace {
@@ -18,6 +19,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using SparseMatrix = Eigen::SparseMatrix<double>;
+template <class Scalar>
+using MatrixOf = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
 /// Directions with sigma >= cutoff sigma_max of the rows whose Gram matrix is given: orthonormal vectors and sigma^2.
 struct KeptDirections {
@@ -61,12 +64,22 @@ struct Constraints::Cluster {
       out[static_cast<Index>(n)] = static_cast<double>(v[3 * Index{nodes[n]} + axis]);
   }
 
-  /// v <- the part of v in the span of the directions held.
-  void into_span(Eigen::Ref<VectorXd> v, Eigen::Ref<VectorXd> coefficients) const {
-    coefficients.noalias() = kept.vectors.transpose() * v;
-    const double pressure = pressure_direction.size() > 0 ? pressure_direction.dot(v) : 0;
-    v.noalias() = kept.vectors * coefficients;
-    if (pressure != 0) v += pressure * pressure_direction;
+  /// All directions held, in single precision: what takes part in V-cycles.
+  Eigen::MatrixXf single_directions;
+
+  /// Of each column of v, the part in the span of the directions held. Each direction is read once.
+  template <class Scalar>
+  void into_span(const Eigen::Ref<const MatrixOf<Scalar>>& v, Eigen::Ref<MatrixOf<Scalar>> part) const {
+    const auto add_along = [&](const auto& direction) {
+      for (Index column = 0; column < v.cols(); ++column) part.col(column) += direction.dot(v.col(column)) * direction;
+    };
+    part.setZero();
+    if constexpr (std::is_same_v<Scalar, float>) {
+      for (Index n = 0; n < single_directions.cols(); ++n) add_along(single_directions.col(n));
+    } else {
+      for (Index n = 0; n < kept.vectors.cols(); ++n) add_along(kept.vectors.col(n));
+      if (pressure_direction.size() > 0) add_along(pressure_direction);
+    }
   }
 
   /// d = the smallest that changes H u by `misfit` in the directions held.
@@ -316,6 +329,10 @@ std::shared_ptr<const Constraints::Cluster> make_cluster(const Mesh& mesh, const
   cluster->h.setFromTriplets(entries.begin(), entries.end());
   cluster->kept = kept_directions(MatrixXd(SparseMatrix(cluster->h.transpose()) * cluster->h));
   if (needs_uniform_pressure(mesh, points, cluster->points)) hold_uniform_pressure(*cluster);
+  MatrixXd directions(cluster->h.cols(), cluster->num_directions());
+  directions.leftCols(cluster->kept.vectors.cols()) = cluster->kept.vectors;
+  if (cluster->pressure_direction.size() > 0) directions.rightCols(1) = cluster->pressure_direction;
+  cluster->single_directions = directions.cast<float>();
   return cluster;
 }
 
@@ -323,6 +340,15 @@ std::shared_ptr<const Constraints::Cluster> make_cluster(const Mesh& mesh, const
 
 struct Constraints::Work {
   VectorXd nodal, coefficients, misfit;
+  /// Of the nodes of each cluster, axes as columns: clusters are worked on at once.
+  template <class Scalar>
+  struct ByAxis {
+    MatrixOf<Scalar> nodal, held;
+  };
+  std::vector<ByAxis<double>> doubles;
+  std::vector<ByAxis<float>> floats;
+  std::vector<ByAxis<double>>& by_axis(double) { return doubles; }
+  std::vector<ByAxis<float>>& by_axis(float) { return floats; }
 };
 
 Constraints::Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points)
@@ -340,14 +366,26 @@ Constraints::Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points)
       clusters_[axis].push_back(make_cluster(mesh, held_, std::move(members)));
     done[std::move(used)] = axis;
   }
-  Index most_nodes = 0, most_points = 0;
+  Index most_nodes = 0, most_points = 0, num_entries = 0;
   for (const auto& axis : clusters_)
     for (const auto& cluster : axis) {
       most_nodes = std::max(most_nodes, cluster->h.cols());
       most_points = std::max(most_points, cluster->h.rows());
+      num_entries += cluster->kept.vectors.size();
     }
   work_->nodal.resize(most_nodes);
+  for (const auto& axis : clusters_) {
+    work_->doubles.resize(std::max(work_->doubles.size(), axis.size()));
+    for (std::size_t n = 0; n < axis.size(); ++n) {
+      MatrixXd& nodal = work_->doubles[n].nodal;
+      nodal.setZero(std::max(nodal.rows(), axis[n]->h.cols()), 3);
+      work_->doubles[n].held = nodal;
+    }
+  }
+  for (const auto& of_cluster : work_->doubles)
+    work_->floats.push_back({of_cluster.nodal.cast<float>(), of_cluster.held.cast<float>()});
   work_->coefficients.resize(most_nodes);
+  are_worth_threads_ = num_entries >= worth_threads;
   work_->misfit.resize(most_points);
 }
 
@@ -358,14 +396,32 @@ void Constraints::project(FloatNodeVector& v) const { project_out(v); }
 
 template <class Vector>
 void Constraints::project_out(Vector& v) const {
-  for (int axis = 0; axis < 3; ++axis)
-    for (const auto& cluster : clusters_[static_cast<std::size_t>(axis)]) {
-      auto held = work_->nodal.head(cluster->h.cols());
-      cluster->gather(v, axis, held);
-      cluster->into_span(held, work_->coefficients.head(cluster->kept.vectors.cols()));
-      for (std::size_t n = 0; n < cluster->nodes.size(); ++n)
-        v[3 * Index{cluster->nodes[n]} + axis] -= static_cast<typename Vector::Scalar>(held[static_cast<Index>(n)]);
+  // Axes that share their clusters at once.
+  using Scalar = typename Vector::Scalar;
+  auto& work = work_->by_axis(Scalar{});
+  for (std::size_t first = 0; first < 3; ++first) {
+    if (std::find(clusters_.begin(), clusters_.begin() + first, clusters_[first]) != clusters_.begin() + first)
+      continue;
+    std::array<int, 3> axes{};
+    Index count = 0;
+    for (std::size_t axis = first; axis < 3; ++axis)
+      if (clusters_[axis] == clusters_[first]) axes[static_cast<std::size_t>(count++)] = static_cast<int>(axis);
+    const auto num_clusters = static_cast<std::ptrdiff_t>(clusters_[first].size());
+#pragma omp parallel for schedule(dynamic) if (are_worth_threads_)
+    for (std::ptrdiff_t c = 0; c < num_clusters; ++c) {
+      const auto& cluster = clusters_[first][static_cast<std::size_t>(c)];
+      auto nodal = work[static_cast<std::size_t>(c)].nodal.topLeftCorner(cluster->h.cols(), count);
+      auto held = work[static_cast<std::size_t>(c)].held.topLeftCorner(cluster->h.cols(), count);
+      const auto for_each_entry = [&](auto&& f) {
+        for (std::size_t n = 0; n < cluster->nodes.size(); ++n)
+          for (Index a = 0; a < count; ++a)
+            f(v[3 * Index{cluster->nodes[n]} + axes[static_cast<std::size_t>(a)]], static_cast<Index>(n), a);
+      };
+      for_each_entry([&](Scalar value, Index n, Index a) { nodal(n, a) = value; });
+      cluster->template into_span<Scalar>(nodal, held);
+      for_each_entry([&](Scalar& value, Index n, Index a) { value -= held(n, a); });
     }
+  }
 }
 
 void Constraints::prescribe(const std::vector<Vec3>& values) {

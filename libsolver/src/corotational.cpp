@@ -360,6 +360,11 @@ void CorotationalCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const
   hexsolver::add_diagonal(turns(cell) ? kept_frame(cell).r : Mat3(Mat3::Identity()), model(cell).stiffness, blocks);
 }
 
+/// b . Q v = b . R^T v: the part of Q from the change of R has no trace.
+Dilatation CorotationalCells::dilatation(std::size_t cell) const {
+  return dilatation_turned(cell, turns(cell) ? kept_frame(cell).r : Mat3(Mat3::Identity()));
+}
+
 void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) const {
   const CellMatrix& k = model(cell).stiffness;
   if (!turns(cell)) {

@@ -24,6 +24,7 @@ ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const 
   model.volume = element.volume();
   model.shear = element.total_shear() / model.volume;
   model.bulk = element.total_bulk() / model.volume;
+  model.mean_dilatation = volumetric == Volumetric::mean;
   return model;
 }
 
@@ -62,6 +63,15 @@ const ElasticCells::SingleModels& ElasticCells::single_models() const {
     single_models_ = std::move(single);
   }
   return *single_models_;
+}
+
+Dilatation ElasticCells::dilatation_turned(std::size_t cell, const Mat3& rotation) const {
+  const ElementModel& m = model(cell);
+  if (!m.mean_dilatation) return {};
+  Dilatation out{CellVector::Zero(), m.bulk, m.volume, m.shear};
+  for (int a = 0; a < 8; ++a)
+    out.divergence.segment<3>(3 * a) = m.volume * rotation * m.mean_gradient.row(a).transpose();
+  return out;
 }
 
 double ElasticCells::energy(const NodeVector& u) const {

@@ -2,7 +2,6 @@
 #include "hexsolver/multigrid.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <atomic>
@@ -13,7 +12,9 @@
 
 #include "cell_matrices.h"
 #include "hexmesh/core/bytes.h"
+#include "lanczos.h"
 #include "parallel.h"
+#include "pressure_smoother.h"
 #include "support_springs.h"
 
 namespace hexsolver {
@@ -26,9 +27,19 @@ constexpr int chebyshev_degree = 6;
 /// The smoother damps eigenvalues of D^-1 A in [largest / smoothing_range, largest].
 constexpr double smoothing_range = 80;
 
-template <class Vector>
-double wide_dot(const Vector& x, const Vector& y) {
-  return x.template cast<double>().dot(y.template cast<double>());
+/// L^T v, L the trilinear interpolation from the nodes of a parent to those of its child in a slot. Axis by axis, as
+/// interpolate_from_parent().
+CellVector passed_to_parent(int slot, const Index3& factor, CellVector v) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (factor[static_cast<std::size_t>(axis)] == 1) continue;
+    for (int a = 0; a < 8; ++a) {
+      if (hexmesh::corner_bit(a, axis) == hexmesh::corner_bit(slot, axis)) continue;
+      auto half = v.segment<3>(3 * a);
+      half *= 0.5;
+      v.segment<3>(3 * (a ^ 1 << axis)) += half;
+    }
+  }
+  return v;
 }
 
 }  // namespace
@@ -84,14 +95,19 @@ private:
     CellMatrices<Scalar> matrices;        ///< none on the finest level, whose operator is the potential's
     std::vector<Block> inverse_diagonal;  ///< per node
     double largest_eigenvalue = 0;        ///< of D^-1 A
-    mutable Vector b, x, r, d, t;         ///< work space of a cycle
+    std::unique_ptr<PressureSmoother<Scalar>> pressures;  ///< in place of D^-1, where cells are nearly incompressible
+    mutable Vector b, x, r, d, t;                         ///< work space of a cycle
   };
 
+  bool is_nearly_incompressible() const;
   void choose_support_weights();
+  std::int32_t shared_number(std::size_t level, std::size_t cell) const;
   std::vector<std::int32_t> shared_by_parents(std::size_t level, std::vector<std::size_t>& first_of) const;
+  void pass_on_dilatations(std::size_t level);
   void coarsen(std::size_t level);
   bool invert_diagonal(Level& level, const std::vector<Mat3>& diagonal);
   void estimate_eigenvalue(std::size_t level);
+  void weigh_pressures(std::size_t level);
   void factor_coarsest();
   void solve_coarsest(const Vector& b, Vector& x) const;
   CellMatrix cell_matrix(std::size_t level, std::size_t cell) const;
@@ -131,6 +147,10 @@ template <class Scalar>
 Multigrid::CyclesOf<Scalar>::CyclesOf(const Hierarchy& hierarchy, const Potential& potential,
                                       const Constraints& constraints)
     : hierarchy_(hierarchy), potential_(potential), constraints_(constraints), levels_(hierarchy.meshes.size()) {
+  if (levels_.size() > 1 && is_nearly_incompressible())
+    for (std::size_t level = 0; level < levels_.size(); ++level)
+      levels_[level].pressures =
+          std::make_unique<PressureSmoother<Scalar>>(hierarchy.meshes[level], level == 0 ? &constraints : nullptr);
   for (std::size_t p = 0; p < constraints.held().size(); ++p)
     points_of_cell_[static_cast<std::size_t>(constraints.held()[p].cell)].push_back(p);
   choose_support_weights();
@@ -142,16 +162,32 @@ void Multigrid::CyclesOf<Scalar>::update() {
   positive_ = true;
   for (std::size_t level = 0; level + 1 < levels_.size() && positive_; ++level) {
     coarsen(level);
-    if (positive_) estimate_eigenvalue(level);
+    if (!positive_) return;
+    estimate_eigenvalue(level);
+    if (levels_[level].pressures) weigh_pressures(level);
   }
   if (positive_) factor_coarsest();
+}
+
+/// Where smoothers that know pressures pay: below, others are as fast in less memory; above, they take so many steps
+/// for the pressures that others are faster.
+template <class Scalar>
+bool Multigrid::CyclesOf<Scalar>::is_nearly_incompressible() const {
+  constexpr double least = 10, most = 1000;  // of bulk by shear modulus: Poisson's ratios 0.452 and 0.4995
+  double largest = 0;
+  for (std::size_t c = 0; c < hierarchy_.meshes[0].num_cells(); ++c)
+    if (const Dilatation d = potential_.dilatation(c); d.bulk > 0) largest = std::max(largest, d.bulk / d.shear);
+  return largest > least && largest < most;
 }
 
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::choose_support_weights() {
   std::vector<SupportSprings> springs;
   for (const auto& [cell, members] : points_of_cell_) {
-    const double trace = potential_.cell_hessian(cell).trace();
+    // As stiff as change of shape: supports stiffer than that would set the pace of smoothers that know pressures.
+    CellMatrix k = potential_.cell_hessian(cell);
+    if (levels_[0].pressures) k -= potential_.dilatation(cell).hessian();
+    const double trace = k.trace();
     for (const std::size_t m : members) {
       const ConstraintPoint& p = constraints_.held()[m];
       const auto condition = static_cast<std::size_t>(p.condition);
@@ -175,16 +211,20 @@ CellMatrix Multigrid::CyclesOf<Scalar>::cell_matrix(std::size_t level, std::size
   return k;
 }
 
+/// Of the matrix that a cell shares; Term::own_hessian where it has its own.
+template <class Scalar>
+std::int32_t Multigrid::CyclesOf<Scalar>::shared_number(std::size_t level, std::size_t cell) const {
+  if (level > 0) return levels_[level].matrices.shared(cell);
+  return points_of_cell_.contains(cell) ? Term::own_hessian : potential_.shared_hessian(cell);
+}
+
 /// For each parent: parents with the same shared children share their matrix.
 /// @param first_of  number of a shared matrix -> the first parent that has it
 template <class Scalar>
 std::vector<std::int32_t> Multigrid::CyclesOf<Scalar>::shared_by_parents(std::size_t level,
                                                                          std::vector<std::size_t>& first_of) const {
   const auto number_of = [&](std::int32_t cell) {
-    if (cell < 0) return Term::no_hessian;
-    const auto c = static_cast<std::size_t>(cell);
-    if (level > 0) return levels_[level].matrices.shared(c);
-    return points_of_cell_.contains(c) ? Term::own_hessian : potential_.shared_hessian(c);
+    return cell < 0 ? Term::no_hessian : shared_number(level, static_cast<std::size_t>(cell));
   };
   const hexmesh::Merge& merge = hierarchy_.merges[level];
   std::vector<std::int32_t> shared(merge.parents.size(), Term::own_hessian);
@@ -198,6 +238,30 @@ std::vector<std::int32_t> Multigrid::CyclesOf<Scalar>::shared_by_parents(std::si
     if (is_new) first_of.push_back(parent);
   }
   return shared;
+}
+
+/// Coarse cells resist change of their own volume, not of each of their children's, which would lock them.
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::pass_on_dilatations(std::size_t level) {
+  const hexmesh::Merge& merge = hierarchy_.merges[level];
+  const PressureSmoother<Scalar>& from = *levels_[level].pressures;
+  const CellMatrices<Scalar>& matrices = levels_[level + 1].matrices;
+  levels_[level + 1].pressures->set(
+      [&](std::size_t parent) {
+        Dilatation sum{CellVector::Zero()};
+        double bulk = 0;
+        for (int slot = 0; slot < 8; ++slot) {
+          const std::int32_t child = merge.children[parent][static_cast<std::size_t>(slot)];
+          if (child < 0) continue;
+          const Dilatation d = from.get(static_cast<std::size_t>(child));
+          sum.divergence += passed_to_parent(slot, merge.factor, d.divergence);
+          sum.volume += d.volume;
+          bulk += d.volume * d.bulk;
+        }
+        sum.bulk = bulk / sum.volume;
+        return sum;
+      },
+      [&](std::size_t parent) { return matrices.shared(parent); });
 }
 
 template <class Scalar>
@@ -219,6 +283,13 @@ void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
     to.matrices = CellMatrices<Scalar>(coarse);
   }
 
+  if (levels_[level].pressures) {
+    if (level == 0)
+      levels_[0].pressures->set([&](std::size_t c) { return potential_.dilatation(c); },
+                                [&](std::size_t c) { return shared_number(0, c); });
+    pass_on_dilatations(level);
+  }
+
   std::vector<CellMatrix> shared_matrices(first_of.size());
   std::vector<Mat3>& diagonal = diagonal_;
   diagonal.assign(fine.num_nodes(), Mat3::Zero());
@@ -231,14 +302,18 @@ void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
       const std::int32_t child = merge.children[parent][static_cast<std::size_t>(slot)];
       if (child < 0) continue;
       CellMatrix k = cell_matrix(level, static_cast<std::size_t>(child));
+      const Dilatation dilatation =
+          to.pressures ? levels_[level].pressures->get(static_cast<std::size_t>(child)) : Dilatation{};
       for (int a = 0; a < 8; ++a)
         diagonal[static_cast<std::size_t>(
             fine.cell_nodes()[static_cast<std::size_t>(child)][static_cast<std::size_t>(a)])] +=
-            k.block<3, 3>(3 * a, 3 * a);
+            k.block<3, 3>(3 * a, 3 * a) - dilatation.block(a);
       if (!computes) continue;
+      if (dilatation.bulk > 0) k -= dilatation.hessian();
       interpolate_from_parent(slot, merge.factor, k.data());
       sum += k;
     }
+    if (to.pressures) sum += to.pressures->get(parent).hessian();
     if (is_own)
       to.matrices.set(parent, sum);
     else if (computes)
@@ -346,59 +421,47 @@ void Multigrid::CyclesOf<Scalar>::scale_by_diagonal(std::size_t level, const Vec
   if (level == 0) constraints_.project(d);
 }
 
+/// Of D^-1 A, A without what resists change of volume where smoothers know pressures.
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::estimate_eigenvalue(std::size_t level) {
-  // Lanczos' process as conjugate gradients with D^-1, from a rough right-hand side that is always the same; the power
-  // iteration falls short by 10 % after as many steps where slivers make the largest eigenvalues local.
-  // Source: Saad, Iterative Methods for Sparse Linear Systems, 2nd ed. (2003), section 6.7.3.
-  constexpr int most_steps = 12;
-  constexpr double margin = 1.1;
   Level& l = levels_[level];
-  Vector &r = l.b, &z = l.x, &p = l.r, &q = l.t;  // free before a cycle
-  r.resize(static_cast<Index>(hierarchy_.meshes[level].num_dofs()));
-  std::uint32_t state = 12345;
-  for (Scalar& v : r) {
-    state = state * 1664525U + 1013904223U;
-    v = static_cast<Scalar>(state >> 8) / (1U << 24) - Scalar(0.5);
-  }
+  Vector& start = l.b;  // free before a cycle
+  fill_roughly(start, static_cast<Index>(hierarchy_.meshes[level].num_dofs()));
   // As large in stiff material as in soft, as D^-1 A sees it: what starts at nothing is not found in a few steps.
   const auto count = static_cast<std::ptrdiff_t>(l.inverse_diagonal.size());
   for_each_node(count, [&](std::ptrdiff_t n) {
-    r.template segment<3>(3 * n) /= std::sqrt(l.inverse_diagonal[static_cast<std::size_t>(n)].trace());
+    start.template segment<3>(3 * n) /= std::sqrt(l.inverse_diagonal[static_cast<std::size_t>(n)].trace());
   });
-  if (level == 0) constraints_.project(r);
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_steps, 1> diagonal(most_steps), beside(most_steps);
-  double rz = 1, alpha = 1;
-  Index steps = 0;
-  for (; steps < most_steps; ++steps) {
-    scale_by_diagonal(level, r, z);
-    const double rz_next = wide_dot(r, z), beta = steps == 0 ? 0 : rz_next / rz;
-    if (!(rz_next > 0)) break;
-    if (steps == 0)
-      p = z;
-    else
-      p = z + static_cast<Scalar>(beta) * p;
-    multiply(level, p, q);
-    const double curvature = wide_dot(p, q);
-    if (!(curvature > 0)) break;
-    diagonal[steps] = curvature / rz_next + beta / alpha;
-    if (steps > 0) beside[steps - 1] = std::sqrt(beta) / alpha;
-    alpha = rz_next / curvature;
-    rz = rz_next;
-    r -= static_cast<Scalar>(alpha) * q;
-  }
-  double largest = 1;
-  if (steps > 0) {
-    Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_steps, most_steps>>
-        eigen;
-    eigen.computeFromTridiagonal(diagonal.head(steps), beside.head(steps - 1), Eigen::EigenvaluesOnly);
-    largest = eigen.eigenvalues()[steps - 1];
-  }
-  levels_[level].largest_eigenvalue = margin * largest;
+  if (level == 0) constraints_.project(start);
+  const auto multiply_shape = [&](const Vector& x, Vector& y) {
+    multiply(level, x, y);
+    if (!l.pressures) return;
+    l.pressures->subtract_product(x, y);
+    if (level == 0) constraints_.project(y);
+  };
+  l.largest_eigenvalue =
+      hexsolver::largest_eigenvalue(LanczosSpace<Vector>{start, l.x, l.r, l.t}, multiply_shape,
+                                    [&](const Vector& r, Vector& z) { scale_by_diagonal(level, r, z); });
+}
+
+/// D is so large that changes of shape come out at most 1 / of_shape times too large.
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::weigh_pressures(std::size_t level) {
+  constexpr double of_shape = 0.6;
+  Level& l = levels_[level];
+  const auto less = static_cast<Scalar>(1 / (of_shape * l.largest_eigenvalue));
+  for_each_node(static_cast<std::ptrdiff_t>(l.inverse_diagonal.size()),
+                [&](std::ptrdiff_t n) { l.inverse_diagonal[static_cast<std::size_t>(n)] *= less; });
+  l.pressures->prepare(l.inverse_diagonal);
 }
 
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::smooth(std::size_t level, const Vector& b, Vector& x, bool from_zero) const {
+  if (levels_[level].pressures) {
+    levels_[level].pressures->smooth([this, level](const Vector& u, Vector& f) { multiply(level, u, f); }, b, x,
+                                     from_zero, {levels_[level].r, levels_[level].d, levels_[level].t});
+    return;
+  }
   // Chebyshev iteration for D^-1 A x = D^-1 b on [smallest, largest], each step one pass over the vectors.
   // Source: Saad, Iterative Methods for Sparse Linear Systems, 2nd ed. (2003), algorithm 12.1.
   const Level& l = levels_[level];
@@ -461,7 +524,7 @@ template <class Scalar>
 std::size_t Multigrid::CyclesOf<Scalar>::bytes() const {
   std::size_t sum = 0;
   for (const Level& l : levels_)
-    sum += l.matrices.bytes() + bytes_of(l.inverse_diagonal) +
+    sum += l.matrices.bytes() + bytes_of(l.inverse_diagonal) + (l.pressures ? l.pressures->bytes() : 0) +
            sizeof(Scalar) * static_cast<std::size_t>(l.b.size() + l.x.size() + l.r.size() + l.d.size() + l.t.size());
   return sum;
 }

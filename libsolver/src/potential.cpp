@@ -77,6 +77,12 @@ CellMatrix Potential::cell_hessian(std::size_t cell) const {
   return h;
 }
 
+Dilatation Potential::dilatation(std::size_t cell) const {
+  for (const Timed& t : terms_)
+    if (const Dilatation d = t.term->dilatation(cell); d.bulk > 0) return d;
+  return {};
+}
+
 void Potential::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
   for (const Timed& t : terms_) t.term->add_diagonal(cell, blocks);
 }

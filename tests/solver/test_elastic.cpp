@@ -97,6 +97,22 @@ TEST_P(ElasticLevels, ARigidMotionGivesNoForce) {
   EXPECT_LT(g.norm(), 1e-11 * scale.norm());
 }
 
+TEST_P(ElasticLevels, WhatResistsChangeOfVolumeIsAllThatResistsSwelling) {
+  const Mat3 r = turns ? random_rotation(17) : Mat3(Mat3::Identity());
+  body.potential.linearize(sample(body.mesh, [&](const Vec3& x) -> Vec3 { return r * x - x; }), Hessian::exact);
+  const NodeVector swelling = sample(body.mesh, [&](const Vec3& x) -> Vec3 { return r * x; });
+  const bool tells = std::get<2>(GetParam()) == Volumetric::mean && !is_hyperelastic(std::get<1>(GetParam()));
+  for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
+    const Dilatation d = body.potential.dilatation(c);
+    EXPECT_EQ(d.bulk > 0, tells);
+    if (!tells) continue;
+    const CellVector v = body.mesh.gather(c, swelling);
+    const CellMatrix k = body.potential.cell_hessian(c);
+    EXPECT_NEAR(d.divergence.dot(v), 3 * d.volume, 1e-12 * v.norm() * d.divergence.norm());
+    EXPECT_LT(((k - d.hessian()) * v).norm(), 1e-11 * k.norm() * v.norm());
+  }
+}
+
 TEST_P(ElasticLevels, ForcesHaveNoResultantAndThoseOfCellsThatTurnNoTorque) {
   NodeVector g, magnitude;
   body.potential.gradient(u, g, magnitude);

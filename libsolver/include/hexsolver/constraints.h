@@ -98,6 +98,7 @@ private:
   struct Work;
   std::unique_ptr<Work> work_;                                           ///< space for the vectors of a cluster
   std::array<std::vector<std::shared_ptr<const Cluster>>, 3> clusters_;  ///< per axis
+  bool are_worth_threads_ = false;                                       ///< to project on at once
 };
 
 }  // namespace hexsolver

@@ -44,11 +44,12 @@ struct ElasticSettings {
 
 /// What cells alike share.
 struct ElementModel {
-  CellMatrix stiffness;         ///< K [N/mm]
-  NodeGradients mean_gradient;  ///< of N_a over the filled part, b / V [1/mm]
-  NodeWeights mean_shape;       ///< N_a over the filled part
-  double volume = 0;            ///< of the filled part [mm^3]
-  double shear = 0, bulk = 0;   ///< mean moduli over the filled part [MPa]
+  CellMatrix stiffness;          ///< K [N/mm]
+  NodeGradients mean_gradient;   ///< of N_a over the filled part, b / V [1/mm]
+  NodeWeights mean_shape;        ///< N_a over the filled part
+  double volume = 0;             ///< of the filled part [mm^3]
+  double shear = 0, bulk = 0;    ///< mean moduli over the filled part [MPa]
+  bool mean_dilatation = false;  ///< K resists change of volume by (bulk / volume) b b^T
 };
 
 /// sigma = 2 mu dev(strain) + kappa tr(strain)  [MPa]
@@ -97,6 +98,8 @@ protected:
   struct SingleModels;
   const SingleModels& single_models() const;
 
+  Dilatation dilatation_turned(std::size_t cell, const Mat3& rotation) const;
+
   const Mesh& mesh_;
   std::vector<std::int32_t> elements_;
   std::shared_ptr<const std::vector<ElementModel>> models_;
@@ -122,6 +125,7 @@ public:
   void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override { h += model(cell).stiffness; }
   void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;
+  Dilatation dilatation(std::size_t cell) const override { return dilatation_turned(cell, Mat3::Identity()); }
   std::int32_t shared_hessian(std::size_t cell) const override { return elements_[cell]; }
 };
 
@@ -189,6 +193,7 @@ public:
   void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;  ///< that of R K R^T
+  Dilatation dilatation(std::size_t cell) const override;
   std::int32_t shared_hessian(std::size_t cell) const override { return turns(cell) ? own_hessian : elements_[cell]; }
   std::size_t bytes() const override;
 
@@ -273,6 +278,7 @@ public:
   void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;
+  Dilatation dilatation(std::size_t cell) const override { return dilatation_turned(cell, rotations_[cell]); }
   std::int32_t shared_hessian(std::size_t /*cell*/) const override { return own_hessian; }
   std::size_t bytes() const override;
 

@@ -30,8 +30,9 @@ struct Hierarchy {
 /// Coarse operators are Galerkin products, cell by cell: K_parent = sum_c L_c^T K_c L_c of the current cell Hessians,
 /// so no global matrix exists but the coarsest. The finest level works in the range of P, where the supports hold
 /// exactly; coarser ones see them as w H^T H, cell-local and exact there (H_coarse = H P). Smoother: Chebyshev
-/// polynomial of degree 6 on 3x3 block Jacobi. In single precision, scaled to the residual, unless the hierarchy asks
-/// for double.
+/// polynomial of degree 6 on 3x3 block Jacobi. Near-incompressible bodies have coarse cells that resist change of their
+/// own volume only, and a smoother that knows pressures. In single precision, scaled to the residual, unless the
+/// hierarchy asks for double.
 class Multigrid final : public Preconditioner {
 public:
   /// All three must outlive this.

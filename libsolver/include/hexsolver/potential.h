@@ -34,6 +34,7 @@ public:
   void apply(const NodeVector& x, NodeVector& y) const;            ///< y = H x
   void apply(const FloatNodeVector& x, FloatNodeVector& y) const;  ///< likewise, in single precision
   CellMatrix cell_hessian(std::size_t cell) const;                 ///< shape (24, 24), symmetric
+  Dilatation dilatation(std::size_t cell) const;                   ///< of the one term that has one
   void add_diagonal(std::size_t cell, NodeBlocks& blocks) const;   ///< as Term::add_diagonal
 
   /// Cells of one number share their Hessian; Term::own_hessian where a cell has its own.

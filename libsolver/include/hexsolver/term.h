@@ -18,6 +18,20 @@ struct Hessian {
   static constexpr double without_stress = 2;
 };
 
+/// What of a cell's Hessian resists change of its volume, (bulk / volume) b b^T.
+struct Dilatation {
+  CellVector divergence = CellVector::Zero();  ///< b, with b . u = the volume gained [mm^2]
+  double bulk = 0;                             ///< mean modulus over the filled part [MPa]; 0 = nothing
+  double volume = 0;                           ///< of the filled part [mm^3]
+  double shear = 0;                            ///< mean modulus over the filled part [MPa]
+
+  double modulus() const { return bulk > 0 ? bulk / volume : 0; }
+  CellMatrix hessian() const { return modulus() * divergence * divergence.transpose(); }
+  Mat3 block(int a) const {  ///< of node a on the diagonal of hessian()
+    return modulus() * divergence.segment<3>(3 * a) * divergence.segment<3>(3 * a).transpose();
+  }
+};
+
 /// One part of the potential energy of a level, W(u), u the displacement of the nodes. A scene builds only those terms
 /// that it calls for.
 class Term {
@@ -63,6 +77,9 @@ public:
       blocks[a] += h.block<3, 3>(n, n);
     }
   }
+
+  /// What of add_cell_hessian() resists change of volume, where a term can tell it apart.
+  virtual Dilatation dilatation(std::size_t /*cell*/) const { return {}; }
 
   virtual std::size_t bytes() const { return 0; }  ///< of memory
 
