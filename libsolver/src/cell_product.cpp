@@ -575,7 +575,7 @@ template <int width, class Real>
   const auto add_row =
       []<bool alike>(std::bool_constant<alike>, const Real* of, const Real* at, L* sum) __attribute__((always_inline)) {
     for (int i = 0; i < 3; ++i) {
-      const L& x = *reinterpret_cast<const Loose*>(at + i);
+      const L x = *reinterpret_cast<const Loose*>(at + i);
       if constexpr (alike)
         sum[i] += of[i] * x;
       else

@@ -99,7 +99,7 @@ private:
     mutable Vector b, x, r, d, t;                         ///< work space of a cycle
   };
 
-  bool is_nearly_incompressible() const;
+  bool knows_pressures() const;
   void choose_support_weights();
   std::int32_t shared_number(std::size_t level, std::size_t cell) const;
   std::vector<std::int32_t> shared_by_parents(std::size_t level, std::vector<std::size_t>& first_of) const;
@@ -147,7 +147,7 @@ template <class Scalar>
 Multigrid::CyclesOf<Scalar>::CyclesOf(const Hierarchy& hierarchy, const Potential& potential,
                                       const Constraints& constraints)
     : hierarchy_(hierarchy), potential_(potential), constraints_(constraints), levels_(hierarchy.meshes.size()) {
-  if (levels_.size() > 1 && is_nearly_incompressible())
+  if (levels_.size() > 1 && knows_pressures())
     for (std::size_t level = 0; level < levels_.size(); ++level)
       levels_[level].pressures =
           std::make_unique<PressureSmoother<Scalar>>(hierarchy.meshes[level], level == 0 ? &constraints : nullptr);
@@ -169,15 +169,12 @@ void Multigrid::CyclesOf<Scalar>::update() {
   if (positive_) factor_coarsest();
 }
 
-/// Where smoothers that know pressures pay: below, others are as fast in less memory; above, they take so many steps
-/// for the pressures that others are faster.
 template <class Scalar>
-bool Multigrid::CyclesOf<Scalar>::is_nearly_incompressible() const {
-  constexpr double least = 10, most = 1000;  // of bulk by shear modulus: Poisson's ratios 0.452 and 0.4995
+bool Multigrid::CyclesOf<Scalar>::knows_pressures() const {
   double largest = 0;
   for (std::size_t c = 0; c < hierarchy_.meshes[0].num_cells(); ++c)
     if (const Dilatation d = potential_.dilatation(c); d.bulk > 0) largest = std::max(largest, d.bulk / d.shear);
-  return largest > least && largest < most;
+  return Multigrid::knows_pressures(largest);
 }
 
 template <class Scalar>

@@ -46,6 +46,11 @@ public:
 
   static constexpr std::size_t most_dense = 120;
 
+  /// Whether a body of mean dilatation with this largest ratio of bulk and shear modulus has a smoother that knows
+  /// pressures, which pays for Poisson's ratios of 0.452 to 0.4995: below, the other one is as fast in less memory;
+  /// above, it takes so many steps for the pressures that the other one is faster.
+  static constexpr bool knows_pressures(double ratio) { return ratio > 10 && ratio < 1000; }
+
   /// False where the coarsest matrix or a smoother's block is not positive definite: the Hessian is indefinite.
   bool is_positive() const noexcept;
 
