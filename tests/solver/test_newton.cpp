@@ -150,6 +150,36 @@ TEST(Multigrid, PlatesOneVoxelApartTakeTheIterationsOfOne) {
   EXPECT_LE(iterations(4), 1.5 * iterations(1));
 }
 
+TEST(Multigrid, SinglePointsTakeFewMoreIterationsThanPatches) {
+  const Lattice lattice = box({40, 24, 24}, {1, 1, 1});
+  const auto iterations = [&](double radius) {
+    Body body(lattice, 0, Elasticity::cauchy);
+    const Hierarchy hierarchy(body.mesh, lattice.corner(), 300);
+    std::vector<ConstraintPoint> points;
+    for (const Vec3& at :
+         {Vec3(3.5, 3.5, -0.5), Vec3(36.5, 3.5, -0.5), Vec3(3.5, 19.5, -0.5), Vec3(36.5, 19.5, 23.5)}) {
+      const auto condition = points.empty() ? 0 : points.back().condition + 1;
+      for (ConstraintPoint p : hold_nodes(
+               body.mesh, [&](const Vec3& x) { return (x - at).norm() <= radius; },
+               [](const Vec3& x) { return Vec3(0, 0, x[2] > 10 ? 3 : 0); })) {
+        p.condition = condition;
+        points.push_back(p);
+      }
+    }
+    const Constraints constraints(body.mesh, points);
+    NewtonOptions options;
+    options.tolerance = 1e-8;
+    NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()));
+    const NewtonReport report = minimize(hierarchy, body.potential, constraints, options, u);
+    EXPECT_TRUE(report.converged) << report.reason;
+    return report.linear_iterations;
+  };
+  const int points = iterations(0.1), patches = iterations(4);
+  RecordProperty("points", points);
+  RecordProperty("patches", patches);
+  EXPECT_LE(points, 1.5 * patches);
+}
+
 TEST(Multigrid, IsSymmetricAndFewIterationsSolveALinearBody) {
   const Lattice lattice = bitten_ball({0.8, 0.8, 2.5});
   Body body(lattice, 0, Elasticity::cauchy);
