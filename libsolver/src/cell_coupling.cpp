@@ -258,7 +258,7 @@ void CellCoupling<Real>::step(const PressureStep<Real>& step, const Vector& gain
                               Vector& next) const {
   constexpr std::size_t at_once = 64;
   const std::size_t parts = (segments_.size() + at_once - 1) / at_once;
-  const bool in_parallel = mesh_.num_cells() >= 4000;
+  const bool in_parallel = mesh_.num_cells() >= cells_worth_threads;
 #pragma omp parallel for schedule(static) if (in_parallel)
   for (std::size_t part = 0; part < parts; ++part) {
     const std::size_t first = part * at_once;

@@ -10,6 +10,9 @@
 
 namespace hexsolver {
 
+/// Passes over fewer cells take less time than the threads to wake up.
+inline constexpr std::size_t cells_worth_threads = 4000;
+
 /// A vector (24) of each cell of a mesh, to be multiplied with: cells of batches that are all alike share theirs.
 template <class Real>
 class CellRows {

@@ -73,7 +73,7 @@ template <class Real>
 template <class Put>
 void PressureSmoother<Real>::gain(const Vector& u, const Put& put) const {
   const auto count = static_cast<std::ptrdiff_t>(mesh_.batches().size());
-  const bool in_parallel = mesh_.num_cells() >= 4000;
+  const bool in_parallel = mesh_.num_cells() >= cells_worth_threads;
 #pragma omp parallel for schedule(static) if (in_parallel)
   for (std::ptrdiff_t n = 0; n < count; ++n) {
     const auto b = static_cast<std::size_t>(n);
