@@ -9,8 +9,8 @@
 #include <optional>
 
 #include "cli/solve_report.h"
+#include "distributed/shared_equilibrium.h"
 #include "hexmesh/core/error.h"
-#include "hexsolver/shared_equilibrium.h"
 
 namespace {
 
@@ -70,24 +70,17 @@ int solve(const Run& run, const Options& o, const CommonOptions& common, const C
   if (run.is_first())
     for (const std::string& w : scene.warnings) console.warning(w);
 
-  SolveReport report;
   std::vector<ProcessReport> processes;
   json summary;
-  hexsolver::SolveProgress progress;
-  if (run.is_first() && console.shows_progress())
-    progress = [&](int number, double load, int step, double residual, int linear) {
-      console.progress(fmt::format("level {}, load {:.3g}, Newton step {}: residual {:.2e}, {} linear iterations",
-                                   number, load, step, residual, linear));
-    };
-  hexsolver::mpi::solve_equilibrium(
-      run, o.lattice, scene, run.of_first(output ? output->path().string() : ""), report, processes,
-      [&](hexmesh::Result& result) {
-        summary = hextools::to_json(report, scene);
+  const SolveReport report = hexsolver::mpi::solve_equilibrium(
+      run, o.lattice, scene, run.of_first(output ? output->path().string() : ""), processes,
+      [&](hexmesh::Result& result, const SolveReport& solved) {
+        summary = hextools::to_json(solved, scene);
         result.report = summary.dump();
-        result.costs = costs_of(report, 0).dump();
+        result.costs = costs_of(solved, 0).dump();
         result.history.push_back(solve_history(o.lattice, o.lattice, o.scene, o.scene, scene));
       },
-      progress);
+      run.is_first() ? progress_on(console) : hexsolver::SolveProgress());
   run.on_first([&] {
     output->commit();
     for (const std::string& w : report.warnings) console.warning(w);
@@ -105,10 +98,15 @@ int solve(const Run& run, const Options& o, const CommonOptions& common, const C
     write_whole(report_file->path(), summary.dump(2) + "\n");
     report_file->commit();
   });
+  if (report.accuracy_missed) {
+    if (run.is_first())
+      fmt::print(stderr, "hexsolve-mpi: error: accuracy not reached: {}; '{}' holds that level, solved\n",
+                 report.reason, o.output);
+    return exit_not_converged;
+  }
   if (report.converged) return 0;
   if (run.is_first())
-    fmt::print(stderr, "hexsolve-mpi: error: not converged: {}; '{}' holds {}, marked so\n", report.reason, o.output,
-               report.load_fraction > 0 ? "the last state that did" : "the state at the start");
+    fmt::print(stderr, "hexsolve-mpi: error: not converged: {}{}\n", report.reason, what_is_kept(report, o.output));
   return exit_not_converged;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Markups: the first byte chooses JSON or a fiducial list.
 #include "fuzz_target.h"
-#include "hexmesh/file/markup.h"
+#include "hexmesh/file/markup_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;

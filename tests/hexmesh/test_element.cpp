@@ -44,8 +44,7 @@ Eigen::MatrixXd interpolation(int slot, const Index3& factor) {
   Eigen::MatrixXd l = Eigen::MatrixXd::Zero(24, 24);
   for (int a = 0; a < 8; ++a) {
     Vec3 s;
-    for (int d = 0; d < 3; ++d)
-      s[d] = double(corner_bit(slot, d) + corner_bit(a, d)) / factor[static_cast<std::size_t>(d)];
+    for (int d = 0; d < 3; ++d) s[d] = double(corner_bit(slot, d) + corner_bit(a, d)) / factor[d];
     const NodeWeights n = shape_functions(s);
     for (int b = 0; b < 8; ++b) l.block<3, 3>(3 * a, 3 * b) = n[b] * Mat3::Identity();
   }
@@ -72,7 +71,7 @@ protected:
 
   bool has(int slot) const {
     for (int d = 0; d < 3; ++d)
-      if (corner_bit(slot, d) && GetParam().factor[static_cast<std::size_t>(d)] == 1) return false;
+      if (corner_bit(slot, d) && GetParam().factor[d] == 1) return false;
     return (GetParam().filled >> slot & 1) != 0;
   }
   const Material& material(int slot) const { return GetParam().stiff >> slot & 1 ? stiff : soft; }

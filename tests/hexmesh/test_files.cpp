@@ -50,7 +50,7 @@ TEST(LatticeReader, PiecesAreTheWholeAndKnowWhatIsAroundThem) {
     EXPECT_EQ(outline.segments.size(), lattice.segments.size());
     EXPECT_EQ(reader.num_surface_points(), lattice.surface.points.size());
     for (int n = 0; n < static_cast<int>(lattice.levels.size()); ++n) {
-      const Level& level = lattice.levels[static_cast<std::size_t>(n)];
+      const Level& level = lattice.levels[n];
       const std::vector<Element> elements = form_elements(lattice, n);
       ASSERT_EQ(reader.num_cells(n), level.cells.size());
       // Counted in two shares, as two processes would.
@@ -64,7 +64,7 @@ TEST(LatticeReader, PiecesAreTheWholeAndKnowWhatIsAroundThem) {
       std::size_t next = 0;
       for (std::int32_t begin = 0; begin < layers; begin += 2) {
         LatticePiece piece = reader.read_layers(outline, n, rows, begin, std::min(begin + 2, layers), 1);
-        Level& part = piece.lattice.levels[static_cast<std::size_t>(n)];
+        Level& part = piece.lattice.levels[n];
         reader.read_elements(piece.lattice, n, part.element);
         const std::vector<Element> own = form_elements(piece.lattice, n);
         EXPECT_LE(own.size(), std::max(part.cells.size(), lattice.materials.size()));
@@ -77,8 +77,7 @@ TEST(LatticeReader, PiecesAreTheWholeAndKnowWhatIsAroundThem) {
           EXPECT_EQ(part.segment[c], level.segment[w]);
           EXPECT_EQ(part.parts[c], level.parts[w]);
           EXPECT_EQ(part.fill(c), level.fill(w));
-          const Element &a = own[static_cast<std::size_t>(part.element[c])],
-                        &b = elements[static_cast<std::size_t>(level.element[w])];
+          const Element &a = own[part.element[c]], &b = elements[level.element[w]];
           EXPECT_EQ(a.shear, b.shear);
           EXPECT_EQ(a.bulk, b.bulk);
           const Vec3 corner = lattice.corner() + lattice.cell_edges(n) * Vec3(whole[0], whole[1], whole[2]);

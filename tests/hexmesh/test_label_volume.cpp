@@ -4,8 +4,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 
-#include "hexmesh/scan/label_volume.h"
-#include "hexmesh/scan/resample.h"
+#include "hexmesh/volume/label_volume.h"
+#include "hexmesh/volume/resample.h"
 #include "support/bodies.h"
 #include "support/files.h"
 

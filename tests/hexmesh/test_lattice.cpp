@@ -61,7 +61,7 @@ protected:
   double voxel_sum(const std::function<double(const Material&)>& f) const {
     double sum = 0;
     for (const std::int32_t e : lattice.levels[0].element)
-      sum += f(lattice.materials[static_cast<std::size_t>(e)].material) * lattice.voxels.voxel_volume();
+      sum += f(lattice.materials[e].material) * lattice.voxels.voxel_volume();
     return sum;
   }
 };
@@ -79,7 +79,7 @@ TEST_P(LatticeLevels, EveryCellIsTheSumOfItsVoxels) {
   // K of a cell by 2 x 2 x 2 Gauss points in each of its voxels with the cell's own shape functions: no recursion.
   const double voxel = lattice.voxels.voxel_volume();
   for (int number = 1; number < static_cast<int>(lattice.levels.size()); ++number) {
-    const Level& level = lattice.levels[static_cast<std::size_t>(number)];
+    const Level& level = lattice.levels[number];
     const Mat3 edges = lattice.cell_edges(number);
     const ElementMatrices matrices(edges);
     const std::vector<Element> elements = form_elements(lattice, number);
@@ -89,7 +89,7 @@ TEST_P(LatticeLevels, EveryCellIsTheSumOfItsVoxels) {
         const Index3& ijk = lattice.levels[0].cells[v];
         const Index3& n = level.voxels_per_cell;
         if (Index3{ijk[0] / n[0], ijk[1] / n[1], ijk[2] / n[2]} != level.cells[c]) continue;
-        const Material& m = lattice.materials[static_cast<std::size_t>(lattice.levels[0].element[v])].material;
+        const Material& m = lattice.materials[lattice.levels[0].element[v]].material;
         const double mu = m.shear_modulus(), lambda = m.bulk_modulus() - 2 * mu / 3;
         for (int q = 0; q < 8; ++q) {
           Vec3 s;
@@ -108,7 +108,7 @@ TEST_P(LatticeLevels, EveryCellIsTheSumOfItsVoxels) {
             }
         }
       }
-      const CellMatrix k = matrices.stiffness(elements[static_cast<std::size_t>(level.element[c])]);
+      const CellMatrix k = matrices.stiffness(elements[level.element[c]]);
       EXPECT_LT((k - expected).norm(), single_cell * expected.norm()) << "level " << number << " cell " << c;
     }
   }

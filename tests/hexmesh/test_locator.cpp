@@ -12,7 +12,7 @@ TEST(Locator, EmbeddedPointsFollowALinearFieldExactly) {
   Mat3 gradient;
   gradient << 0.1, -0.05, 0.02, 0.3, 0.2, -0.1, 0.07, 0.04, -0.15;
   for (int number = 0; number < 3; ++number) {
-    const Level& level = lattice.levels[static_cast<std::size_t>(number)];
+    const Level& level = lattice.levels[number];
     const Body body(lattice, number, hexsolver::Elasticity::cauchy);
     const CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells);
     for (const ExposedFace& face : exposed_faces(lattice)) {
@@ -24,9 +24,7 @@ TEST(Locator, EmbeddedPointsFollowALinearFieldExactly) {
       const NodeWeights weights = shape_functions(e.local);
       Vec3 u = Vec3::Zero();
       for (int a = 0; a < 8; ++a)
-        u += weights[a] * gradient *
-             body.mesh.position(static_cast<std::size_t>(
-                 body.mesh.cell_nodes()[static_cast<std::size_t>(e.cell)][static_cast<std::size_t>(a)]));
+        u += weights[a] * gradient * body.mesh.position(static_cast<std::size_t>(body.mesh.cell_nodes()[e.cell][a]));
       ASSERT_LT((u - gradient * p).norm(), 1e-9 * p.norm());
     }
   }
@@ -37,7 +35,7 @@ TEST(Locator, PointsJustOutsideTakeTheNearestCellAndFarOnesNone) {
   const CellLocator locator(lattice.voxels, {1, 1, 1}, lattice.levels[0].cells);
   const Embedding near = locator.locate({-1.2, 1.4, 2});
   ASSERT_GE(near.cell, 0);
-  EXPECT_EQ(lattice.levels[0].cells[static_cast<std::size_t>(near.cell)], (Index3{0, 1, 2}));
+  EXPECT_EQ(lattice.levels[0].cells[near.cell], (Index3{0, 1, 2}));
   EXPECT_NEAR(near.local[0], -0.7, 1e-12);
   EXPECT_EQ(locator.locate({-9, 0, 0}).cell, 0);
   EXPECT_EQ(locator.locate({-10.6, 0, 0}).cell, -1);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "hexmesh/file/markup.h"
+#include "hexmesh/file/markup_file.h"
 #include "support/files.h"
 
 using namespace hexmesh;

@@ -16,7 +16,7 @@ double lagrange(int q, const Vec3& at) {
   for (int d = 0, number = q; d < 3; ++d, number /= 3) {
     const double t = at[d];
     const std::array<double, 3> l = {(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)};
-    product *= l[static_cast<std::size_t>(number % 3)];
+    product *= l[number % 3];
   }
   return product;
 }
@@ -43,7 +43,7 @@ double worst_moment(const std::vector<MaterialPoint>& points, const Element& ele
 std::vector<std::vector<MaterialPoint>> form_quadratures(const Lattice& lattice, int level) {
   QuadratureTree tree(lattice);
   std::vector<std::vector<MaterialPoint>> out;
-  for (std::size_t e = 0; e < lattice.levels[static_cast<std::size_t>(level)].filled.size(); ++e)
+  for (std::size_t e = 0; e < lattice.levels[level].filled.size(); ++e)
     out.push_back(tree.form(level, static_cast<std::int32_t>(e)));
   return out;
 }
@@ -57,7 +57,7 @@ TEST_P(Quadrature, HasTheIntegralsOfTheElementsWithFewPointsInsideTheMaterial) {
   const Lattice lattice = bitten_ball({1, 1, 2.5}, {0, 1, 0});
   const std::vector<Element> elements = form_elements(lattice, level);
   const std::vector<std::vector<MaterialPoint>> quadratures = form_quadratures(lattice, level);
-  const Level& of = lattice.levels[static_cast<std::size_t>(level)];
+  const Level& of = lattice.levels[level];
   ASSERT_EQ(quadratures.size(), elements.size());
   std::size_t most = 0;
   for (std::size_t c = 0; c < of.cells.size(); ++c) {
@@ -71,9 +71,7 @@ TEST_P(Quadrature, HasTheIntegralsOfTheElementsWithFewPointsInsideTheMaterial) {
       EXPECT_GT(p.bulk, 0);
       one_material = one_material && std::abs(p.shear - ratio * p.volume) < 1e-9 * p.shear;
       Index3 voxel;
-      for (int d = 0; d < 3; ++d)
-        voxel[static_cast<std::size_t>(d)] = static_cast<int>((of.cells[c][static_cast<std::size_t>(d)] + p.local[d]) *
-                                                              of.voxels_per_cell[static_cast<std::size_t>(d)]);
+      for (int d = 0; d < 3; ++d) voxel[d] = static_cast<int>((of.cells[c][d] + p.local[d]) * of.voxels_per_cell[d]);
       EXPECT_NE(lattice.labels[lattice.voxels.offset(voxel)], 0) << "a point in no material";
     }
     EXPECT_LE(quadratures[e].size(), one_material ? 27U : 81U);

@@ -64,7 +64,7 @@ TEST(ImageIo, NiftiPositionsAreTurnedFromRasToLps) {
     Index3 v;
     for (int d = 0; d < 3; ++d) {
       EXPECT_NEAR(std::abs(index[d] - std::floor(index[d])), 0.5, 1e-4);
-      v[static_cast<std::size_t>(d)] = static_cast<int>(std::floor(index[d])) + (a >> d & 1);
+      v[d] = static_cast<int>(std::floor(index[d])) + (a >> d & 1);
     }
     liver += volume.grid.contains(v) && volume.labels[volume.grid.offset(v)] == 5;
   }

@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "hexmesh/scan/image_io.h"
-#include "hexmesh/scan/region.h"
 #include "hexmesh/scan/summary.h"
+#include "hexmesh/volume/region.h"
 #include "support/bodies.h"
 #include "support/files.h"
 #include "support/scan_files.h"

@@ -37,7 +37,7 @@ std::vector<Vec3> sampled(const TetMesh& mesh, Vec3 (*field)(const Vec3&)) {
 Vec3 sum_of_areas(const TetMesh& mesh) {
   Vec3 sum = Vec3::Zero();
   for (const auto& f : boundary_triangles(mesh)) {
-    const auto p = [&](std::size_t a) { return mesh.points[static_cast<std::size_t>(f[a])]; };
+    const auto p = [&](std::size_t a) { return mesh.points[f[a]]; };
     sum += (p(1) - p(0)).cross(p(2) - p(0)) / 2;
   }
   return sum;
@@ -95,7 +95,7 @@ TEST(MeshBody, HasTheVolumesOfTheSegmentsAndAClosedSurface) {
     const double six = tet_frame(mesh, t).determinant();
     ASSERT_GT(six, 0);
     volumes[mesh.segment[t]] += six / 6;
-    const Vec3& p = mesh.points[static_cast<std::size_t>(mesh.corners[t][0])];
+    const Vec3& p = mesh.points[mesh.corners[t][0]];
     if ((p - sizes.finer[0].center).norm() < 6) shortest_near = std::min(shortest_near, std::cbrt(six));
   }
   // Facets may cut a tenth of their size, 0.4 mm, off balls of about 20 mm: 6 % of the volume at most. Smoothing by a
@@ -197,7 +197,7 @@ TEST(TetFile, KeepsMiddleNodesInTheirPlaces) {
     EXPECT_NEAR(volume(read), 1, 1e-12);
     for (std::size_t t = 0; t < read.size(); ++t)
       for (std::size_t e = 0; e < 6; ++e) {
-        const auto at = [&](int a) { return read.points[static_cast<std::size_t>(read.node(t, a))]; };
+        const auto at = [&](int a) { return read.points[read.node(t, a)]; };
         const Vec3 middle = (at(tet_edges[e][0]) + at(tet_edges[e][1])) / 2;
         EXPECT_LT((at(4 + static_cast<int>(e)) - middle).norm(), 1e-6) << file;
       }

@@ -150,7 +150,7 @@ TEST(VtkExport, NamesColoursAndUnitsSurvive) {
   for (vtkIdType c = 0; c < surface->GetNumberOfCells(); c += 97) {
     const auto label = static_cast<std::uint16_t>(surface->GetCellData()->GetArray("segment")->GetTuple1(c));
     const Rgb expected = to_rgb(r.segments[label - 1U].segment.color);
-    for (int d = 0; d < 3; ++d) ASSERT_EQ(colors->GetComponent(c, d), expected[static_cast<std::size_t>(d)]);
+    for (int d = 0; d < 3; ++d) ASSERT_EQ(colors->GetComponent(c, d), expected[d]);
   }
 }
 

@@ -81,7 +81,7 @@ Canvas cast_rays(const Patient& p, const Result& r) {
           double weight = 1;
           for (int d = 0; d < 3; ++d) {
             const double base = std::floor(index[d]);
-            v[static_cast<std::size_t>(d)] = static_cast<std::int32_t>(base) + corner_bit(a, d);
+            v[d] = static_cast<std::int32_t>(base) + corner_bit(a, d);
             weight *= corner_bit(a, d) == 1 ? index[d] - base : 1 - index[d] + base;
           }
           if (!grid.contains(v)) continue;

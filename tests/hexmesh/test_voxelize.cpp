@@ -163,11 +163,9 @@ TEST(Voxelize, TheVolumeOfABallConverges) {
     TriangleSurface finer;
     for (const auto& t : ball.triangles) {
       const auto first = static_cast<std::int32_t>(finer.points.size());
-      for (std::size_t a = 0; a < 3; ++a) finer.points.push_back(ball.points[static_cast<std::size_t>(t[a])]);
+      for (std::size_t a = 0; a < 3; ++a) finer.points.push_back(ball.points[t[a]]);
       for (std::size_t a = 0; a < 3; ++a)
-        finer.points.push_back(
-            (ball.points[static_cast<std::size_t>(t[a])] + ball.points[static_cast<std::size_t>(t[(a + 1) % 3])])
-                .normalized());
+        finer.points.push_back((ball.points[t[a]] + ball.points[t[(a + 1) % 3]]).normalized());
       for (const auto& [a, b, c] : {std::array{0, 3, 5}, {1, 4, 3}, {2, 5, 4}, {3, 4, 5}})
         finer.triangles.push_back({first + a, first + b, first + c});
     }

@@ -5,9 +5,11 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "hexmesh/scan/segmentation.h"
 #include "hexmesh/surface/extract.h"
-#include "hexmesh/warp/displacement_field.h"
+#include "hexmesh/volume/segmentation.h"
+#include "hexmesh/warp/bounds.h"
+#include "hexmesh/warp/deform.h"
+#include "hexmesh/warp/warp.h"
 #include "support/bodies.h"
 
 using namespace hexmesh;

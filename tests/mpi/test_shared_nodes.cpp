@@ -7,9 +7,9 @@
 #include <map>
 #include <set>
 
+#include "distributed/shared_nodes.h"
 #include "hexmesh/lattice/merge.h"
 #include "hexmesh/lattice/nodes.h"
-#include "mpi/shared_nodes.h"
 #include "support/bodies.h"
 #include "support/files.h"
 

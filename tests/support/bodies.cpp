@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "hexmesh/lattice/embedded_points.h"
+#include "terms/make_elastic_cells.h"
 
 namespace testing_support {
 

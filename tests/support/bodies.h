@@ -4,11 +4,11 @@
 #include <functional>
 #include <random>
 
-#include "hexmesh/file/result_file.h"
+#include "constraints/constraints.h"
 #include "hexmesh/lattice/lattice.h"
-#include "hexsolver/constraints.h"
-#include "hexsolver/elastic.h"
-#include "hexsolver/potential.h"
+#include "hexmesh/result/result.h"
+#include "terms/elastic.h"
+#include "terms/potential.h"
 
 /// Small bodies and fields that the tests share.
 namespace testing_support {

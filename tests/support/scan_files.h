@@ -5,7 +5,7 @@
 #include <functional>
 #include <string>
 
-#include "hexmesh/scan/label_volume.h"
+#include "hexmesh/volume/label_volume.h"
 
 /// Small scans in the forms they come in, written byte by byte or by DCMTK, independently of the readers.
 namespace testing_support {

@@ -8,13 +8,15 @@
 #include <memory>
 
 #include "cli/checksum.h"
+#include "constraints/select_points.h"
+#include "constraints/supports.h"
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/file/result_file.h"
 #include "hexmesh/lattice/locator.h"
-#include "hexsolver/cell_measures.h"
-#include "hexsolver/newton.h"
-#include "hexsolver/selection.h"
-#include "hexsolver/supports.h"
+#include "newton/minimize.h"
+#include "selection/selection.h"
+#include "terms/cell_measures.h"
+#include "terms/make_elastic_cells.h"
 
 using namespace hexsolver;
 
@@ -80,9 +82,9 @@ int main(int argc, char** argv) {
     u = start;
     NewtonOptions options;
     options.tolerance = level == 0 ? 1e-8 : 1e-4;
-    const NewtonReport newton = minimize(problem->hierarchy, *problem->potential, *problem->constraints, options, u);
+    const NewtonOutcome newton = minimize(problem->hierarchy, *problem->potential, *problem->constraints, options, u);
     if (!newton.converged) return 5;
-    problem->elastic->size_in_material(newton.remaining);
+    problem->elastic->size_in_material(newton.algebraic_error.value());
     problem->elastic->size_in_material(u - start);
     coarser = std::move(problem);
   }

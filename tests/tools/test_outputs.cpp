@@ -7,6 +7,7 @@
 #include <set>
 #include <sstream>
 
+#include "hexmesh/file/result_file.h"
 #include "hexmesh/scan/image_io.h"
 #include "hexmesh/view/slice.h"
 #include "support/files.h"

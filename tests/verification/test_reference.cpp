@@ -8,6 +8,7 @@
 
 #include "support/experiments.h"
 #include "support/files.h"
+#include "support/solve.h"
 
 using namespace hexsolver;
 using namespace testing_support;

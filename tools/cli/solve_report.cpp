@@ -56,9 +56,9 @@ json to_json(const hexsolver::MotionReport& motion) {
                     {"work_uncertainty_n_mm", r.work_uncertainty},
                     {"momentum_n_s", to_json(r.momentum)}});
   return {{"steps", motion.steps},
-          {"parts", motion.parts},
-          {"failed_parts", motion.failed_parts},
-          {"slowed_parts", motion.slowed_parts},
+          {"substeps", motion.substeps},
+          {"failed_substeps", motion.failed_substeps},
+          {"slowed_substeps", motion.slowed_substeps},
           {"largest_residual", motion.largest_residual},
           {"largest_energy_gain", motion.largest_gain},
           {"rows", rows}};
@@ -190,6 +190,19 @@ void add_costs(json& out, const SolveReport& r) {
   if (r.motion) out["steps_per_second"] = r.motion->steps / std::max(r.solve_seconds, 1e-9);
 }
 
+hexsolver::SolveProgress progress_on(const Console& console) {
+  if (!console.shows_progress()) return {};
+  return [&console](int number, double load, int step, double residual, int linear) {
+    console.progress(fmt::format("level {}, load {:.3g}, Newton step {}: residual {:.2e}, {} linear iterations", number,
+                                 load, step, residual, linear));
+  };
+}
+
+std::string what_is_kept(const SolveReport& r, const std::string& output) {
+  return fmt::format("; '{}' holds {}, marked so", output,
+                     r.load_fraction > 0 ? "the last state that did" : "the state at the start");
+}
+
 namespace {
 
 void summarize_motion(const SolveReport& r, const Console& console) {
@@ -200,9 +213,9 @@ void summarize_motion(const SolveReport& r, const Console& console) {
       "iterations, residuals up to {:.1e}",
       l.level, l.cells, 3 * l.nodes, m.steps, m.rows.back().time, r.solve_seconds,
       m.steps / std::max(r.solve_seconds, 1e-9), l.newton.iterations, l.newton.linear_iterations, m.largest_residual));
-  if (m.failed_parts > 0)
+  if (m.failed_substeps > 0)
     console.note(
-        fmt::format("{} parts of steps were not accepted and halved; {} were solved", m.failed_parts, m.parts));
+        fmt::format("{} substeps were not accepted and halved; {} were solved", m.failed_substeps, m.substeps));
   const hexsolver::Energies& e = m.rows.back().energies;
   console.note(
       fmt::format("at the end: kinetic energy {:.4g} N mm, strain {:.4g}, contact {:.4g}, of loads {:.4g}; "

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "cli/tool.h"
-#include "hexsolver/dynamics.h"
+#include "hexsolver/dynamics/motion.h"
+#include "hexsolver/equilibrium/equilibrium.h"
+#include "hexsolver/scene/scene.h"
 
 namespace hextools {
 
@@ -28,6 +30,12 @@ nlohmann::json costs_of(const hexsolver::SolveReport& report, double read_second
 
 /// Likewise into a report that is not part of the result file.
 void add_costs(nlohmann::json& out, const hexsolver::SolveReport& report);
+
+/// Tells each Newton step, where the console shows progress; not to be called after the console's end.
+hexsolver::SolveProgress progress_on(const Console& console);
+
+/// What the file of a result that is not converged holds: "; 'OUTPUT' holds ..., marked so".
+std::string what_is_kept(const hexsolver::SolveReport& report, const std::string& output);
 
 /// In a few lines for people.
 void summarize(const hexsolver::SolveReport& report, const Console& console);

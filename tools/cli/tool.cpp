@@ -124,14 +124,39 @@ int run_tool(int argc, char** argv, const Tool& tool) {
   }
 }
 
-const CLI::Validator finite_number(
-    [](const std::string& text) {
-      double value = 0;
-      return CLI::detail::lexical_cast(text, value) && std::isfinite(value)
-                 ? std::string()
-                 : fmt::format("is {}, expected a number", text);
-    },
-    "");
+std::function<Declare> declare_subcommands(std::vector<Subcommand> subcommands) {
+  return [subcommands = std::move(subcommands)](CLI::App& app, const CommonOptions& common,
+                                                const Console& console) -> std::function<int()> {
+    app.require_subcommand(1);
+    std::vector<std::pair<const CLI::App*, std::function<int()>>> runs;
+    for (const Subcommand& subcommand : subcommands) {
+      CLI::App* added = app.add_subcommand(subcommand.name, subcommand.description);
+      runs.emplace_back(added, subcommand.declare(*added, common, console));
+    }
+    return [runs = std::move(runs)] {
+      const auto named = std::find_if(runs.begin(), runs.end(), [](const auto& run) { return run.first->parsed(); });
+      return named->second();
+    };
+  };
+}
+
+namespace {
+
+/// A number that is finite and more than `bound`.
+CLI::Validator finite_above(double bound, const std::string& expected, const std::string& description) {
+  return CLI::Validator(
+      [=](const std::string& text) {
+        double value = 0;
+        const bool is_good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && value > bound;
+        return is_good ? std::string() : fmt::format("is {}, expected {}", text, expected);
+      },
+      description);
+}
+
+}  // namespace
+
+const CLI::Validator finite_number = finite_above(-INFINITY, "a number", "");
+const CLI::Validator positive_number = finite_above(0, "a number > 0", "NUMBER > 0");
 
 CLI::Option* add_output(CLI::App& app, std::string& output, const std::string& what) {
   return app.add_option("-o,--output", output, what + "; - is standard output")->required();
@@ -178,8 +203,8 @@ double peak_memory_mb() {
   return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
-double machine_memory_mb() {
-  return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+double default_memory_mb() {
+  return 0.8 * (static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6);
 }
 
 }  // namespace hextools

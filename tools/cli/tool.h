@@ -40,19 +40,37 @@ private:
 /// For readers that say what they assumed: each message becomes a warning. Not to be called after the console's end.
 std::function<void(const std::string&)> warning_on(const Console& console);
 
-/// One executable. `declare` adds options to the app and returns what to run once they are parsed: the exit code.
+/// Adds options to a tool or to one of its subcommands and returns what to run once they are parsed: the exit code.
+using Declare = std::function<int()>(CLI::App&, const CommonOptions&, const Console&);
+
+/// One executable.
 struct Tool {
   std::string name;
   std::string description;
   std::string example;  ///< one command that runs as it stands in the README's demo folder
-  std::function<std::function<int()>(CLI::App&, const CommonOptions&, const Console&)> declare;
+  std::function<Declare> declare;
 };
 
 /// The only main and the only catch: parses, runs, maps errors to one line and the published exit codes.
 int run_tool(int argc, char** argv, const Tool& tool);
 
+struct Subcommand {
+  std::string name;
+  std::string description;
+  Declare* declare;
+};
+
+/// The `declare` of a tool that does nothing but its subcommands, of which each call names one.
+std::function<Declare> declare_subcommands(std::vector<Subcommand> subcommands);
+
 /// Numbers that are neither infinite nor NaN, which ranges let pass.
 extern const CLI::Validator finite_number;
+
+/// Likewise, and positive.
+extern const CLI::Validator positive_number;
+
+/// Memory that a tool may take unless told otherwise: four fifths of the machine's [MB].
+double default_memory_mb();
 
 /// -o/--output; "-" is standard output.
 CLI::Option* add_output(CLI::App& app, std::string& output, const std::string& what);
@@ -80,8 +98,5 @@ void write_text(const std::string& name, const std::string& text, const CommonOp
 
 /// Peak memory of this process [MB].
 double peak_memory_mb();
-
-/// Memory of this machine [MB].
-double machine_memory_mb();
 
 }  // namespace hextools

@@ -26,17 +26,6 @@ Grid::Grid(Index3 extent, Vec3 spacing, Vec3 origin, const Mat3& direction)
                 "at right angles");
 }
 
-std::size_t Grid::num_voxels() const noexcept {
-  return static_cast<std::size_t>(extent_[0]) * static_cast<std::size_t>(extent_[1]) *
-         static_cast<std::size_t>(extent_[2]);
-}
-
-bool Grid::contains(const Index3& ijk) const noexcept {
-  for (int d = 0; d < 3; ++d)
-    if (ijk[d] < 0 || ijk[d] >= extent_[d]) return false;
-  return true;
-}
-
 bool Grid::covers(const Vec3& index) const noexcept {
   for (int d = 0; d < 3; ++d)
     if (!(index[d] >= -0.5 && index[d] <= extent_[d] - 0.5)) return false;
@@ -47,20 +36,6 @@ Vec3 Grid::corner(int n) const noexcept {
   Vec3 index;
   for (int d = 0; d < 3; ++d) index[d] = (n >> d & 1) ? extent_[d] - 1 : 0;
   return index;
-}
-
-std::size_t Grid::offset(const Index3& ijk) const noexcept {
-  const auto nx = static_cast<std::size_t>(extent_[0]);
-  const auto ny = static_cast<std::size_t>(extent_[1]);
-  return static_cast<std::size_t>(ijk[0]) +
-         nx * (static_cast<std::size_t>(ijk[1]) + ny * static_cast<std::size_t>(ijk[2]));
-}
-
-Index3 Grid::index(std::size_t offset) const noexcept {
-  const auto nx = static_cast<std::size_t>(extent_[0]);
-  const auto ny = static_cast<std::size_t>(extent_[1]);
-  return {static_cast<std::int32_t>(offset % nx), static_cast<std::int32_t>(offset / nx % ny),
-          static_cast<std::int32_t>(offset / nx / ny)};
 }
 
 bool same_grid(const Grid& a, const Grid& b, double tolerance) {

@@ -74,7 +74,7 @@ void write_calculix_deck(const Result& result, const std::filesystem::path& path
   for (const ConditionPoints& c : result.conditions)
     for (std::size_t p = 0; p < c.points.size(); ++p)
       for (int d = 0; d < 3; ++d)
-        if (c.axes[static_cast<std::size_t>(d)]) prescribed[{nodes.at(c.points[p], c.name), d}] = c.displacement[p][d];
+        if (c.axes[d]) prescribed[{nodes.at(c.points[p], c.name), d}] = c.displacement[p][d];
 
   auto out = fmt::output_file(path.string());
   out.print("** mm, N, MPa; positions are patient LPS\n");

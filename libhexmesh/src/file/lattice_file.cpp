@@ -88,7 +88,7 @@ std::vector<VoxelMaterial> read_materials(const hdf5::Reader& file, const std::v
 }
 
 void write_level(hdf5::Writer& file, const Lattice& lattice, int number, ElementTree& tree) {
-  const Level& level = lattice.levels[static_cast<std::size_t>(number)];
+  const Level& level = lattice.level(number);
   const std::string group = level_group(number);
   file.attribute(group, "merge", std::span<const std::int32_t>(level.merge));
   file.attribute(group, "voxels_per_cell", std::span<const std::int32_t>(level.voxels_per_cell));
@@ -163,24 +163,15 @@ std::vector<std::int32_t> make_compact(Numbers&& numbers) {
   return known;
 }
 
-Index3 layers_of(const Grid& voxels, const Index3& voxels_per_cell) {
-  Index3 layers;
-  for (std::size_t d = 0; d < 3; ++d) layers[d] = (voxels.extent()[d] + voxels_per_cell[d] - 1) / voxels_per_cell[d];
-  return layers;
-}
-
 void check_order(const hdf5::Reader& file, const std::string& group, const std::vector<Index3>& cells) {
-  const auto before = [](const Index3& a, const Index3& b) {
-    return std::array{a[2], a[1], a[0]} < std::array{b[2], b[1], b[0]};
-  };
-  if (std::adjacent_find(cells.begin(), cells.end(), [&](const Index3& a, const Index3& b) { return !before(a, b); }) !=
-      cells.end())
+  if (std::adjacent_find(cells.begin(), cells.end(),
+                         [&](const Index3& a, const Index3& b) { return !i_fastest(a, b); }) != cells.end())
     file.fail(fmt::format("has cells of '{}' twice or out of order", group));
 }
 
 void read_cells(const hdf5::Reader& file, const Grid& voxels, int number, Level& level) {
   const std::string group = level_group(number);
-  level.cells = hdf5::read_cells(file, group + "/cells", layers_of(voxels, level.voxels_per_cell));
+  level.cells = hdf5::read_cells(file, group + "/cells", coarser_extent(voxels.extent(), level.voxels_per_cell));
   if (level.cells.empty()) file.fail(fmt::format("has no cells in '{}'", group));
   check_order(file, group, level.cells);
   level.element = file.read<std::int32_t>(group + "/element", {level.cells.size()});
@@ -190,13 +181,12 @@ void read_cells(const hdf5::Reader& file, const Grid& voxels, int number, Level&
 }
 
 /// Each level merges one or two cells along each axis, and some axis.
-void check_merge(const hdf5::Reader& file, const std::vector<Level>& levels, int number) {
-  const auto n = static_cast<std::size_t>(number);
+void check_merge(const hdf5::Reader& file, const std::vector<Level>& levels, int n) {
   const Index3 one = {1, 1, 1}, finer = n > 0 ? levels[n - 1].voxels_per_cell : one;
   bool good = n > 0 ? levels[n].merge != one : levels[n].merge == one;
   for (std::size_t d = 0; d < 3; ++d)
     good &= levels[n].merge[d] <= 2 && levels[n].voxels_per_cell[d] == levels[n].merge[d] * finer[d];
-  if (!good) file.fail(fmt::format("has a '{}' that does not merge the level before it", level_group(number)));
+  if (!good) file.fail(fmt::format("has a '{}' that does not merge the level before it", level_group(n)));
 }
 
 int count_levels(const hdf5::Reader& file) {
@@ -208,9 +198,9 @@ int count_levels(const hdf5::Reader& file) {
 
 /// All levels, with nothing but how they merge.
 std::vector<Level> read_merges(const hdf5::Reader& file) {
-  std::vector<Level> levels(static_cast<std::size_t>(count_levels(file)));
+  std::vector<Level> levels(as_size(count_levels(file)));
   for (int n = 0; n < static_cast<int>(levels.size()); ++n) {
-    Level& level = levels[static_cast<std::size_t>(n)];
+    Level& level = levels[n];
     level.merge = hdf5::read_index(file, level_group(n), "merge");
     level.voxels_per_cell = hdf5::read_index(file, level_group(n), "voxels_per_cell");
     check_merge(file, levels, n);
@@ -228,7 +218,7 @@ void write_lattice(const Lattice& lattice, const std::filesystem::path& path) {
   hdf5::write_surface(file, lattice.surface);
   write_materials(file, lattice.materials);
   ElementTree tree(lattice);
-  for (int n = 0; n < static_cast<int>(lattice.levels.size()); ++n) write_level(file, lattice, n, tree);
+  for (int n = 0; n < lattice.num_levels(); ++n) write_level(file, lattice, n, tree);
   file.close();
 }
 
@@ -241,19 +231,18 @@ Lattice read_lattice(const std::filesystem::path& path, const std::vector<int>& 
   Lattice lattice{std::move(grid),          std::move(labels), std::move(segments), std::move(materials), {},
                   hdf5::read_surface(file), std::move(history)};
   lattice.levels = read_merges(file);
-  const int count = static_cast<int>(lattice.levels.size());
+  const int count = lattice.num_levels();
   const int coarsest = levels.empty() ? count - 1 : *std::max_element(levels.begin(), levels.end());
   for (int n = 1; n < count && n <= coarsest; ++n) {
-    Level& level = lattice.levels[static_cast<std::size_t>(n)];
-    const std::size_t num_finer =
-        n == 1 ? lattice.materials.size() : lattice.levels[static_cast<std::size_t>(n - 1)].children.size();
+    Level& level = lattice.level(n);
+    const std::size_t num_finer = n == 1 ? lattice.materials.size() : lattice.levels[n - 1].children.size();
     level.children =
         to_children(file, children_name(n), file.read<std::int32_t>(children_name(n), {0, 8}), level.merge, num_finer);
   }
   count_filled(lattice.levels, lattice.materials.size());
   for (int n = 0; n < count; ++n)
     if (levels.empty() || std::find(levels.begin(), levels.end(), n) != levels.end())
-      read_cells(file, lattice.voxels, n, lattice.levels[static_cast<std::size_t>(n)]);
+      read_cells(file, lattice.voxels, n, lattice.level(n));
   return lattice;
 }
 
@@ -287,21 +276,20 @@ std::vector<Vec3> LatticeReader::surface_points(std::size_t first, std::size_t c
 
 std::vector<std::uint64_t> LatticeReader::cells_in_layers(int level, std::size_t first, std::size_t count) const {
   const Index3 voxels_per_cell = hdf5::read_index(*file_, level_group(level), "voxels_per_cell");
-  const Index3 layers = layers_of(hdf5::read_grid(*file_), voxels_per_cell);
-  std::vector<std::uint64_t> out(static_cast<std::size_t>(layers[2]));
-  for (const Index3& c : hdf5::read_cell_rows(*file_, level_group(level) + "/cells", layers, first, count))
-    ++out[static_cast<std::size_t>(c[2])];
+  const Index3 layers = coarser_extent(hdf5::read_grid(*file_).extent(), voxels_per_cell);
+  std::vector<std::uint64_t> out(as_size(layers[2]));
+  for (const Index3& c : hdf5::read_cell_rows(*file_, level_group(level) + "/cells", layers, first, count)) ++out[c[2]];
   return out;
 }
 
 LatticePiece LatticeReader::read_layers(const Lattice& outline, int number,
                                         const std::vector<std::uint64_t>& first_rows, std::int32_t begin,
                                         std::int32_t end, std::int32_t margin) const {
-  const auto n = static_cast<std::size_t>(number);
-  const Index3 layers = layers_of(outline.voxels, outline.levels[n].voxels_per_cell);
+  const Index3& voxels_per_cell = outline.level(number).voxels_per_cell;
+  const Index3 layers = coarser_extent(outline.voxels.extent(), voxels_per_cell);
   const std::int32_t low = std::max(begin - margin, 0), high = std::min(end + margin, layers[2]);
-  const auto row_of = [&](std::int32_t layer) { return first_rows[static_cast<std::size_t>(layer)]; };
-  const std::int32_t layer_voxels = outline.levels[n].voxels_per_cell[2];
+  const auto row_of = [&](std::int32_t layer) { return first_rows[layer]; };
+  const std::int32_t layer_voxels = voxels_per_cell[2];
 
   LatticePiece piece{outline, low, begin - low, end - low};
   piece.first_row = row_of(begin);
@@ -317,7 +305,7 @@ LatticePiece LatticeReader::read_layers(const Lattice& outline, int number,
       {static_cast<hsize_t>(whole[2]), static_cast<hsize_t>(whole[1]), static_cast<hsize_t>(whole[0])},
       static_cast<hsize_t>(std::min(low * layer_voxels, whole[2] - 1)), voxel_layers);
 
-  Level& level = piece.lattice.levels[n];
+  Level& level = piece.lattice.level(number);
   const std::string group = level_group(number);
   const hsize_t first = row_of(low), count = row_of(high) - first;
   level.cells = hdf5::read_cell_rows(*file_, group + "/cells", layers, first, count);
@@ -341,7 +329,7 @@ void LatticeReader::read_elements(Lattice& lattice, int number, std::vector<std:
   std::vector<std::int32_t> needed;
   if (number > 0) needed = make_compact(elements);
   for (int n = number; n > 0; --n) {
-    Level& level = lattice.levels[static_cast<std::size_t>(n)];
+    Level& level = lattice.level(n);
     level.children.clear();
     if (needed.empty()) continue;
     level.children = to_children(*file_, children_name(n), read_child_rows(*file_, children_name(n), needed),
@@ -355,8 +343,8 @@ double stored_matrix_error(const std::filesystem::path& path, const Lattice& lat
   const hdf5::Reader file(path, "lattice");
   ElementTree tree(lattice);
   double worst = 0;
-  for (int n = 0; n < static_cast<int>(lattice.levels.size()); ++n) {
-    const Level& level = lattice.levels[static_cast<std::size_t>(n)];
+  for (int n = 0; n < lattice.num_levels(); ++n) {
+    const Level& level = lattice.level(n);
     const std::string group = level_group(n) + "/elements/";
     if (!file.has(group + "stiffness")) continue;
     const StoredMatrices formed(ElementMatrices(lattice.cell_edges(n)), tree.form_all(n));

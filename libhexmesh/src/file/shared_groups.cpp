@@ -185,7 +185,7 @@ Index3 read_index(const Reader& file, const std::string& group, const std::strin
 
 void check_range(const Reader& file, const std::string& name, std::span<const std::int32_t> values, std::size_t limit) {
   for (const std::int32_t v : values)
-    if (v < 0 || static_cast<std::size_t>(v) >= limit)
+    if (v < 0 || as_size(v) >= limit)
       file.fail(fmt::format("has number {} in '{}', expected within [0, {})", v, name, limit));
 }
 

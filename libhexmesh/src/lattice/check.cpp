@@ -36,11 +36,11 @@ CellVector linear_field(const Mat3& edges, const Mat3& gradient) {
 std::array<CellVector, 6> rigid_motions(const Mat3& edges) {
   std::array<CellVector, 6> motions;
   for (int d = 0; d < 3; ++d) {
-    for (int a = 0; a < num_cell_nodes; ++a) motions[static_cast<std::size_t>(d)].segment<3>(3 * a) = Vec3::Unit(d);
+    for (int a = 0; a < num_cell_nodes; ++a) motions[d].segment<3>(3 * a) = Vec3::Unit(d);
     Mat3 spin = Mat3::Zero();
     spin((d + 1) % 3, (d + 2) % 3) = -1;
     spin((d + 2) % 3, (d + 1) % 3) = 1;
-    motions[static_cast<std::size_t>(3 + d)] = linear_field(edges, spin);
+    motions[3 + d] = linear_field(edges, spin);
   }
   return motions;
 }
@@ -92,7 +92,7 @@ std::vector<std::vector<const Material*>> sole_materials(const Lattice& lattice)
       int count = 0;
       for (const std::int32_t child : children) {
         if (child < 0) continue;
-        const Material* of_child = sole[l - 1][static_cast<std::size_t>(child)];
+        const Material* of_child = sole[l - 1][child];
         if (count == 0) material = of_child;
         if (of_child != material) material = nullptr;
         ++count;
@@ -127,7 +127,7 @@ std::vector<Finding> check_lattice(const Lattice& lattice) {
   const Level& finest = lattice.levels.front();
   double mass = 0, energy = 0;
   for (const std::int32_t e : finest.element) {
-    const Material& m = lattice.materials[static_cast<std::size_t>(e)].material;
+    const Material& m = lattice.materials[e].material;
     mass += m.density * voxel;
     energy += linear_field_energy(m.shear_modulus() * voxel, m.bulk_modulus() * voxel, some_gradient());
   }
@@ -135,13 +135,13 @@ std::vector<Finding> check_lattice(const Lattice& lattice) {
 
   const auto sole = sole_materials(lattice);
   ElementTree tree(lattice);
-  for (int l = 0; l < static_cast<int>(lattice.levels.size()); ++l) {
-    const Level& level = lattice.levels[static_cast<std::size_t>(l)];
+  for (int l = 0; l < lattice.num_levels(); ++l) {
+    const Level& level = lattice.level(l);
     const Mat3 edges = lattice.cell_edges(l);
     const double cell_volume = lattice.cell_size(l).prod();
     const ElementMatrices matrices(edges);
     std::vector<double> cells(level.filled.size());
-    for (const std::int32_t e : level.element) ++cells[static_cast<std::size_t>(e)];
+    for (const std::int32_t e : level.element) ++cells[e];
 
     CellErrors errors;
     double level_mass = 0, level_volume = 0, level_energy = 0;
@@ -153,7 +153,7 @@ std::vector<Finding> check_lattice(const Lattice& lattice) {
       level_energy += cells[n] * linear_field_energy(total(e.shear), e.total_bulk(), some_gradient());
       if (n % stride != 0) continue;
       errors.add(matrices, edges, e);
-      const Material* material = sole[static_cast<std::size_t>(l)][n];
+      const Material* material = sole[l][n];
       if (material) errors.add_full(matrices, e, *material, cell_volume);
     }
     findings.push_back({"volume of the cells is that of the voxels", l, relative(level_volume, volume), whole_body});

@@ -23,14 +23,14 @@ ElementTree::ElementTree(const Lattice& lattice) : lattice_(lattice), kept_(latt
   for (int slot = 0; slot < 8; ++slot) {
     Element parent;
     add_child(parent, voxel, slot, lattice.levels[1].merge);
-    voxel_fill_[static_cast<std::size_t>(slot)] = parent.fill;
+    voxel_fill_[slot] = parent.fill;
   }
 }
 
 void ElementTree::add_voxel(Element& parent, std::int32_t material, int slot) const {
-  const Material& m = lattice_.materials[static_cast<std::size_t>(material)].material;
+  const Material& m = lattice_.materials[material].material;
   const double shear = m.shear_modulus(), bulk = m.bulk_modulus();
-  const Element::Weights& fill = voxel_fill_[static_cast<std::size_t>(slot)];
+  const Element::Weights& fill = voxel_fill_[slot];
   for (std::size_t q = 0; q < num_rule_points; ++q) {
     parent.shear[q] += shear * fill[q];
     parent.bulk[q] += bulk * fill[q];
@@ -40,15 +40,14 @@ void ElementTree::add_voxel(Element& parent, std::int32_t material, int slot) co
 }
 
 Element ElementTree::form(int level, std::int32_t element) {
-  const auto number = static_cast<std::size_t>(element);
-  if (level == 0) return full_voxel(lattice_.materials[number].material, lattice_.voxels.voxel_volume());
-  Kept& kept = kept_[static_cast<std::size_t>(level)];
-  if (kept.keeps && kept.known[number]) return kept.elements[number];
-  const Level& of = lattice_.levels[static_cast<std::size_t>(level)];
-  const Children& children = of.children[number];
+  if (level == 0) return full_voxel(lattice_.materials[element].material, lattice_.voxels.voxel_volume());
+  Kept& kept = kept_[level];
+  if (kept.keeps && kept.known[element]) return kept.elements[element];
+  const Level& of = lattice_.level(level);
+  const Children& children = of.children[element];
   Element parent;
   for (int slot = 0; slot < 8; ++slot) {
-    const std::int32_t child = children[static_cast<std::size_t>(slot)];
+    const std::int32_t child = children[slot];
     if (child < 0) continue;
     if (level == 1)
       add_voxel(parent, child, slot);
@@ -56,14 +55,14 @@ Element ElementTree::form(int level, std::int32_t element) {
       add_child(parent, form(level - 1, child), slot, of.merge);
   }
   if (kept.keeps) {
-    kept.elements[number] = parent;
-    kept.known[number] = true;
+    kept.elements[element] = parent;
+    kept.known[element] = true;
   }
   return parent;
 }
 
 std::vector<Element> ElementTree::form_all(int level) {
-  const Level& of = lattice_.levels[static_cast<std::size_t>(level)];
+  const Level& of = lattice_.level(level);
   std::vector<Element> elements(of.filled.size());
   for (std::size_t e = 0; e < elements.size(); ++e) elements[e] = form(level, static_cast<std::int32_t>(e));
   return elements;

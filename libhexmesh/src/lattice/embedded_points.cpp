@@ -8,7 +8,7 @@ EmbeddedPoints::EmbeddedPoints(const CellLocator& locator, const std::vector<Cel
   points_.resize(points.size());
   for (std::size_t p = 0; p < points.size(); ++p) {
     const Embedding e = locator.locate_position(points[p]);
-    if (e.cell >= 0) points_[p] = {cell_nodes[static_cast<std::size_t>(e.cell)], shape_functions(e.local)};
+    if (e.cell >= 0) points_[p] = {cell_nodes[e.cell], shape_functions(e.local)};
   }
 }
 
@@ -17,8 +17,7 @@ void EmbeddedPoints::interpolate(std::span<const double> nodal, std::vector<Vec3
   for (std::size_t p = 0; p < points_.size(); ++p) {
     out[p].setZero();
     for (std::size_t a = 0; a < 8; ++a)
-      out[p] += points_[p].weights[static_cast<Eigen::Index>(a)] *
-                Eigen::Map<const Vec3>(&nodal[3 * static_cast<std::size_t>(points_[p].nodes[a])]);
+      out[p] += points_[p].weights[a] * Eigen::Map<const Vec3>(&nodal[3 * as_size(points_[p].nodes[a])]);
   }
 }
 

@@ -6,12 +6,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <tuple>
 #include <unordered_map>
 
 #include "hexmesh/core/bytes.h"
 #include "hexmesh/core/error.h"
-#include "hexmesh/lattice/parts.h"
+#include "parts.h"
 
 namespace hexmesh {
 namespace {
@@ -55,7 +54,7 @@ std::pair<Grid, std::vector<std::uint16_t>> crop(const LabelVolume& volume, cons
     low[d] -= offset[d];
     extent[d] = high[d] - low[d] + 1;
   }
-  Grid box(extent, volume.grid.spacing(), volume.grid.position(Vec3(low[0], low[1], low[2])), volume.grid.direction());
+  Grid box(extent, volume.grid.spacing(), volume.grid.center(low), volume.grid.direction());
   std::vector<std::uint16_t> labels(box.num_voxels());
   std::size_t to = 0;
   for (v[2] = 0; v[2] < extent[2]; ++v[2])
@@ -82,7 +81,7 @@ public:
         number_.try_emplace(std::bit_cast<std::uint32_t>(grey), static_cast<std::int32_t>(lattice_.materials.size()));
     if (is_new) lattice_.materials.push_back({segment_.segment.label, rule_ ? material_at(grey) : *segment_.material});
     if (rule_) {
-      const Material& m = lattice_.materials[static_cast<std::size_t>(entry->second)].material;
+      const Material& m = lattice_.materials[entry->second].material;
       sum_.young += m.young;
       sum_.poisson += m.poisson;
       sum_.density += m.density;
@@ -99,7 +98,7 @@ public:
 
 private:
   float grey_value(const Index3& voxel) const {
-    const Vec3 position = lattice_.voxels.position(Vec3(voxel[0], voxel[1], voxel[2]));
+    const Vec3 position = lattice_.voxels.center(voxel);
     const double value = value_at(*intensity_, position);
     if (!std::isfinite(value))
       throw Error(ErrorKind::input,
@@ -141,7 +140,7 @@ Level finest_level(Lattice& lattice, const GreyMaterials* grey) {
     if (s < 0) continue;
     const Index3 voxel = lattice.voxels.index(n);
     level.cells.push_back(voxel);
-    level.element.push_back(materials[static_cast<std::size_t>(s)].of(voxel));
+    level.element.push_back(materials[s].of(voxel));
     level.segment.push_back(lattice.labels[n]);
   }
   if (level.cells.empty()) throw Error(ErrorKind::input, "no voxel has a material, expected a segment with one");
@@ -161,11 +160,10 @@ VoxelCounts merge_counts(const Level& fine, const VoxelCounts& fine_counts, cons
     for (const std::int32_t child : children[parent]) {
       if (child < 0) continue;
       std::uint32_t* row = &counts[parent * num_segments];
-      const auto c = static_cast<std::size_t>(child);
       if (fine_counts.empty())
-        ++row[segment_of[fine.segment[c]]];
+        ++row[segment_of[fine.segment[child]]];
       else
-        for (std::size_t s = 0; s < num_segments; ++s) row[s] += fine_counts[c * num_segments + s];
+        for (std::size_t s = 0; s < num_segments; ++s) row[s] += fine_counts[as_size(child) * num_segments + s];
     }
   return counts;
 }
@@ -181,8 +179,7 @@ Level coarser_level(const Lattice& lattice, const Level& fine, VoxelCounts& coun
   std::unordered_map<Children, std::int32_t, HashChildren> known;
   for (const Children& children : merge.children) {
     Children pattern;
-    for (std::size_t slot = 0; slot < 8; ++slot)
-      pattern[slot] = children[slot] < 0 ? -1 : fine.element[static_cast<std::size_t>(children[slot])];
+    for (std::size_t slot = 0; slot < 8; ++slot) pattern[slot] = children[slot] < 0 ? -1 : fine.element[children[slot]];
     const auto [entry, is_new] = known.try_emplace(pattern, static_cast<std::int32_t>(level.children.size()));
     if (is_new) level.children.push_back(pattern);
     level.element.push_back(entry->second);
@@ -191,7 +188,7 @@ Level coarser_level(const Lattice& lattice, const Level& fine, VoxelCounts& coun
   counts = merge_counts(fine, counts, merge.children, material_index(lattice.segments), num_segments);
   for (auto row = counts.begin(); row != counts.end(); row += static_cast<std::ptrdiff_t>(num_segments)) {
     const auto most = std::max_element(row, row + static_cast<std::ptrdiff_t>(num_segments));
-    level.segment.push_back(lattice.segments[static_cast<std::size_t>(most - row)].segment.label);
+    level.segment.push_back(lattice.segments[most - row].segment.label);
   }
   level.cells = std::move(merge.parents);
   return level;
@@ -200,8 +197,7 @@ Level coarser_level(const Lattice& lattice, const Level& fine, VoxelCounts& coun
 /// @param num_levels  0: merge until at most 16 cells are left
 void add_levels(Lattice& lattice, int num_levels) {
   VoxelCounts counts;
-  while (num_levels > 0 ? static_cast<int>(lattice.levels.size()) < num_levels
-                        : lattice.levels.back().cells.size() > 16)
+  while (num_levels > 0 ? lattice.num_levels() < num_levels : lattice.levels.back().cells.size() > 16)
     lattice.levels.push_back(coarser_level(lattice, lattice.levels.back(), counts));
   count_filled(lattice.levels, lattice.materials.size());
   count_parts(lattice);
@@ -219,7 +215,7 @@ const LatticeSegment& segment_named(const std::vector<LatticeSegment>& segments,
 }
 
 Vec3 Lattice::cell_size(int level) const {
-  const Index3& n = levels.at(static_cast<std::size_t>(level)).voxels_per_cell;
+  const Index3& n = levels.at(as_size(level)).voxels_per_cell;
   return voxels.spacing().cwiseProduct(Vec3(n[0], n[1], n[2]));
 }
 
@@ -243,7 +239,7 @@ Lattice build_lattice(const LabelVolume& volume, std::vector<LatticeSegment> seg
 }
 
 Lattice build_levels(Lattice lattice) {
-  const int num_levels = static_cast<int>(lattice.levels.size());
+  const int num_levels = lattice.num_levels();
   const std::vector<std::int32_t> segment_of = material_index(lattice.segments);
   Level finest;
   finest.element = std::move(lattice.levels.front().element);
@@ -259,20 +255,16 @@ Lattice build_levels(Lattice lattice) {
 }
 
 Lattice without_cells(Lattice lattice, int level, const std::vector<std::int32_t>& cells) {
-  const Level& of = lattice.levels[static_cast<std::size_t>(level)];
+  const Level& of = lattice.level(level);
   std::vector<Index3> gone;
-  for (const std::int32_t c : cells) gone.push_back(of.cells[static_cast<std::size_t>(c)]);
-  const auto before = [](const Index3& a, const Index3& b) {
-    return std::tie(a[2], a[1], a[0]) < std::tie(b[2], b[1], b[0]);
-  };
-  std::sort(gone.begin(), gone.end(), before);
+  for (const std::int32_t c : cells) gone.push_back(of.cells[c]);
+  std::sort(gone.begin(), gone.end(), i_fastest);
   const Index3 per_cell = of.voxels_per_cell;
   Level& finest = lattice.levels.front();
   std::vector<std::int32_t> kept;
   for (std::size_t v = 0; v < finest.cells.size(); ++v) {
     const Index3& voxel = finest.cells[v];
-    const Index3 cell = {voxel[0] / per_cell[0], voxel[1] / per_cell[1], voxel[2] / per_cell[2]};
-    if (std::binary_search(gone.begin(), gone.end(), cell, before))
+    if (std::binary_search(gone.begin(), gone.end(), coarser_index(voxel, per_cell), i_fastest))
       lattice.labels[lattice.voxels.offset(voxel)] = 0;
     else
       kept.push_back(finest.element[v]);
@@ -287,7 +279,7 @@ void count_filled(std::vector<Level>& levels, std::size_t num_materials) {
     level.filled.assign(l == 0 ? num_materials : level.children.size(), l == 0 ? 1 : 0);
     for (std::size_t e = 0; e < level.children.size(); ++e)
       for (const std::int32_t child : level.children[e])
-        if (child >= 0) level.filled[e] += levels[l - 1].filled[static_cast<std::size_t>(child)];
+        if (child >= 0) level.filled[e] += levels[l - 1].filled[child];
   }
 }
 
@@ -313,8 +305,7 @@ std::size_t bytes_of(const Lattice& lattice) {
 std::vector<ExposedFace> exposed_faces(const Lattice& lattice) {
   const std::vector<std::int32_t> segment_of = material_index(lattice.segments);
   const Index3& extent = lattice.voxels.extent();
-  const std::array<std::size_t, 3> stride = {1, static_cast<std::size_t>(extent[0]),
-                                             static_cast<std::size_t>(extent[0]) * static_cast<std::size_t>(extent[1])};
+  const std::array<std::size_t, 3> stride = strides_in(extent);
   std::vector<ExposedFace> faces;
   std::size_t n = 0;
   Index3 voxel;

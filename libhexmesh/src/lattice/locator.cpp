@@ -7,41 +7,27 @@
 namespace hexmesh {
 
 CellLocator::CellLocator(const Grid& voxels, const Index3& voxels_per_cell, std::span<const Index3> cells)
-    : voxels_(voxels), voxels_per_cell_(voxels_per_cell), cells_(cells) {
-  std::size_t count = 1;
-  for (int d = 0; d < 3; ++d) {
-    extent_[d] = (voxels.extent()[d] + voxels_per_cell[d] - 1) / voxels_per_cell[d];
-    count *= static_cast<std::size_t>(extent_[d]);
-  }
-  number_.assign(count, -1);
-  for (std::size_t n = 0; n < cells.size(); ++n) {
-    const Index3& c = cells[n];
-    number_[static_cast<std::size_t>(c[0]) +
-            static_cast<std::size_t>(extent_[0]) *
-                (static_cast<std::size_t>(c[1]) +
-                 static_cast<std::size_t>(extent_[1]) * static_cast<std::size_t>(c[2]))] = static_cast<std::int32_t>(n);
-  }
+    : voxels_(voxels),
+      voxels_per_cell_(voxels_per_cell),
+      cells_(cells),
+      extent_(coarser_extent(voxels.extent(), voxels_per_cell)) {
+  number_.assign(count_in(extent_), -1);
+  for (std::size_t n = 0; n < cells.size(); ++n) number_[offset_in(extent_, cells[n])] = static_cast<std::int32_t>(n);
 }
 
 std::int32_t CellLocator::cell_at(const Index3& c) const {
-  for (int d = 0; d < 3; ++d)
-    if (c[d] < 0 || c[d] >= extent_[d]) return -1;
-  return number_[static_cast<std::size_t>(c[0]) +
-                 static_cast<std::size_t>(extent_[0]) *
-                     (static_cast<std::size_t>(c[1]) +
-                      static_cast<std::size_t>(extent_[1]) * static_cast<std::size_t>(c[2]))];
+  return is_in(extent_, c) ? number_[offset_in(extent_, c)] : -1;
 }
 
 Embedding CellLocator::embed(std::int32_t cell, const Vec3& voxel_index) const {
   Embedding e{cell, {}};
-  for (int d = 0; d < 3; ++d)
-    e.local[d] = (voxel_index[d] + 0.5) / voxels_per_cell_[d] - cells_[static_cast<std::size_t>(cell)][d];
+  for (int d = 0; d < 3; ++d) e.local[d] = (voxel_index[d] + 0.5) / voxels_per_cell_[d] - cells_[cell][d];
   return e;
 }
 
 std::int32_t CellLocator::cell_of_voxel(const Index3& voxel) const {
   if (!voxels_.contains(voxel)) return -1;
-  return cell_at({voxel[0] / voxels_per_cell_[0], voxel[1] / voxels_per_cell_[1], voxel[2] / voxels_per_cell_[2]});
+  return cell_at(coarser_index(voxel, voxels_per_cell_));
 }
 
 Embedding CellLocator::in_cell_of_voxel(const Index3& voxel, const Vec3& voxel_index) const {
@@ -60,7 +46,7 @@ Embedding CellLocator::locate(const Vec3& voxel_index) const {
 
   // Shell after shell around the home cell; a cell in shell r is at least r - 1 shortest edges away.
   Vec3 size;
-  for (int d = 0; d < 3; ++d) size[d] = voxels_per_cell_[static_cast<std::size_t>(d)] * voxels_.spacing()[d];
+  for (int d = 0; d < 3; ++d) size[d] = voxels_per_cell_[d] * voxels_.spacing()[d];
   const int reach = std::max(2, static_cast<int>(std::ceil(embedding_reach / size.minCoeff())));
   Embedding nearest;
   double least = std::numeric_limits<double>::infinity();
@@ -84,8 +70,7 @@ Embedding CellLocator::locate(const Vec3& voxel_index) const {
 double CellLocator::distance(const Embedding& e) const {
   Vec3 outside;
   for (int d = 0; d < 3; ++d)
-    outside[d] = std::max({0.0, -e.local[d], e.local[d] - 1}) * voxels_per_cell_[static_cast<std::size_t>(d)] *
-                 voxels_.spacing()[d];
+    outside[d] = std::max({0.0, -e.local[d], e.local[d] - 1}) * voxels_per_cell_[d] * voxels_.spacing()[d];
   return outside.norm();
 }
 

@@ -9,12 +9,12 @@
 namespace hexmesh {
 namespace {
 
+/// One number in the order of i_fastest(), which sorts faster. @pre each index
+/// is below 2^21
 std::uint64_t sort_key(const Index3& i) {
   return static_cast<std::uint64_t>(i[2]) << 42 | static_cast<std::uint64_t>(i[1]) << 21 |
          static_cast<std::uint64_t>(i[0]);
 }
-
-std::size_t as_size(std::int32_t number) { return static_cast<std::size_t>(number); }
 
 bool share_a_node(const CellNodes& a, const CellNodes& b) {
   return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
@@ -35,15 +35,14 @@ std::vector<bool> cells_of_small_parts(std::span<const CellNodes> cell_nodes, st
 /// Weights of the nodes of a parent at node `corner` of its child in `slot`.
 NodeWeights weights_in_parent(int slot, int corner, const Index3& factor) {
   Vec3 place;
-  for (int d = 0; d < 3; ++d)
-    place[d] = static_cast<double>(corner_bit(slot, d) + corner_bit(corner, d)) / factor[static_cast<std::size_t>(d)];
+  for (int d = 0; d < 3; ++d) place[d] = static_cast<double>(corner_bit(slot, d) + corner_bit(corner, d)) / factor[d];
   return shape_functions(place);
 }
 
 /// @param linked  whether two children of one parent are to be merged
 template <class Linked>
 Merge merge_where(std::span<const Index3> cells, const Index3& factor, Linked&& linked) {
-  const auto parent_of = [&](const Index3& c) { return Index3{c[0] / factor[0], c[1] / factor[1], c[2] / factor[2]}; };
+  const auto parent_of = [&](const Index3& c) { return coarser_index(c, factor); };
   std::vector<std::pair<std::uint64_t, std::int32_t>> order(cells.size());
   for (std::size_t n = 0; n < cells.size(); ++n)
     order[n] = {sort_key(parent_of(cells[n])), static_cast<std::int32_t>(n)};
@@ -63,9 +62,9 @@ Merge merge_where(std::span<const Index3> cells, const Index3& factor, Linked&& 
     const std::size_t first_parent = merge.parents.size();
     for (std::size_t n = 0; n < children.size(); ++n) {
       const std::int32_t number = children[n].second, first = chains.root(static_cast<std::int32_t>(n));
-      const Index3& child = cells[as_size(number)];
+      const Index3& child = cells[number];
       std::size_t slot = 0;
-      for (std::size_t d = 0; d < 3; ++d) slot |= static_cast<std::size_t>(child[d] % factor[d]) << d;
+      for (std::size_t d = 0; d < 3; ++d) slot |= as_size(child[d] % factor[d]) << d;
       std::size_t p = 0;
       while (p < chain.size() && (chain[p] != first || merge.children[first_parent + p][slot] >= 0)) ++p;
       if (p == chain.size()) {
@@ -88,7 +87,7 @@ Partition join_corners(const Merge& merge, std::span<const CellNodes> cell_nodes
       const std::int32_t child = merge.children[parent][slot];
       if (child < 0) continue;
       for (int a = 0; a < 8; ++a) {
-        std::int32_t& seen = seen_in[as_size(cell_nodes[as_size(child)][a])];
+        std::int32_t& seen = seen_in[as_size(cell_nodes[child][a])];
         if (seen < 0) seen = static_cast<std::int32_t>(parent);
         if (as_size(seen) == parent) continue;
         const NodeWeights weights = weights_in_parent(slot, a, merge.factor);
@@ -96,7 +95,7 @@ Partition join_corners(const Merge& merge, std::span<const CellNodes> cell_nodes
           if (weights[corner] == 0) continue;
           int in_other = 0;
           for (int d = 0; d < 3; ++d)
-            in_other |= (merge.parents[parent][d] + corner_bit(corner, d) - merge.parents[as_size(seen)][d]) << d;
+            in_other |= (merge.parents[parent][d] + corner_bit(corner, d) - merge.parents[seen][d]) << d;
           same.join(8 * static_cast<std::int32_t>(parent) + corner, 8 * seen + in_other);
         }
       }
@@ -110,7 +109,7 @@ using Corner = std::pair<std::uint64_t, std::int32_t>;  ///< sort key of its ind
 std::vector<Corner> nodes_in_order(const Merge& merge, Partition& same) {
   std::vector<Corner> nodes;
   for (std::int32_t n = 0; as_size(n) < 8 * merge.parents.size(); ++n)
-    if (same.root(n) == n) nodes.emplace_back(sort_key(corner_of(merge.parents[as_size(n / 8)], n % 8)), n);
+    if (same.root(n) == n) nodes.emplace_back(sort_key(corner_of(merge.parents[n / 8], n % 8)), n);
   std::sort(nodes.begin(), nodes.end());
   return nodes;
 }
@@ -120,7 +119,7 @@ void tie_small_parts(const Merge& merge, std::span<const CellNodes> cell_nodes, 
                      std::span<const Corner> nodes, Partition& same) {
   const std::vector<bool> is_small = cells_of_small_parts(cell_nodes, num_nodes, most_cells_tied);
   const auto is_tied = [&](const Corner& corner) {
-    const Children& children = merge.children[as_size(corner.second / 8)];
+    const Children& children = merge.children[corner.second / 8];
     return is_small[as_size(*std::find_if(children.begin(), children.end(), [](std::int32_t c) { return c >= 0; }))];
   };
   for (auto begin = nodes.begin(), end = begin; begin != nodes.end(); begin = end) {
@@ -145,9 +144,8 @@ Merge merge_cells(std::span<const Index3> cells, const Index3& factor) {
 }
 
 Merge merge_linked_cells(std::span<const Index3> cells, std::span<const CellNodes> cell_nodes, const Index3& factor) {
-  return merge_where(cells, factor, [&](std::int32_t a, std::int32_t b) {
-    return share_a_node(cell_nodes[as_size(a)], cell_nodes[as_size(b)]);
-  });
+  return merge_where(cells, factor,
+                     [&](std::int32_t a, std::int32_t b) { return share_a_node(cell_nodes[a], cell_nodes[b]); });
 }
 
 NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes) {
@@ -160,11 +158,10 @@ NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes>
   std::vector<std::int32_t> number(num_corners);
   for (const auto& [key, n] : nodes) {
     if (same.root(n) != n) continue;
-    number[as_size(n)] = static_cast<std::int32_t>(out.nodes.size());
-    out.nodes.push_back(corner_of(merge.parents[as_size(n / 8)], n % 8));
+    number[n] = static_cast<std::int32_t>(out.nodes.size());
+    out.nodes.push_back(corner_of(merge.parents[n / 8], n % 8));
   }
-  for (std::int32_t n = 0; as_size(n) < num_corners; ++n)
-    out.cell_nodes[as_size(n / 8)][as_size(n % 8)] = number[as_size(same.root(n))];
+  for (std::int32_t n = 0; as_size(n) < num_corners; ++n) out.cell_nodes[n / 8][n % 8] = number[as_size(same.root(n))];
   return out;
 }
 

@@ -6,19 +6,17 @@
 namespace hexmesh {
 namespace {
 
-bool before(const Index3& a, const Index3& b) { return std::array{a[2], a[1], a[0]} < std::array{b[2], b[1], b[0]}; }
-
 /// Of a few cells in a large box, which a map would be too large for.
 NodeNumbering number_nodes_sorted(std::span<const Index3> cells) {
   NodeNumbering out{{}, std::vector<CellNodes>(cells.size())};
   for (const Index3& c : cells)
     for (int a = 0; a < num_cell_nodes; ++a) out.nodes.push_back(corner_of(c, a));
-  std::sort(out.nodes.begin(), out.nodes.end(), before);
+  std::sort(out.nodes.begin(), out.nodes.end(), i_fastest);
   out.nodes.erase(std::unique(out.nodes.begin(), out.nodes.end()), out.nodes.end());
   for (std::size_t c = 0; c < cells.size(); ++c)
     for (int a = 0; a < num_cell_nodes; ++a)
-      out.cell_nodes[c][static_cast<std::size_t>(a)] = static_cast<std::int32_t>(
-          std::lower_bound(out.nodes.begin(), out.nodes.end(), corner_of(cells[c], a), before) - out.nodes.begin());
+      out.cell_nodes[c][a] = static_cast<std::int32_t>(
+          std::lower_bound(out.nodes.begin(), out.nodes.end(), corner_of(cells[c], a), i_fastest) - out.nodes.begin());
   return out;
 }
 
@@ -39,16 +37,13 @@ NodeNumbering number_nodes(std::span<const Index3> cells) {
   Index3 extent = extent_of(cells);
   for (std::int32_t& n : extent) ++n;
   constexpr std::size_t most_of_box = 64;  // entries of a map per cell
-  const std::size_t box =
-      static_cast<std::size_t>(extent[0]) * static_cast<std::size_t>(extent[1]) * static_cast<std::size_t>(extent[2]);
-  if (box / most_of_box > cells.size()) return number_nodes_sorted(cells);
+  if (count_in(extent) / most_of_box > cells.size()) return number_nodes_sorted(cells);
   IndexMap number(extent);
   for (const Index3& c : cells)
     for (int a = 0; a < num_cell_nodes; ++a) number[corner_of(c, a)] = 0;
   NodeNumbering out{number.enumerate(), std::vector<CellNodes>(cells.size())};
   for (std::size_t c = 0; c < cells.size(); ++c)
-    for (int a = 0; a < num_cell_nodes; ++a)
-      out.cell_nodes[c][static_cast<std::size_t>(a)] = number[corner_of(cells[c], a)];
+    for (int a = 0; a < num_cell_nodes; ++a) out.cell_nodes[c][a] = number[corner_of(cells[c], a)];
   return out;
 }
 

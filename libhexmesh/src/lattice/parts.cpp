@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexmesh/lattice/parts.h"
+#include "parts.h"
 
 #include <algorithm>
 
@@ -10,9 +10,7 @@ namespace hexmesh {
 namespace {
 
 bool same_cell(const Index3& a, const Index3& b, const Index3& voxels_per_cell) {
-  for (std::size_t d = 0; d < 3; ++d)
-    if (a[d] / voxels_per_cell[d] != b[d] / voxels_per_cell[d]) return false;
-  return true;
+  return coarser_index(a, voxels_per_cell) == coarser_index(b, voxels_per_cell);
 }
 
 /// Joins the pieces of the finer level's cells across the planes where these meet inside the cells of a level.
@@ -80,15 +78,15 @@ void count_parts(Lattice& lattice) {
       for (std::size_t c = 0; c < finer.cells.size(); ++c) {
         Index3 first_voxel;
         for (std::size_t d = 0; d < 3; ++d) first_voxel[d] = finer.cells[c][d] * finer.voxels_per_cell[d];
-        joins[static_cast<std::size_t>(cell_at.cell_of_voxel(first_voxel))] += finer_joins[c];
+        joins[cell_at.cell_of_voxel(first_voxel)] += finer_joins[c];
       }
       LevelJoiner(level, voxels, voxel_at, pieces).join([&](std::size_t v) {
-        ++joins[static_cast<std::size_t>(cell_at.cell_of_voxel(voxels.cells[v]))];
+        ++joins[cell_at.cell_of_voxel(voxels.cells[v])];
       });
     }
     level.parts.resize(level.cells.size());
     for (std::size_t c = 0; c < level.cells.size(); ++c) {
-      const std::int64_t count = level.filled[static_cast<std::size_t>(level.element[c])] - joins[c];
+      const std::int64_t count = level.filled[level.element[c]] - joins[c];
       level.parts[c] = static_cast<std::uint16_t>(std::min<std::int64_t>(count, 65535));
     }
   }

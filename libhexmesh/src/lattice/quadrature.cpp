@@ -16,7 +16,7 @@ Eigen::Matrix<double, num_rule_points, 1> legendre(const Vec3& local) {
   std::array<Vec3, 3> along;
   for (int d = 0; d < 3; ++d) {
     const double t = 2 * local[d] - 1;
-    along[static_cast<std::size_t>(d)] = {1, std::sqrt(3.0) * t, std::sqrt(5.0) * (1.5 * t * t - 0.5)};
+    along[d] = {1, std::sqrt(3.0) * t, std::sqrt(5.0) * (1.5 * t * t - 0.5)};
   }
   Eigen::Matrix<double, num_rule_points, 1> m;
   for (int q = 0; q < num_rule_points; ++q) m[q] = along[0][q % 3] * along[1][q / 3 % 3] * along[2][q / 9];
@@ -57,7 +57,7 @@ Points eliminated(const Points& points) {
   // Changes of the weights that no moment notices, orthonormal columns.
   Eigen::MatrixXd free = Eigen::MatrixXd(qr.householderQ()).rightCols(count - qr.rank());
   Eigen::VectorXd weights(count);
-  for (Eigen::Index p = 0; p < count; ++p) weights[p] = points[static_cast<std::size_t>(p)].volume;
+  for (Eigen::Index p = 0; p < count; ++p) weights[p] = points[p].volume;
   while (free.cols() > 0) {
     Eigen::VectorXd change = free.col(0);
     if (change.minCoeff() >= 0) change = -change;
@@ -80,7 +80,7 @@ Points eliminated(const Points& points) {
   }
   Points few;
   for (Eigen::Index p = 0; p < count; ++p) {
-    const MaterialPoint& point = points[static_cast<std::size_t>(p)];
+    const MaterialPoint& point = points[p];
     const double ratio = weights[p] / point.volume;
     if (weights[p] > 0) few.push_back({point.local, weights[p], ratio * point.shear, ratio * point.bulk});
   }
@@ -115,23 +115,23 @@ std::vector<MaterialPoint> thinned(const std::vector<MaterialPoint>& points) {
 std::vector<MaterialPoint> QuadratureTree::form(int level, std::int32_t element) {
   const double voxel = lattice_.voxels.voxel_volume();
   if (const std::optional<std::int32_t> m = only_material(level, element)) {
-    const Level& of = lattice_.levels[static_cast<std::size_t>(level)];
-    const Material& material = lattice_.materials[static_cast<std::size_t>(*m)].material;
+    const Level& of = lattice_.level(level);
+    const Material& material = lattice_.materials[*m].material;
     const double volume =
         voxel * static_cast<double>(of.voxels_per_cell[0] * of.voxels_per_cell[1] * of.voxels_per_cell[2]);
     return gauss_points(volume, volume * material.shear_modulus(), volume * material.bulk_modulus());
   }
-  auto& known = known_[static_cast<std::size_t>(level)];
+  auto& known = known_[level];
   if (const auto found = known.find(element); found != known.end()) return found->second;
-  const Level& of = lattice_.levels[static_cast<std::size_t>(level)];
-  const Children& children = of.children[static_cast<std::size_t>(element)];
+  const Level& of = lattice_.level(level);
+  const Children& children = of.children[element];
   Points all;
   for (int slot = 0; slot < 8; ++slot) {
-    const std::int32_t child = children[static_cast<std::size_t>(slot)];
+    const std::int32_t child = children[slot];
     if (child < 0) continue;
     for (MaterialPoint p : form(level - 1, child)) {
       for (int d = 0; d < 3; ++d)
-        if (of.merge[static_cast<std::size_t>(d)] == 2) p.local[d] = (p.local[d] + corner_bit(slot, d)) / 2;
+        if (of.merge[d] == 2) p.local[d] = (p.local[d] + corner_bit(slot, d)) / 2;
       all.push_back(p);
     }
   }
@@ -143,15 +143,14 @@ std::vector<MaterialPoint> QuadratureTree::form(int level, std::int32_t element)
 
 std::optional<std::int32_t> QuadratureTree::only_material(int level, std::int32_t element) const {
   if (level == 0) return element;
-  const Level& of = lattice_.levels[static_cast<std::size_t>(level)];
-  const Children& children = of.children[static_cast<std::size_t>(element)];
+  const Level& of = lattice_.level(level);
+  const Children& children = of.children[element];
   std::optional<std::int32_t> material;
   for (int slot = 0; slot < 8; ++slot) {
     bool exists = true;
-    for (int d = 0; d < 3; ++d)
-      exists = exists && (of.merge[static_cast<std::size_t>(d)] == 2 || corner_bit(slot, d) == 0);
+    for (int d = 0; d < 3; ++d) exists = exists && (of.merge[d] == 2 || corner_bit(slot, d) == 0);
     if (!exists) continue;
-    const std::int32_t child = children[static_cast<std::size_t>(slot)];
+    const std::int32_t child = children[slot];
     if (child < 0) return {};
     const std::optional<std::int32_t> of_child = only_material(level - 1, child);
     if (!of_child || (material && *material != *of_child)) return {};

@@ -42,7 +42,7 @@ Region region_of(const LabelVolume& volume, std::uint16_t label, const Index3& m
     out.low[d] = low[d] - margin[d];
     out.extent[d] = high[d] - low[d] + 1 + 2 * margin[d];
     size[static_cast<unsigned>(d)] = static_cast<itk::SizeValueType>(out.extent[d]);
-    spacing[static_cast<unsigned>(d)] = volume.grid.spacing()[static_cast<Eigen::Index>(d)];
+    spacing[static_cast<unsigned>(d)] = volume.grid.spacing()[d];
   }
   out.mask = Mask::New();
   out.mask->SetRegions(Mask::RegionType(size));
@@ -140,7 +140,7 @@ void grow(Mask* mask, std::uint8_t value, double radius) {
 Index3 room_for(const LabelVolume& volume, double radius) {
   Index3 margin;
   for (std::size_t d = 0; d < 3; ++d)
-    margin[d] = 2 + static_cast<std::int32_t>(std::ceil(radius / volume.grid.spacing()[static_cast<Eigen::Index>(d)]));
+    margin[d] = 2 + static_cast<std::int32_t>(std::ceil(radius / volume.grid.spacing()[d]));
   return margin;
 }
 

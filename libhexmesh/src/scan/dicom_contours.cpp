@@ -72,8 +72,7 @@ void flip_inside(const Contour& contour, const Index3& extent, std::vector<bool>
       };
       const std::int32_t first = pixel(crossings[n]), last = pixel(crossings[n + 1]);
       for (std::int32_t i = first; i < last; ++i) {
-        const std::size_t at =
-            static_cast<std::size_t>(j) * static_cast<std::size_t>(extent[0]) + static_cast<std::size_t>(i);
+        const std::size_t at = offset_in(extent, {i, j, 0});
         inside[at] = !inside[at];
       }
     }
@@ -110,15 +109,15 @@ std::vector<std::size_t> fill(const std::vector<Contour>& contours, const Grid& 
   std::sort(gaps.begin(), gaps.end());
   const double reach = std::max(gaps.empty() ? 0 : gaps[gaps.size() / 2], 1.0) / 2 + 1e-3;
   const Index3& extent = grid.extent();
-  outside = static_cast<std::size_t>(std::count_if(
-      planes.begin(), planes.end(), [&](const Plane& p) { return p.slice < -0.5 || p.slice > extent[2] - 0.5; }));
+  outside = as_size(std::count_if(planes.begin(), planes.end(),
+                                  [&](const Plane& p) { return p.slice < -0.5 || p.slice > extent[2] - 0.5; }));
   std::vector<std::size_t> voxels;
   for (std::int32_t k = 0; k < extent[2]; ++k) {
     const auto nearest = std::min_element(planes.begin(), planes.end(), [&](const Plane& a, const Plane& b) {
       return std::abs(a.slice - k) < std::abs(b.slice - k);
     });
     if (nearest == planes.end() || std::abs(nearest->slice - k) >= reach) continue;
-    std::vector<bool> inside(static_cast<std::size_t>(extent[0]) * static_cast<std::size_t>(extent[1]));
+    std::vector<bool> inside(strides_in(extent)[2]);
     for (const Contour* c : nearest->contours) flip_inside(*c, extent, inside);
     for (std::size_t n = 0; n < inside.size(); ++n)
       if (inside[n]) voxels.push_back(grid.offset({0, 0, k}) + n);

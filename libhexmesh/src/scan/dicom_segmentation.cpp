@@ -6,10 +6,10 @@
 #include <cmath>
 #include <map>
 
+#include "../volume/reorient.h"
 #include "dicom.h"
 #include "dicom_item.h"
 #include "dicom_pixels.h"
-#include "reorient.h"
 #include "volume_header.h"
 
 namespace hexmesh {
@@ -119,12 +119,18 @@ int segment_of_frame(const fs::path& path, DcmItem& dataset, unsigned long frame
   return static_cast<int>(number);
 }
 
-}  // namespace
+/// How an object stores its frames.
+struct FrameLayout {
+  std::string type;  ///< BINARY, FRACTIONAL or LABELMAP
+  int bits = 0;      ///< of a pixel
+  std::int32_t rows = 0, columns = 0;
+  unsigned long frames = 0;
+  std::size_t bytes = 0;  ///< of all pixels
 
-Segmentation read_dicom_segmentation(const DicomFile& file, const ReadOptions& options) {
-  const fs::path& path = file.path;
-  const std::unique_ptr<DcmFileFormat> loaded = load_dicom(path);
-  DcmDataset& dataset = *loaded->getDataset();
+  std::size_t frame_pixels() const { return as_size(rows) * as_size(columns); }
+};
+
+FrameLayout layout_of(const fs::path& path, DcmItem& dataset, const ReadOptions& options) {
   const double rows = number_of(dataset, DCM_Rows, 0), columns = number_of(dataset, DCM_Columns, 0);
   const double num_frames = number_of(dataset, DCM_NumberOfFrames, 1), bits = number_of(dataset, DCM_BitsAllocated, 0);
   const std::string type = text_of(dataset, DCM_SegmentationType);
@@ -146,66 +152,103 @@ Segmentation read_dicom_segmentation(const DicomFile& file, const ReadOptions& o
   const auto bytes =
       static_cast<std::size_t>(bits == 1 ? (pixels + 7) / 8 : pixels * static_cast<std::uintmax_t>(bits / 8));
   check_memory(path, bytes, options);
+  return {type, static_cast<int>(bits), static_cast<std::int32_t>(rows), static_cast<std::int32_t>(columns), frames,
+          bytes};
+}
+
+using VoxelsOfSegments = std::map<int, std::vector<std::size_t>>;  ///< by segment number
+
+/// @param first_voxel  offset of the first voxel of each frame
+VoxelsOfSegments voxels_of_label_map(const fs::path& path, DcmItem& dataset, const FrameLayout& layout,
+                                     const std::vector<std::uint8_t>& data, const std::map<int, Segment>& segments,
+                                     const std::vector<std::size_t>& first_voxel) {
+  VoxelsOfSegments voxels;
+  const std::size_t frame_pixels = layout.frame_pixels();
+  const double padding = number_of(dataset, DCM_PixelPaddingValue, 0);
+  for (unsigned long f = 0; f < layout.frames; ++f)
+    for (std::size_t n = 0; n < frame_pixels; ++n) {
+      const std::size_t p = f * frame_pixels + n;
+      const int value = layout.bits == 8 ? data[p] : data[2 * p] + 256 * data[2 * p + 1];
+      if (value == padding || value == 0) continue;
+      if (!segments.contains(value)) refuse(path, "has pixels of segment {}, which it does not describe", value);
+      voxels[value].push_back(first_voxel[f] + n);
+    }
+  return voxels;
+}
+
+/// @param first_voxel  offset of the first voxel of each frame
+/// @param fraction     of a FRACTIONAL object: at least this share of a voxel
+/// belongs to the segment
+VoxelsOfSegments voxels_of_masks(const fs::path& path, DcmItem& dataset, const FrameLayout& layout,
+                                 const std::vector<std::uint8_t>& data, const std::map<int, Segment>& segments,
+                                 const std::vector<std::size_t>& first_voxel, double fraction) {
+  VoxelsOfSegments voxels;
+  const std::size_t frame_pixels = layout.frame_pixels();
+  const double most = number_of(dataset, DCM_MaximumFractionalValue, 255);
+  for (unsigned long f = 0; f < layout.frames; ++f) {
+    std::vector<std::size_t>& of_segment = voxels[segment_of_frame(path, dataset, f, segments)];
+    for (std::size_t n = 0; n < frame_pixels; ++n) {
+      const std::size_t p = f * frame_pixels + n;
+      const bool inside =
+          layout.bits == 1 ? (data[p / 8] >> (p % 8) & 1) != 0 : data[p] > 0 && data[p] >= fraction * most;
+      if (inside) of_segment.push_back(first_voxel[f] + n);
+    }
+  }
+  return voxels;
+}
+
+/// In LPS, and on the grid of the scan beside it where it lies on that one's
+/// voxels.
+Segmentation placed(Segmentation segmentation, const fs::path& path, const ReadOptions& options) {
+  segmentation = reorient_to_lps(std::move(segmentation));
+  if (options.reference) {
+    const Grid reference = Reorientation(*options.reference).grid();
+    if (same_lattice_of_voxels(reference, segmentation.grid))
+      return place_on(segmentation, extend_over(reference, segmentation.grid));
+    options.warn(
+        fmt::format("'{}' does not lie on the voxels of the scan "
+                    "beside it: its own grid is kept",
+                    path.string()));
+  }
+  return segmentation;
+}
+
+}  // namespace
+
+Segmentation read_dicom_segmentation(const DicomFile& file, const ReadOptions& options) {
+  const fs::path& path = file.path;
+  const std::unique_ptr<DcmFileFormat> loaded = load_dicom(path);
+  DcmDataset& dataset = *loaded->getDataset();
+  const FrameLayout layout = layout_of(path, dataset, options);
 
   const std::map<int, Segment> segments = segments_of(path, dataset);
   std::vector<FramePlane> planes;
-  for (unsigned long f = 0; f < frames; ++f) planes.push_back(frame_plane(path, dataset, f));
-  const Index3 plane_extent = {static_cast<std::int32_t>(columns), static_cast<std::int32_t>(rows), 1};
-  const Grid own = grid_of(path, dataset, planes, plane_extent, options);
+  for (unsigned long f = 0; f < layout.frames; ++f) planes.push_back(frame_plane(path, dataset, f));
+  const Grid own = grid_of(path, dataset, planes, {layout.columns, layout.rows, 1}, options);
   const std::vector<char> unpacked = unpack_pixels(path, *loaded);
-  if (unpacked.size() < bytes) refuse(path, "is cut: its pixels take {} bytes, expected {}", unpacked.size(), bytes);
+  if (unpacked.size() < layout.bytes)
+    refuse(path, "is cut: its pixels take {} bytes, expected {}", unpacked.size(), layout.bytes);
   const std::vector<std::uint8_t> data(unpacked.begin(), unpacked.end());
-  const std::size_t frame_pixels = static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns);
-  const auto first_voxel = [&](unsigned long f) {
-    const double k = std::round(own.continuous_index(planes[f].position)[2]);
-    return own.offset({0, 0, static_cast<std::int32_t>(k)});
-  };
-
-  std::map<int, std::vector<std::size_t>> voxels;  // by segment number
-  if (type == "LABELMAP") {
-    const double padding = number_of(dataset, DCM_PixelPaddingValue, 0);
-    for (unsigned long f = 0; f < frames; ++f) {
-      const std::size_t first = first_voxel(f);
-      for (std::size_t n = 0; n < frame_pixels; ++n) {
-        const std::size_t p = f * frame_pixels + n;
-        const int value = bits == 8 ? data[p] : data[2 * p] + 256 * data[2 * p + 1];
-        if (value == padding || value == 0) continue;
-        if (!segments.contains(value)) refuse(path, "has pixels of segment {}, which it does not describe", value);
-        voxels[value].push_back(first + n);
-      }
-    }
-  } else {
-    const double most = number_of(dataset, DCM_MaximumFractionalValue, 255);
-    for (unsigned long f = 0; f < frames; ++f) {
-      std::vector<std::size_t>& of_segment = voxels[segment_of_frame(path, dataset, f, segments)];
-      const std::size_t first = first_voxel(f);
-      for (std::size_t n = 0; n < frame_pixels; ++n) {
-        const std::size_t p = f * frame_pixels + n;
-        const bool inside =
-            bits == 1 ? (data[p / 8] >> (p % 8) & 1) != 0 : data[p] > 0 && data[p] >= options.fraction * most;
-        if (inside) of_segment.push_back(first + n);
-      }
-    }
+  std::vector<std::size_t> first_voxel;
+  for (const FramePlane& plane : planes) {
+    const double k = std::round(own.continuous_index(plane.position)[2]);
+    first_voxel.push_back(own.offset({0, 0, static_cast<std::int32_t>(k)}));
   }
 
+  const bool is_label_map = layout.type == "LABELMAP";
+  VoxelsOfSegments voxels = is_label_map
+                                ? voxels_of_label_map(path, dataset, layout, data, segments, first_voxel)
+                                : voxels_of_masks(path, dataset, layout, data, segments, first_voxel, options.fraction);
   Segmentation out{own, {}, {}};
   for (const auto& [number, segment] : segments) {
-    const bool background =
-        number == 0 || (type == "LABELMAP" && number == number_of(dataset, DCM_PixelPaddingValue, 0));
+    const bool background = number == 0 || (is_label_map && number == number_of(dataset, DCM_PixelPaddingValue, 0));
     if (!background || voxels.contains(number)) {
       Segment labelled = segment;
       labelled.label = free_label(out, segment.label);
       add_segment(out, labelled, voxels[number]);
     }
   }
-  out = reorient_to_lps(std::move(out));
-  if (options.reference) {
-    const Grid reference = Reorientation(*options.reference).grid();
-    if (same_lattice_of_voxels(reference, out.grid)) return place_on(out, extend_over(reference, out.grid));
-    options.warn(
-        fmt::format("'{}' does not lie on the voxels of the scan beside it: its own grid is kept", path.string()));
-  }
-  return out;
+  return placed(std::move(out), path, options);
 }
 
 }  // namespace hexmesh

@@ -79,7 +79,7 @@ public:
   explicit PixelFile(const fs::path& path) : path_(path), pixels_(decode_pixels(path)) {}
 
   std::vector<float> frame(const Slice& s) const {
-    std::vector<float> out(static_cast<std::size_t>(s.extent[0]) * static_cast<std::size_t>(s.extent[1]));
+    std::vector<float> out(strides_in(s.extent)[2]);
     const std::size_t bytes = out.size() * pixels_.bits / 8;
     if (pixels_.bytes.size() < bytes * s.num_frames)
       refuse(path_, "is cut: its pixels take {} bytes, expected {}", pixels_.bytes.size(), bytes * s.num_frames);
@@ -175,7 +175,7 @@ Stack stack_of(const DicomSeries& series, const ReadOptions& options) {
   out.report.greatest_distance = *greatest;
   constexpr double same_place = 1e-3;
   if (*least < same_place)
-    refuse(out.slices[static_cast<std::size_t>(least - gaps.begin())].file,
+    refuse(out.slices[least - gaps.begin()].file,
            "lies at the same place as another slice of its series (several time points or phases?), expected one "
            "slice per place");
   std::vector<double> sorted = gaps;
@@ -247,10 +247,7 @@ double in_slice(const Slice& s, const std::vector<float>& values, const Vec3& po
   const int i = std::min(static_cast<int>(x), std::max(nx - 2, 0)),
             j = std::min(static_cast<int>(y), std::max(ny - 2, 0));
   const int i1 = std::min(i + 1, nx - 1), j1 = std::min(j + 1, ny - 1);
-  const auto at = [&](int a, int b) {
-    return static_cast<double>(
-        values[static_cast<std::size_t>(a) + static_cast<std::size_t>(nx) * static_cast<std::size_t>(b)]);
-  };
+  const auto at = [&](int a, int b) { return static_cast<double>(values[offset_in(s.extent, {a, b, 0})]); };
   const double u = x - i, v = y - j;
   return (1 - v) * ((1 - u) * at(i, j) + u * at(i1, j)) + v * ((1 - u) * at(i, j1) + u * at(i1, j1));
 }
@@ -268,7 +265,7 @@ std::vector<float> resample(const Stack& stack, const std::vector<std::vector<fl
     const double t = (at - stack.at[lower]) / (stack.at[upper] - stack.at[lower]);
     for (std::int32_t j = 0; j < extent[1]; ++j)
       for (std::int32_t i = 0; i < extent[0]; ++i) {
-        const Vec3 p = grid.position(Vec3(i, j, k));
+        const Vec3 p = grid.center({i, j, k});
         const double a = in_slice(stack.slices[lower], pixels[lower], p);
         const double b = in_slice(stack.slices[upper], pixels[upper], p);
         const double value = std::isnan(a)   ? (t > 0.5 ? b : a)

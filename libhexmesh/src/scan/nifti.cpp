@@ -66,9 +66,8 @@ using Affine = Eigen::Matrix<double, 3, 4>;
 
 Affine nifti_sform(const NiftiHeader& h) {
   Affine a;
-  for (int r = 0; r < 3; ++r)
-    for (int c = 0; c < 4; ++c)
-      a(r, c) = h.real(280 + 16 * static_cast<std::size_t>(r) + 4 * static_cast<std::size_t>(c));
+  for (std::size_t r = 0; r < 3; ++r)
+    for (std::size_t c = 0; c < 4; ++c) a(r, c) = h.real(280 + 16 * r + 4 * c);
   return a;
 }
 

@@ -84,7 +84,7 @@ Phantom liver_phantom(double spacing) {
       {1, "liver", {0.72, 0.35, 0.28}}, {2, "tumour", {0.95, 0.85, 0.25}}, {3, "vessel", {0.25, 0.45, 0.85}}};
   for (std::size_t n = 0; n < grid.num_voxels(); ++n) {
     const Index3 v = grid.index(n);
-    const Vec3 p = grid.position(Vec3(v[0], v[1], v[2]));
+    const Vec3 p = grid.center(v);
     std::uint16_t label = 0;
     if (liver(p) < 0) label = tumour(p) < 0 ? 2 : vessel(p) < 0 ? 3 : 1;
     phantom.labels.labels[n] = label;

@@ -102,13 +102,13 @@ LabelVolume solid_phantom(const SolidPhantom& phantom) {
     low[d] = -solid.extent[d] / 2 - before * phantom.spacing;
     const double count = std::ceil((reach[d] - low[d]) / phantom.spacing) + 2;
     if (!(count < 65536)) throw Error(ErrorKind::usage, "the phantom has more than 65535 voxels along an axis");
-    extent[static_cast<std::size_t>(d)] = static_cast<std::int32_t>(count);
+    extent[d] = static_cast<std::int32_t>(count);
   }
   const Grid grid(extent, Vec3::Constant(phantom.spacing), low + Vec3::Constant(phantom.spacing / 2));
   LabelVolume volume{grid, std::vector<std::uint16_t>(grid.num_voxels()), {{1, phantom.name, {0.72, 0.35, 0.28}}}};
   for (std::size_t n = 0; n < volume.labels.size(); ++n) {
     const Index3 v = grid.index(n);
-    const Vec3 p = grid.position(Vec3(v[0], v[1], v[2])) - phantom.shift;
+    const Vec3 p = grid.center(v) - phantom.shift;
     volume.labels[n] = solid.contains(rotation.transpose() * p);
   }
   return volume;

@@ -125,7 +125,7 @@ std::string axis_letters(const Grid& grid) {
     Eigen::Index axis = 0;
     const double along = grid.direction().col(d).cwiseAbs().maxCoeff(&axis);
     const bool positive = grid.direction()(axis, d) > 0;
-    const char letter = std::string_view(positive ? "LPS" : "RAI")[static_cast<std::size_t>(axis)];
+    const char letter = std::string_view(positive ? "LPS" : "RAI")[axis];
     constexpr double one_degree = 0.99985;
     out += along > one_degree ? letter : static_cast<char>(std::tolower(letter));
   }

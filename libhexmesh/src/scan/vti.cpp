@@ -81,7 +81,7 @@ StoredVolume read_vti(const std::filesystem::path& path, const ReadOptions& opti
   Vec3 spacing, first;
   Mat3 direction;
   for (int d = 0; d < 3; ++d) {
-    size[static_cast<std::size_t>(d)] = static_cast<std::int32_t>(sizes[static_cast<std::size_t>(d)]);
+    size[d] = static_cast<std::int32_t>(sizes[d]);
     spacing[d] = image.GetSpacing()[d];
     first[d] = extent[2 * d];
     for (int e = 0; e < 3; ++e) direction(e, d) = image.GetDirectionMatrix()->GetElement(e, d);

@@ -25,9 +25,7 @@ Mesh to_mesh(const TriangleSurface& surface) {
   std::vector<Kernel::Point_3> points;
   for (const Vec3& p : surface.points) points.emplace_back(p[0], p[1], p[2]);
   std::vector<std::array<std::size_t, 3>> triangles;
-  for (const auto& t : surface.triangles)
-    triangles.push_back(
-        {static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2])});
+  for (const auto& t : surface.triangles) triangles.push_back({as_size(t[0]), as_size(t[1]), as_size(t[2])});
   processing::orient_polygon_soup(points, triangles);
   Mesh mesh;
   processing::polygon_soup_to_polygon_mesh(points, triangles, mesh);

@@ -14,7 +14,7 @@ TriangleSurface from_vtk(vtkPolyData& mesh) {
     mesh.GetCellPoints(c, ids);
     if (ids->GetNumberOfIds() != 3) continue;
     std::array<std::int32_t, 3> triangle;
-    for (int a = 0; a < 3; ++a) triangle[static_cast<std::size_t>(a)] = static_cast<std::int32_t>(ids->GetId(a));
+    for (int a = 0; a < 3; ++a) triangle[a] = static_cast<std::int32_t>(ids->GetId(a));
     surface.triangles.push_back(triangle);
   }
   return surface;

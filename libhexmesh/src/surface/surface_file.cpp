@@ -107,7 +107,7 @@ std::vector<std::vector<Vec3>> obj_lines(const std::filesystem::path& path) {
         const long n = number < 0 ? number + static_cast<long>(points.size()) : number - 1;
         if (n < 0 || n >= static_cast<long>(points.size()))
           refuse(path, "has a line with point {}, expected 1 to {}", word, points.size());
-        out.back().push_back(points[static_cast<std::size_t>(n)]);
+        out.back().push_back(points[n]);
       }
     }
   }
@@ -209,9 +209,7 @@ void write_surface(const TriangleSurface& surface, const std::filesystem::path& 
   std::vector<Point> points;
   for (const Vec3& p : surface.points) points.emplace_back(p[0], p[1], p[2]);
   std::vector<std::vector<std::size_t>> triangles;
-  for (const auto& t : surface.triangles)
-    triangles.push_back(
-        {static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2])});
+  for (const auto& t : surface.triangles) triangles.push_back({as_size(t[0]), as_size(t[1]), as_size(t[2])});
   if (!CGAL::IO::write_polygon_soup(path.string(), points, triangles,
                                     CGAL::parameters::stream_precision(17).use_binary_mode(true)))
     throw Error(ErrorKind::output, fmt::format("cannot write '{}', expected a name that ends in .obj, .stl, .ply or "

@@ -37,12 +37,12 @@ TriangleSurface merged(const TriangleSurface& surface) {
   std::map<Vec3, std::int32_t, Less> number;
   for (std::array<std::int32_t, 3> t : surface.triangles) {
     for (std::int32_t& n : t) {
-      const Vec3& p = surface.points[static_cast<std::size_t>(n)];
+      const Vec3& p = surface.points[n];
       const auto [at, added] = number.emplace(p, static_cast<std::int32_t>(out.points.size()));
       if (added) out.points.push_back(p);
       n = at->second;
     }
-    const auto p = [&](std::size_t a) -> Vec3 { return out.points[static_cast<std::size_t>(t[a])]; };
+    const auto p = [&](std::size_t a) -> Vec3 { return out.points[t[a]]; };
     if ((p(1) - p(0)).cross(p(2) - p(0)).norm() > 0) out.triangles.push_back(t);
   }
   return out;
@@ -84,9 +84,7 @@ TriangleSurface oriented(const TriangleSurface& surface) {
   std::vector<Point> points;
   for (const Vec3& p : surface.points) points.emplace_back(p[0], p[1], p[2]);
   std::vector<std::array<std::size_t, 3>> triangles;
-  for (const auto& t : surface.triangles)
-    triangles.push_back(
-        {static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2])});
+  for (const auto& t : surface.triangles) triangles.push_back({as_size(t[0]), as_size(t[1]), as_size(t[2])});
   CGAL::Polygon_mesh_processing::orient_polygon_soup(points, triangles);
   TriangleSurface out;
   for (const Point& p : points) out.points.emplace_back(p.x(), p.y(), p.z());
@@ -102,7 +100,7 @@ TriangleSurface oriented(const TriangleSurface& surface) {
 Triangles in_voxels(const TriangleSurface& surface, const Grid& grid) {
   Triangles out;
   const auto point = [&](std::int32_t n) {
-    const Vec3 p = grid.continuous_index(surface.points[static_cast<std::size_t>(n)]);
+    const Vec3 p = grid.continuous_index(surface.points[n]);
     return Point(p[0], p[1], p[2]);
   };
   for (const auto& t : surface.triangles) {
@@ -170,10 +168,9 @@ void mark_crossed(const Object& object, const Grid& grid, std::vector<bool>& fil
   const CGAL::Bbox_3 box = object.bbox();
   Index3 low, high;
   for (int d = 0; d < 3; ++d) {
-    const auto n = static_cast<std::size_t>(d);
-    const double most = grid.extent()[n] - 1.0;
-    low[n] = static_cast<std::int32_t>(std::clamp(std::floor(box.min(d) + 0.5 - hair), 0.0, most + 1));
-    high[n] = static_cast<std::int32_t>(std::clamp(std::floor(box.max(d) + 0.5), -1.0, most));
+    const double most = grid.extent()[d] - 1.0;
+    low[d] = static_cast<std::int32_t>(std::clamp(std::floor(box.min(d) + 0.5 - hair), 0.0, most + 1));
+    high[d] = static_cast<std::int32_t>(std::clamp(std::floor(box.max(d) + 0.5), -1.0, most));
   }
   for (std::int32_t k = low[2]; k <= high[2]; ++k)
     for (std::int32_t j = low[1]; j <= high[1]; ++j)
@@ -206,7 +203,7 @@ Grid grid_around(const std::vector<Shape>& shapes, double spacing) {
   };
   for (const Shape& shape : shapes) {
     for (const auto& t : shape.surface.triangles)
-      for (const std::int32_t n : t) include(shape.surface.points[static_cast<std::size_t>(n)]);
+      for (const std::int32_t n : t) include(shape.surface.points[n]);
     for (const auto& line : shape.lines)
       for (const Vec3& p : line) include(p);
   }

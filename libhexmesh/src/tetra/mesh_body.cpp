@@ -56,31 +56,31 @@ public:
     smooth->Update();
     image_ = smooth->GetOutput();
     values_ = static_cast<const float*>(image_->GetScalarPointer());
-    for (int d = 0; d < 3; ++d) extent_[static_cast<std::size_t>(d)] = image_->GetDimensions()[d];
+    for (int d = 0; d < 3; ++d) extent_[d] = image_->GetDimensions()[d];
   }
 
   std::span<const float> values() const { return {values_, static_cast<std::size_t>(image_->GetNumberOfPoints())}; }
 
   /// Trilinear; 0 outside. @param index  continuous voxel index
   double at(const Vec3& index) const {
-    std::array<std::int64_t, 3> base{};
+    Index3 base{};
     Vec3 part;
     for (int d = 0; d < 3; ++d) {
       const double x = index[d] + margin;
-      if (!(x >= 0 && x < extent_[static_cast<std::size_t>(d)] - 1)) return 0;
-      base[static_cast<std::size_t>(d)] = static_cast<std::int64_t>(x);
+      if (!(x >= 0 && x < extent_[d] - 1)) return 0;
+      base[d] = static_cast<std::int32_t>(x);
       part[d] = x - std::floor(x);
     }
     double sum = 0;
     for (int a = 0; a < 8; ++a) {
       double weight = 1;
-      std::array<std::int64_t, 3> c = base;
+      Index3 c = base;
       for (int d = 0; d < 3; ++d) {
         const int bit = a >> d & 1;
-        c[static_cast<std::size_t>(d)] += bit;
+        c[d] += bit;
         weight *= bit ? part[d] : 1 - part[d];
       }
-      sum += weight * static_cast<double>(values_[c[0] + extent_[0] * (c[1] + extent_[1] * c[2])]);
+      sum += weight * static_cast<double>(values_[offset_in(extent_, c)]);
     }
     return sum;
   }
@@ -88,7 +88,7 @@ public:
 private:
   vtkSmartPointer<vtkImageData> image_;
   const float* values_ = nullptr;
-  std::array<std::int64_t, 3> extent_{};
+  Index3 extent_{};
 };
 
 /// What is where: number of the segment plus 1, 0 outside.
@@ -123,7 +123,7 @@ public:
     return sum > level_ ? which : 0;
   }
 
-  std::uint16_t label(int which) const { return labels_[static_cast<std::size_t>(which - 1)]; }
+  std::uint16_t label(int which) const { return labels_[which - 1]; }
 
 private:
   Grid voxels_;
@@ -136,7 +136,7 @@ CGAL::Bbox_3 bounds_of(const Grid& voxels) {
   CGAL::Bbox_3 box;
   for (int a = 0; a < 8; ++a) {
     Vec3 corner;
-    for (int d = 0; d < 3; ++d) corner[d] = a >> d & 1 ? voxels.extent()[static_cast<std::size_t>(d)] + 1.0 : -2.0;
+    for (int d = 0; d < 3; ++d) corner[d] = a >> d & 1 ? voxels.extent()[d] + 1.0 : -2.0;
     const Vec3 p = voxels.position(corner);
     box += CGAL::Bbox_3(p[0], p[1], p[2], p[0], p[1], p[2]);
   }
@@ -152,7 +152,7 @@ TetMesh to_mesh(const Complex& complex, const Body& body) {
       const Complex::Vertex_handle v = cell->vertex(a);
       const auto [found, is_new] = number.try_emplace(v, static_cast<std::int32_t>(mesh.points.size()));
       if (is_new) mesh.points.push_back(to_vec(v->point().point()));
-      corners[static_cast<std::size_t>(a)] = found->second;
+      corners[a] = found->second;
     }
     mesh.corners.push_back(corners);
     mesh.segment.push_back(body.label(complex.subdomain_index(cell)));

@@ -257,8 +257,7 @@ TetMesh read_inp(const std::filesystem::path& path) {
     if (in_nodes) {
       if (values.size() < 4) refuse(path, "has the line '{}', expected a node and its place", line.substr(0, 60));
       Vec3 p;
-      for (std::size_t d = 0; d < 3; ++d)
-        p[static_cast<Eigen::Index>(d)] = number_in<double>(path, values[1 + d], line);
+      for (std::size_t d = 0; d < 3; ++d) p[d] = number_in<double>(path, values[1 + d], line);
       mesh.add_node(number_in<long>(path, values[0], line), p);
     } else if (nodes_each > 0) {
       for (const std::string& v : values) open.push_back(number_in<long>(path, v, line));

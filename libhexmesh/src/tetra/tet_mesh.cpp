@@ -20,7 +20,7 @@ Edge edge_of(std::int32_t a, std::int32_t b) { return {std::min(a, b), std::max(
 
 Mat3 tet_frame(const TetMesh& mesh, std::size_t tet) {
   const auto& c = mesh.corners[tet];
-  const auto point = [&](int a) { return mesh.points[static_cast<std::size_t>(c[static_cast<std::size_t>(a)])]; };
+  const auto point = [&](int a) { return mesh.points[c[a]]; };
   Mat3 frame;
   frame << point(1) - point(0), point(2) - point(0), point(3) - point(0);
   return frame;
@@ -39,9 +39,7 @@ TetMesh quadratic(TetMesh mesh) {
     for (std::size_t e = 0; e < tet_edges.size(); ++e) {
       const std::int32_t a = mesh.node(t, tet_edges[e][0]), b = mesh.node(t, tet_edges[e][1]);
       const auto [found, is_new] = middle.try_emplace(edge_of(a, b), static_cast<std::int32_t>(mesh.points.size()));
-      if (is_new)
-        mesh.points.push_back((mesh.points[static_cast<std::size_t>(a)] + mesh.points[static_cast<std::size_t>(b)]) /
-                              2);
+      if (is_new) mesh.points.push_back((mesh.points[a] + mesh.points[b]) / 2);
       mesh.middles[t][e] = found->second;
     }
   return mesh;
@@ -69,13 +67,13 @@ std::vector<bool> surface_nodes(const TetMesh& mesh) {
   std::map<Edge, bool> edges;
   for (const auto& f : boundary_triangles(mesh))
     for (std::size_t a = 0; a < 3; ++a) {
-      on_surface[static_cast<std::size_t>(f[a])] = true;
+      on_surface[f[a]] = true;
       edges[edge_of(f[a], f[(a + 1) % 3])] = true;
     }
   for (std::size_t t = 0; t < mesh.middles.size(); ++t)
     for (std::size_t e = 0; e < tet_edges.size(); ++e)
       if (edges.contains(edge_of(mesh.node(t, tet_edges[e][0]), mesh.node(t, tet_edges[e][1]))))
-        on_surface[static_cast<std::size_t>(mesh.middles[t][e])] = true;
+        on_surface[mesh.middles[t][e]] = true;
   return on_surface;
 }
 
@@ -94,15 +92,13 @@ TetField::TetField(const TetMesh& mesh) : mesh_(mesh) {
   }
   const Vec3 size = (upper - lower_).cwiseMax(1e-9);
   edge_ = std::cbrt(size.prod() / static_cast<double>(std::max<std::size_t>(1, mesh.size())));  // one tet a bin
-  for (std::size_t d = 0; d < 3; ++d)
-    bins_[d] = std::max(1, static_cast<std::int32_t>(std::ceil(size[static_cast<Eigen::Index>(d)] / edge_)));
-  in_.resize(static_cast<std::size_t>(bins_[0]) * static_cast<std::size_t>(bins_[1]) *
-             static_cast<std::size_t>(bins_[2]));
+  for (std::size_t d = 0; d < 3; ++d) bins_[d] = std::max(1, static_cast<std::int32_t>(std::ceil(size[d] / edge_)));
+  in_.resize(count_in(bins_));
   for (std::size_t t = 0; t < mesh.size(); ++t) {
     inverse_.push_back(tet_frame(mesh, t).inverse());
     Vec3 from = Vec3::Constant(std::numeric_limits<double>::infinity()), to = -from;
     for (int a = 0; a < 4; ++a) {
-      const Vec3& p = mesh.points[static_cast<std::size_t>(mesh.node(t, a))];
+      const Vec3& p = mesh.points[mesh.node(t, a)];
       from = from.cwiseMin(p);
       to = to.cwiseMax(p);
     }
@@ -110,16 +106,14 @@ TetField::TetField(const TetMesh& mesh) : mesh_(mesh) {
     for (std::int32_t k = first[2]; k <= last[2]; ++k)
       for (std::int32_t j = first[1]; j <= last[1]; ++j)
         for (std::int32_t i = first[0]; i <= last[0]; ++i)
-          in_[static_cast<std::size_t>(i + bins_[0] * (j + bins_[1] * k))].push_back(static_cast<std::int32_t>(t));
+          in_[offset_in(bins_, {i, j, k})].push_back(static_cast<std::int32_t>(t));
   }
 }
 
-std::array<std::int32_t, 3> TetField::bin_of(const Vec3& position) const {
-  std::array<std::int32_t, 3> bin{};
-  for (std::size_t d = 0; d < 3; ++d) {
-    const auto n = static_cast<Eigen::Index>(d);
-    bin[d] = static_cast<std::int32_t>(std::clamp(std::floor((position[n] - lower_[n]) / edge_), 0.0, bins_[d] - 1.0));
-  }
+Index3 TetField::bin_of(const Vec3& position) const {
+  Index3 bin{};
+  for (int d = 0; d < 3; ++d)
+    bin[d] = static_cast<std::int32_t>(std::clamp(std::floor((position[d] - lower_[d]) / edge_), 0.0, bins_[d] - 1.0));
   return bin;
 }
 
@@ -134,12 +128,10 @@ TetField::Place TetField::locate(const Vec3& position) const {
       for (std::int32_t j = -ring; j <= ring; ++j)
         for (std::int32_t i = -ring; i <= ring; ++i) {
           if (std::max({std::abs(i), std::abs(j), std::abs(k)}) < ring) continue;
-          const std::array<std::int32_t, 3> b = {center[0] + i, center[1] + j, center[2] + k};
-          if (b[0] < 0 || b[1] < 0 || b[2] < 0 || b[0] >= bins_[0] || b[1] >= bins_[1] || b[2] >= bins_[2]) continue;
-          for (const std::int32_t t : in_[static_cast<std::size_t>(b[0] + bins_[0] * (b[1] + bins_[1] * b[2]))]) {
-            const auto tet = static_cast<std::size_t>(t);
-            const Vec3 local =
-                inverse_[tet] * (position - mesh_.points[static_cast<std::size_t>(mesh_.corners[tet][0])]);
+          const Index3 b = {center[0] + i, center[1] + j, center[2] + k};
+          if (!is_in(bins_, b)) continue;
+          for (const std::int32_t tet : in_[offset_in(bins_, b)]) {
+            const Vec3 local = inverse_[tet] * (position - mesh_.points[mesh_.corners[tet][0]]);
             const Eigen::Vector4d weights(1 - local.sum(), local[0], local[1], local[2]);
             // How far outside, in mm: the heights of a tetrahedron are 1 / |row of the inverse|.
             double outside = 0;
@@ -149,7 +141,7 @@ TetField::Place TetField::locate(const Vec3& position) const {
             }
             if (outside < least_outside) {
               least_outside = outside;
-              best = {tet, weights};
+              best = {as_size(tet), weights};
             }
           }
         }
@@ -164,8 +156,7 @@ Vec3 TetField::at(const Vec3& position, const std::vector<Vec3>& displacement) c
   std::array<double, 10> n{};
   tet_shape_functions(place.weights, mesh_.is_quadratic(), n.data());
   Vec3 u = Vec3::Zero();
-  for (int a = 0; a < mesh_.nodes_each(); ++a)
-    u += n[static_cast<std::size_t>(a)] * displacement[static_cast<std::size_t>(mesh_.node(place.tet, a))];
+  for (int a = 0; a < mesh_.nodes_each(); ++a) u += n[a] * displacement[mesh_.node(place.tet, a)];
   return u;
 }
 

@@ -27,9 +27,7 @@ Rgb to_rgb(const std::array<double, 3>& color) {
 }
 
 Canvas::Canvas(int width, int height, Rgb background)
-    : width_(width),
-      height_(height),
-      pixels_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), background) {}
+    : width_(width), height_(height), pixels_(as_size(width) * as_size(height), background) {}
 
 void Canvas::paste(const Canvas& picture, int x, int y) {
   for (int j = std::max(0, -y); j < std::min(picture.height(), height_ - y); ++j)

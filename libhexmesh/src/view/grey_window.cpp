@@ -12,7 +12,7 @@ GreyWindow grey_window(const Result& result, const IntensityVolume& scan, std::o
   for (std::size_t n = 0; n < result.labels.size(); n += stride) {
     if (result.labels[n] == 0) continue;
     const Index3 v = result.voxels.index(n);
-    const double value = value_at(scan, result.voxels.position(Vec3(v[0], v[1], v[2])));
+    const double value = value_at(scan, result.voxels.center(v));
     if (!std::isnan(value)) inside.push_back(value);
   }
   double low = 0, high = 1;

@@ -9,8 +9,8 @@
 #include <cmath>
 #include <map>
 
+#include "color_map.h"
 #include "hexmesh/core/error.h"
-#include "hexmesh/view/color_map.h"
 
 namespace hexmesh {
 namespace {
@@ -57,12 +57,11 @@ std::string orientation_letters(const Vec3& direction) {
   constexpr std::array<std::array<char, 2>, 3> names = {{{'R', 'L'}, {'A', 'P'}, {'I', 'S'}}};  // towards -, +
   std::array<std::size_t, 3> order = {0, 1, 2};
   const Vec3 d = direction.normalized();
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return std::abs(d[static_cast<Eigen::Index>(a)]) > std::abs(d[static_cast<Eigen::Index>(b)]);
-  });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return std::abs(d[a]) > std::abs(d[b]); });
   std::string out;
   for (const std::size_t axis : order) {
-    const double part = d[static_cast<Eigen::Index>(axis)];
+    const double part = d[axis];
     if (out.empty() || std::abs(part) > 0.26) out += names[axis][part > 0 ? 1 : 0];  // sin 15 degrees
   }
   return out;
@@ -184,7 +183,7 @@ std::int32_t SliceRenderer::cell_at(const Vec3& rest) const {
 double SliceRenderer::color_value(const Vec3& rest, const Vec3& displacement) const {
   if (!field_) return displacement.norm();
   const std::int32_t cell = cell_at(rest);
-  return cell < 0 ? field_low_ : (*field_)[static_cast<std::size_t>(cell)];
+  return cell < 0 ? field_low_ : (*field_)[cell];
 }
 
 Canvas SliceRenderer::paint(const Grid& f, const DisplacementField& field, bool deformed) const {
@@ -334,7 +333,7 @@ Canvas contact_sheet(const std::vector<Canvas>& pictures) {
   const int rows = static_cast<int>(std::ceil(count / columns));
   Canvas sheet(columns * (width + gap) - gap, rows * (height + gap) - gap, {0, 0, 0});
   for (int n = 0; n < static_cast<int>(pictures.size()); ++n)
-    sheet.paste(pictures[static_cast<std::size_t>(n)], n % columns * (width + gap), n / columns * (height + gap));
+    sheet.paste(pictures[n], n % columns * (width + gap), n / columns * (height + gap));
   return sheet;
 }
 

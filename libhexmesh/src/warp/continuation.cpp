@@ -22,24 +22,17 @@ struct Stage {
   std::vector<Vector> values;
   std::vector<char> known;
 
-  std::size_t stride(std::size_t axis) const {
-    std::size_t out = 1;
-    for (std::size_t d = 0; d < axis; ++d) out *= static_cast<std::size_t>(extent[d]);
-    return out;
-  }
-
   /// One sweep of successive over-relaxation over the samples that are not known, first one colour of a chessboard,
   /// then the other, so that the order of the rows does not matter. Outside the grid it is zero.
   void sweep() {
     const float diagonal = 2 * (weight[0] + weight[1] + weight[2]);
-    const std::size_t row = stride(1), layer = stride(2);
+    const std::size_t row = strides_in(extent)[1], layer = strides_in(extent)[2];
     for (int color = 0; color < 2; ++color) {
 #pragma omp parallel for schedule(static)
       for (std::int32_t k = 0; k < extent[2]; ++k)
         for (std::int32_t j = 0; j < extent[1]; ++j) {
-          std::size_t n = row * static_cast<std::size_t>(j) + layer * static_cast<std::size_t>(k);
           std::int32_t i = (j + k + color) % 2;
-          for (n += static_cast<std::size_t>(i); i < extent[0]; i += 2, n += 2) {
+          for (std::size_t n = offset_in(extent, {i, j, k}); i < extent[0]; i += 2, n += 2) {
             if (known[n]) continue;
             Vector sum = Vector::Zero();
             const auto add = [&](std::size_t d, bool there, std::size_t neighbour) {
@@ -60,17 +53,17 @@ struct Stage {
 
 /// Half as many samples along the axes with spacings below twice the smallest; each is the mean of the known ones that
 /// it stands for.
-Stage coarsen(const Stage& fine, std::array<std::int32_t, 3>& factor) {
+Stage coarsen(const Stage& fine, Index3& factor) {
   float finest = 0;
   for (std::size_t d = 0; d < 3; ++d)
     if (fine.extent[d] > 1) finest = std::max(finest, fine.weight[d]);
   Stage coarse;
   for (std::size_t d = 0; d < 3; ++d) {
     factor[d] = fine.weight[d] > finest / 4 && fine.extent[d] > 1 ? 2 : 1;
-    coarse.extent[d] = (fine.extent[d] + factor[d] - 1) / factor[d];
     coarse.weight[d] = fine.weight[d] / static_cast<float>(factor[d] * factor[d]);
   }
-  const std::size_t count = coarse.stride(3);
+  coarse.extent = coarser_extent(fine.extent, factor);
+  const std::size_t count = count_in(coarse.extent);
   coarse.values.assign(count, Vector::Zero());
   coarse.known.assign(count, 0);
   std::vector<float> members(count);
@@ -79,9 +72,7 @@ Stage coarsen(const Stage& fine, std::array<std::int32_t, 3>& factor) {
     for (std::int32_t j = 0; j < fine.extent[1]; ++j)
       for (std::int32_t i = 0; i < fine.extent[0]; ++i, ++n) {
         if (!fine.known[n]) continue;
-        const std::size_t m = static_cast<std::size_t>(i / factor[0]) +
-                              coarse.stride(1) * static_cast<std::size_t>(j / factor[1]) +
-                              coarse.stride(2) * static_cast<std::size_t>(k / factor[2]);
+        const std::size_t m = offset_in(coarse.extent, coarser_index({i, j, k}, factor));
         coarse.values[m] += fine.values[n];
         members[m] += 1;
         coarse.known[m] = 1;
@@ -92,11 +83,12 @@ Stage coarsen(const Stage& fine, std::array<std::int32_t, 3>& factor) {
 }
 
 /// Start values of what is not known: linear between the coarser grid's samples, constant beyond them.
-void interpolate(const Stage& coarse, const std::array<std::int32_t, 3>& factor, Stage& fine) {
+void interpolate(const Stage& coarse, const Index3& factor, Stage& fine) {
   struct Pair {
     std::size_t first, second;
     float share;  ///< of the second
   };
+  const std::array<std::size_t, 3> stride = strides_in(coarse.extent);
   std::array<std::vector<Pair>, 3> pairs;  // along each axis, as offsets
   for (std::size_t d = 0; d < 3; ++d)
     for (std::int32_t i = 0; i < fine.extent[d]; ++i) {
@@ -104,19 +96,18 @@ void interpolate(const Stage& coarse, const std::array<std::int32_t, 3>& factor,
       const float last = static_cast<float>(coarse.extent[d] - 1);
       const float clamped = std::clamp(at, 0.0F, last);
       const auto low = static_cast<std::size_t>(clamped);
-      const std::size_t high = std::min(low + 1, static_cast<std::size_t>(coarse.extent[d] - 1));
-      pairs[d].push_back({low * coarse.stride(d), high * coarse.stride(d), clamped - static_cast<float>(low)});
+      const std::size_t high = std::min(low + 1, as_size(coarse.extent[d] - 1));
+      pairs[d].push_back({low * stride[d], high * stride[d], clamped - static_cast<float>(low)});
     }
 #pragma omp parallel for schedule(static)
   for (std::int32_t k = 0; k < fine.extent[2]; ++k)
     for (std::int32_t j = 0; j < fine.extent[1]; ++j)
       for (std::int32_t i = 0; i < fine.extent[0]; ++i) {
-        const std::size_t n = static_cast<std::size_t>(i) + fine.stride(1) * static_cast<std::size_t>(j) +
-                              fine.stride(2) * static_cast<std::size_t>(k);
+        const std::size_t n = offset_in(fine.extent, {i, j, k});
         if (fine.known[n]) continue;
-        const Pair& x = pairs[0][static_cast<std::size_t>(i)];
-        const Pair& y = pairs[1][static_cast<std::size_t>(j)];
-        const Pair& z = pairs[2][static_cast<std::size_t>(k)];
+        const Pair& x = pairs[0][i];
+        const Pair& y = pairs[1][j];
+        const Pair& z = pairs[2][k];
         const auto along_x = [&](std::size_t base) -> Vector {
           return (1 - x.share) * coarse.values[base + x.first] + x.share * coarse.values[base + x.second];
         };
@@ -128,12 +119,11 @@ void interpolate(const Stage& coarse, const std::array<std::int32_t, 3>& factor,
 }
 
 void solve(Stage& stage) {
-  std::size_t count = stage.stride(3);
-  if (count <= coarsest_samples) {
+  if (count_in(stage.extent) <= coarsest_samples) {
     for (int n = 0; n < sweeps_on_coarsest; ++n) stage.sweep();
     return;
   }
-  std::array<std::int32_t, 3> factor{};
+  Index3 factor{};
   Stage coarse = coarsen(stage, factor);
   solve(coarse);
   interpolate(coarse, factor, stage);
@@ -146,7 +136,7 @@ void continue_to_border(DisplacementField& field) {
   Stage stage;
   stage.extent = field.grid.extent();
   for (std::size_t d = 0; d < 3; ++d) {
-    const double h = field.grid.spacing()[static_cast<Eigen::Index>(d)];
+    const double h = field.grid.spacing()[d];
     stage.weight[d] = static_cast<float>(1 / (h * h));
   }
   stage.values = std::move(field.values);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexsolver/baseline/tet_law.h"
+#include "baseline/tet_law.h"
 
 #include <Eigen/Eigenvalues>
 #include <limits>
 
-#include "hexsolver/rotation.h"
+#include "core/rotation.h"
 
 namespace hexsolver {
 namespace {

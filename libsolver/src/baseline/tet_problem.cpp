@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexsolver/baseline/tet_problem.h"
+#include "baseline/tet_problem.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hexsolver/baseline/tet_solver.h"
+#include "baseline/tet_solver.h"
 
 #include <Eigen/CholmodSupport>
 #include <Eigen/IterativeLinearSolvers>
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <optional>
 
-#include "../stopwatch.h"
-#include "tet_system.h"
+#include "baseline/tet_system.h"
+#include "core/stopwatch.h"
 
 namespace hexsolver {
 namespace {
@@ -112,11 +112,11 @@ std::optional<Vector> Newton::find_step(const Vector& u, const State& now, const
                            : supports_move
                                ? std::max(1e-3, 0.1 * options_.tolerance)
                                : std::max(std::min(10 * now.relative, 0.05), 0.1 * options_.tolerance / now.relative);
-  for (;; clamping = Hessian::clamped) {
+  for (;; clamping = Hessian::projected) {
     Vector pull;
     const Matrix& k = system_.stiffness(u, clamping, held_step, pull);
     std::optional<Vector> step = solver_.solve(k, pull - now.residual, tolerance, report_.linear_iterations);
-    if (step || clamping == Hessian::clamped) return step;
+    if (step || clamping == Hessian::projected) return step;
   }
 }
 
@@ -139,7 +139,7 @@ bool Newton::search_line(Vector& u, State& now, const Vector& step, double fract
 
 bool Newton::solve(double fraction, Vector& u) {
   State now = state(u, fraction);
-  double clamping = Hessian::clamped;
+  double clamping = Hessian::projected;
   for (int n = 0; n < options_.max_iterations; ++n) {
     const Vector held_step = system_.held_step(u, fraction);
     const bool supports_move = !held_step.isZero(0);
@@ -165,7 +165,7 @@ bool Newton::solve(double fraction, Vector& u) {
       report_.reason = "no step lowers the energy";
       return false;
     }
-    clamping = now.relative < 1e-2 ? Hessian::exact : Hessian::clamped;
+    clamping = now.relative < 1e-2 ? Hessian::exact : Hessian::projected;
   }
   report_.reason = "too many Newton iterations";
   return false;
@@ -217,7 +217,7 @@ public:
   void step() {
     const Vector held_step = system_.held_step(u_, 1);
     Vector pull;
-    const Matrix& k = system_.stiffness(u_, Hessian::clamped, held_step, pull);
+    const Matrix& k = system_.stiffness(u_, Hessian::projected, held_step, pull);
     const double of_k = 1 + damping_.stiffness_s / h_, of_mass = 1 / (h_ * h_) + damping_.mass_per_s / h_;
     const Vector b = mass_.cwiseProduct(system_.free_part(v_)) / h_ + of_k * pull -
                      system_.free_part(system_.forces(u_).gradient - load_);

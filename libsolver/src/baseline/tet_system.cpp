@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tet_system.h"
+#include "baseline/tet_system.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -131,7 +131,7 @@ const TetSystem::Matrix& TetSystem::stiffness(const Vector& u, double clamping, 
       const Point& point = points_[t * static_cast<std::size_t>(points_each_) + static_cast<std::size_t>(p)];
       Tangent tangent = tet_state(law_, deformation(t, point, u), edges_[t], shear, lambda).tangent;
       const bool may_be_negative = law_ == TetLaw::corotational || law_ == TetLaw::green_lagrange;
-      if (clamping > 0 && may_be_negative) tangent = clamped(tangent, clamping);
+      if (clamping > 0 && may_be_negative) tangent = projected(tangent, clamping);
       const Eigen::Matrix<double, 9, 9> of_gradient = point.volume * tangent_matrix(tangent);
       for (int b = 0; b < nodes_each_; ++b)
         stress.middleCols<3>(3 * b) = of_gradient.leftCols<3>() * point.gradients(b, 0) +

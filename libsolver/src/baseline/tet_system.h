@@ -4,8 +4,8 @@
 #include <Eigen/SparseCore>
 #include <vector>
 
-#include "hexsolver/baseline/tet_law.h"
-#include "hexsolver/baseline/tet_problem.h"
+#include "baseline/tet_law.h"
+#include "baseline/tet_problem.h"
 
 namespace hexsolver {
 

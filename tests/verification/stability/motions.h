@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "hexsolver/dynamics.h"
+#include "hexsolver/dynamics/motion.h"
 #include "support/bodies.h"
 
 namespace stability {

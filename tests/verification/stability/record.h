@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "hexsolver/mesh.h"
+#include "mesh/mesh.h"
 
 /// What the cases of the suite measure: held against its limit, and kept for the table and the pictures.
 namespace stability {

@@ -18,7 +18,7 @@ Descent descend(const Lattice& lattice, Body& body, const std::vector<Constraint
   NewtonOptions options;
   options.max_iterations = max_iterations;
   options.tolerance = tolerance;
-  options.estimate_remaining = false;
+  options.estimate_error = false;
   double before = -1, largest = out.start_energy;
   out.report = minimize(hierarchy, body.potential, constraints, options, out.u, [&](int, double, int) {
     const double now = body.potential.energy(out.u);

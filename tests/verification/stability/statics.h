@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "hexsolver/newton.h"
+#include "newton/minimize.h"
 #include "support/bodies.h"
 
 namespace stability {

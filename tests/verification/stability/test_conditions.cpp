@@ -9,6 +9,7 @@
 #include "support/bodies.h"
 #include "support/experiments.h"
 #include "support/files.h"
+#include "support/solve.h"
 
 using namespace hexsolver;
 using namespace testing_support;

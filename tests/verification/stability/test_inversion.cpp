@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 
+#include "core/rotation.h"
 #include "motions.h"
 #include "record.h"
 #include "statics.h"

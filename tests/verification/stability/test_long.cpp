@@ -11,6 +11,7 @@
 #include "motions.h"
 #include "record.h"
 #include "support/experiments.h"
+#include "support/solve.h"
 
 using namespace hexsolver;
 using namespace testing_support;

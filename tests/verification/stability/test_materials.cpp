@@ -8,6 +8,7 @@
 #include "motions.h"
 #include "record.h"
 #include "support/experiments.h"
+#include "support/solve.h"
 
 using namespace hexsolver;
 using namespace testing_support;

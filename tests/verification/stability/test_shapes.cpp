@@ -10,6 +10,7 @@
 #include "record.h"
 #include "support/experiments.h"
 #include "support/files.h"
+#include "support/solve.h"
 
 using namespace hexsolver;
 using namespace testing_support;

@@ -2,14 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstddef>
-#include <cstdint>
+
+#include "hexmesh/core/index.h"
 
 namespace hexmesh {
-
-/// (i, j, k); i varies fastest in memory.
-using Index3 = std::array<std::int32_t, 3>;
 
 /// A point or vector in patient space, LPS axes [mm].
 using Vec3 = Eigen::Vector3d;
@@ -39,10 +36,10 @@ public:
   const Vec3& origin() const noexcept { return origin_; }
   const Mat3& direction() const noexcept { return direction_; }
 
-  std::size_t num_voxels() const noexcept;
+  std::size_t num_voxels() const noexcept { return count_in(extent_); }
   double voxel_volume() const noexcept { return spacing_.prod(); }  ///< [mm^3]
 
-  bool contains(const Index3& ijk) const noexcept;
+  bool contains(const Index3& ijk) const noexcept { return is_in(extent_, ijk); }
 
   /// Whether a continuous index lies in a voxel, the outermost faces included; false where it is not finite.
   bool covers(const Vec3& index) const noexcept;
@@ -53,13 +50,16 @@ public:
 
   /// Position of a voxel in any per-voxel array: i + nx (j + ny k).
   /// @pre contains(ijk)
-  std::size_t offset(const Index3& ijk) const noexcept;
+  std::size_t offset(const Index3& ijk) const noexcept { return offset_in(extent_, ijk); }
 
   /// Inverse of offset().
-  Index3 index(std::size_t offset) const noexcept;
+  Index3 index(std::size_t offset) const noexcept { return index_in(extent_, offset); }
 
   /// Patient position [mm] of a continuous index, eq. (1).
   Vec3 position(const Vec3& index) const { return origin_ + direction_ * spacing_.cwiseProduct(index); }
+
+  /// Centre of a voxel [mm].
+  Vec3 center(const Index3& ijk) const { return position(Vec3(ijk[0], ijk[1], ijk[2])); }
 
   /// Continuous index of a patient position [mm], inverse of eq. (1).
   Vec3 continuous_index(const Vec3& position) const {

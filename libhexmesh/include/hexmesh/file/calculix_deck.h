@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "hexmesh/file/result_file.h"
+#include "hexmesh/result/result.h"
 
 namespace hexmesh {
 

@@ -3,8 +3,8 @@
 
 #include <array>
 
+#include "hexmesh/geometry/shape_functions.h"
 #include "hexmesh/lattice/material.h"
-#include "hexmesh/lattice/shape.h"
 
 namespace hexmesh {
 

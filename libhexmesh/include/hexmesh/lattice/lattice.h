@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "hexmesh/geometry/triangle_surface.h"
 #include "hexmesh/lattice/element.h"
 #include "hexmesh/lattice/material_rule.h"
 #include "hexmesh/lattice/merge.h"
-#include "hexmesh/scan/label_volume.h"
-#include "hexmesh/surface/triangle_surface.h"
+#include "hexmesh/volume/label_volume.h"
 
 namespace hexmesh {
 
@@ -49,7 +49,7 @@ struct Level {
   /// Filled part of a cell's volume, in (0, 1].
   double fill(std::size_t cell) const {
     const Index3& n = voxels_per_cell;
-    return static_cast<double>(filled[static_cast<std::size_t>(element[cell])]) / (1.0 * n[0] * n[1] * n[2]);
+    return static_cast<double>(filled[element[cell]]) / (1.0 * n[0] * n[1] * n[2]);
   }
   bool is_boundary(std::size_t cell) const { return fill(cell) < 1; }
 };
@@ -70,6 +70,11 @@ struct Lattice {
   std::vector<Level> levels;             ///< may hold only some levels when read from a file; the others are empty
   TriangleSurface surface;               ///< picture surfaces, bound to the cells by their positions
   std::vector<std::string> history;      ///< command lines that made it, oldest first
+
+  /// One of `levels`. @pre 0 <= n < num_levels()
+  Level& level(int n) { return levels[as_size(n)]; }
+  const Level& level(int n) const { return levels[as_size(n)]; }
+  int num_levels() const { return static_cast<int>(levels.size()); }
 
   Vec3 cell_size(int level) const;   ///< edges of a cell [mm]
   Mat3 cell_edges(int level) const;  ///< columns = edge vectors in patient space [mm]

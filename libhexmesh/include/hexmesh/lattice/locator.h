@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "hexmesh/lattice/shape.h"
+#include "hexmesh/geometry/shape_functions.h"
 
 namespace hexmesh {
 

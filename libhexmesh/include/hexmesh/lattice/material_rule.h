@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "hexmesh/lattice/material.h"
-#include "hexmesh/scan/label_volume.h"
+#include "hexmesh/volume/intensity_volume.h"
 
 namespace hexmesh {
 

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "hexmesh/lattice/shape.h"
+#include "hexmesh/geometry/shape_functions.h"
 
 namespace hexmesh {
 
@@ -14,17 +14,8 @@ Index3 corner_of(const Index3& cell, int a);
 /// Numbers for a set of lattice indices, by position in their bounding box.
 class IndexMap {
 public:
-  explicit IndexMap(const Index3& extent)
-      : extent_(extent),
-        number_(static_cast<std::size_t>(extent[0]) * static_cast<std::size_t>(extent[1]) *
-                    static_cast<std::size_t>(extent[2]),
-                -1) {}
-  std::int32_t& operator[](const Index3& i) {
-    return number_[static_cast<std::size_t>(i[0]) +
-                   static_cast<std::size_t>(extent_[0]) *
-                       (static_cast<std::size_t>(i[1]) +
-                        static_cast<std::size_t>(extent_[1]) * static_cast<std::size_t>(i[2]))];
-  }
+  explicit IndexMap(const Index3& extent) : extent_(extent), number_(count_in(extent), -1) {}
+  std::int32_t& operator[](const Index3& i) { return number_[offset_in(extent_, i)]; }
   /// Number the marked entries (>= 0) in order and return their indices.
   std::vector<Index3> enumerate() {
     std::vector<Index3> out;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "hexmesh/scan/label_volume.h"
+#include "hexmesh/volume/label_volume.h"
 
 namespace hexmesh {
 

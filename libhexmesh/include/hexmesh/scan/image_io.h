@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "hexmesh/scan/segmentation.h"
+#include "hexmesh/volume/segmentation.h"
 
 namespace hexmesh {
 

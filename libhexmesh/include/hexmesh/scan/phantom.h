@@ -4,7 +4,8 @@
 #include <map>
 #include <string>
 
-#include "hexmesh/scan/label_volume.h"
+#include "hexmesh/volume/intensity_volume.h"
+#include "hexmesh/volume/label_volume.h"
 
 namespace hexmesh {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "hexmesh/surface/triangle_surface.h"
+#include "hexmesh/geometry/triangle_surface.h"
 
 namespace hexmesh {
 

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "hexmesh/surface/triangle_surface.h"
+#include "hexmesh/geometry/triangle_surface.h"
 
 namespace hexmesh {
 

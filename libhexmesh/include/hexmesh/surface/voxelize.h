@@ -4,7 +4,7 @@
 #include <string>
 
 #include "hexmesh/core/grid.h"
-#include "hexmesh/surface/triangle_surface.h"
+#include "hexmesh/geometry/triangle_surface.h"
 
 namespace hexmesh {
 

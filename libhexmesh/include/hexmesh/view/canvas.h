@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "hexmesh/core/index.h"
+
 namespace hexmesh {
 
 using Rgb = std::array<std::uint8_t, 3>;
@@ -21,9 +23,7 @@ public:
 
   int width() const noexcept { return width_; }
   int height() const noexcept { return height_; }
-  Rgb& at(int x, int y) {
-    return pixels_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x)];
-  }
+  Rgb& at(int x, int y) { return pixels_[offset_in({width_, height_, 1}, {x, y, 0})]; }
   const Rgb& at(int x, int y) const { return const_cast<Canvas*>(this)->at(x, y); }
 
   /// Copy a picture with its upper left pixel at (x, y); what lies outside is left out.

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "hexmesh/file/result_file.h"
-#include "hexmesh/scan/label_volume.h"
+#include "hexmesh/result/result.h"
+#include "hexmesh/volume/intensity_volume.h"
 
 namespace hexmesh {
 

@@ -8,6 +8,7 @@
 #include "hexmesh/lattice/locator.h"
 #include "hexmesh/view/canvas.h"
 #include "hexmesh/view/grey_window.h"
+#include "hexmesh/warp/bounds.h"
 #include "hexmesh/warp/displacement_field.h"
 
 namespace hexmesh {

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "hexmesh/view/canvas.h"
-#include "hexmesh/warp/displacement_field.h"
+#include "hexmesh/volume/intensity_volume.h"
+#include "hexmesh/warp/bounds.h"
 
 namespace hexmesh {
 
@@ -38,6 +40,9 @@ struct VolumeOptions {
 /// Segments without material have no cells and are not seen.
 std::map<std::uint16_t, Appearance> default_appearance(const Result& result);
 
+struct VolumeTexture;
+struct VolumeCamera;
+
 /// Draws a deformed scan as planes across the view, blended from the farthest to the nearest.
 ///
 /// Each plane cuts the deformed cells in polygons; their corners lie on the cells' edges and carry the rest positions
@@ -51,54 +56,19 @@ class VolumeRenderer {
 public:
   /// @param scan  without it all of a segment has one colour
   VolumeRenderer(const Result& result, const IntensityVolume* scan, const VolumeOptions& options);
+  ~VolumeRenderer();
 
   /// @param displacement  of the nodes; empty = at rest
   Canvas draw(const std::vector<Vec3>& displacement) const;
 
   /// Distance between two planes [mm].
-  double plane_distance() const { return (far_ - near_) / options_.planes; }
+  double plane_distance() const;
 
 private:
-  struct Corner {
-    float x, y;  ///< [pixels]
-    std::array<float, 3> texture;
-  };
-  struct Polygon {
-    std::int32_t first, count;  ///< of the plane's corners
-    float top, bottom;
-    std::array<float, 3> light;  ///< towards the light, in the rest shape along the voxels' axes
-  };
-  struct Plane {
-    std::vector<Corner> corners;
-    std::vector<Polygon> polygons;
-  };
-  struct Texel {
-    std::array<std::uint16_t, 4> rgba;  ///< colour times opacity, opacity; of most_opaque_
-  };
-  struct Normal {
-    std::array<std::int16_t, 4> xyz0;  ///< against the gradient of the opacity, per smallest voxel edge; of at most 1
-  };
-  struct Moved;
-
-  void classify(const IntensityVolume* scan);
-  void find_normals();
-  void place_camera();
-  void cut(const Moved& moved, int plane, const std::vector<std::int32_t>& cells, Plane& out) const;
-  void paint(const Plane& plane, int first_row, int last_row, std::vector<std::array<float, 4>>& picture) const;
-  template <bool shaded>
-  void paint_triangle(const Corner& a, const Corner& b, const Corner& c, const std::array<float, 3>& light,
-                      int first_row, int last_row, std::vector<std::array<float, 4>>& picture) const;
-
   const Result& result_;
   VolumeOptions options_;
-  std::array<std::int32_t, 3> size_;  ///< of the textures: the voxels with one clear layer around
-  std::vector<Texel> texture_;
-  double most_opaque_ = 1;  ///< opacity of a plane of the most opaque segment
-  std::vector<Normal> normals_;
-  Vec3 right_, down_, view_, center_;  ///< positions are taken from the centre
-  double near_ = 0, far_ = 1;          ///< depths of the body along the view [mm]
-  double pixel_ = 1;                   ///< [mm] on the picture's plane
-  double focal_ = 0;                   ///< distance of the eye from where a pixel is that large [mm]; 0 = orthographic
+  std::unique_ptr<const VolumeTexture> texture_;
+  std::unique_ptr<const VolumeCamera> camera_;
 };
 
 }  // namespace hexmesh

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "hexmesh/lattice/lattice.h"
+#include "hexmesh/lattice/nodes.h"
+
+namespace hexmesh {
+
+/// The points that one condition of the scene holds.
+struct ConditionPoints {
+  std::string name;
+  std::vector<Vec3> points;                       ///< rest positions [mm]
+  std::vector<Vec3> displacement;                 ///< [mm]
+  std::array<bool, 3> axes = {true, true, true};  ///< which components it prescribes
+};
+
+/// A level at rest or solved: all that is needed to export pictures without the lattice file.
+struct Result {
+  Grid voxels;                        ///< the lattice's box at scan resolution
+  std::vector<std::uint16_t> labels;  ///< shape (voxels.num_voxels())
+  std::vector<LatticeSegment> segments;
+  int level = 0;  ///< the mechanical level
+  Index3 voxels_per_cell = {1, 1, 1};
+  std::vector<Index3> cells;                               ///< shape (num_cells)
+  std::vector<CellNodes> cell_nodes;                       ///< shape (num_cells, 8), node order of shape.h
+  std::vector<Vec3> nodes;                                 ///< rest positions [mm]
+  std::vector<Vec3> displacement;                          ///< per node [mm]; empty at rest
+  std::vector<Vec3> velocity;                              ///< per node [mm/s]; empty if nothing moves
+  std::vector<std::uint16_t> segment;                      ///< label of each cell
+  std::map<std::string, std::vector<double>> cell_fields;  ///< e.g. fill [1], strain_energy_density [N/mm^2]
+  TriangleSurface surface;                                 ///< rest positions
+  std::vector<Vec3> surface_displacement;                  ///< per surface point [mm]
+  std::vector<ConditionPoints> conditions;
+  std::vector<double> times;         ///< of the steps of a motion that the file keeps [s]
+  std::string report;                ///< JSON
+  std::string costs;                 ///< JSON: seconds and memory, which differ from run to run; may be empty
+  std::vector<std::string> history;  ///< command lines, oldest first
+};
+
+/// A level before anything is solved: geometry, segments, surface and the cell fields fill and parts (see parts.h).
+Result rest_state(const Lattice& lattice, int level);
+
+/// A state of a motion.
+struct MotionStep {
+  std::vector<Vec3> displacement, velocity;  ///< per node [mm], [mm/s]
+};
+
+}  // namespace hexmesh

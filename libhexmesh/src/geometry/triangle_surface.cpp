@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/geometry/triangle_surface.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <map>
+
+namespace hexmesh {
+
+void add_triangle(TriangleSurface& to, const TriangleSurface& from, std::size_t triangle,
+                  std::vector<std::int32_t>& number) {
+  std::array<std::int32_t, 3> corners = from.triangles[triangle];
+  for (std::int32_t& n : corners) {
+    std::int32_t& mapped = number[n];
+    if (mapped < 0) {
+      mapped = static_cast<std::int32_t>(to.points.size());
+      to.points.push_back(from.points[n]);
+    }
+    n = mapped;
+  }
+  to.triangles.push_back(corners);
+  if (!from.segment.empty()) to.segment.push_back(from.segment[triangle]);
+}
+
+TriangleSurface of_segment(const TriangleSurface& surface, std::uint16_t label) {
+  TriangleSurface out;
+  std::vector<std::int32_t> number(surface.points.size(), -1);
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+    if (surface.segment[t] == label) add_triangle(out, surface, t, number);
+  return out;
+}
+
+double enclosed_volume(const TriangleSurface& surface) {
+  if (surface.points.empty()) return 0;
+  // Against the first point, so that little is lost far from the origin.
+  const Vec3 base = surface.points.front();
+  double volume = 0;
+  for (const auto& [a, b, c] : surface.triangles) {
+    const auto p = [&](std::int32_t n) -> Vec3 { return surface.points[n] - base; };
+    volume += p(a).dot(p(b).cross(p(c))) / 6;
+  }
+  return volume;
+}
+
+std::size_t count_open_edges(const TriangleSurface& surface) {
+  std::map<std::pair<std::int32_t, std::int32_t>, int> balance;  // low to high point counts 1, back -1
+  for (const auto& t : surface.triangles)
+    for (std::size_t a = 0; a < 3; ++a) {
+      const std::int32_t from = t[a], to = t[(a + 1) % 3];
+      balance[std::minmax(from, to)] += from < to ? 1 : -1;
+    }
+  return static_cast<std::size_t>(
+      std::count_if(balance.begin(), balance.end(), [](const auto& edge) { return edge.second != 0; }));
+}
+
+void append(TriangleSurface& to, const TriangleSurface& surface) {
+  const auto first = static_cast<std::int32_t>(to.points.size());
+  to.points.insert(to.points.end(), surface.points.begin(), surface.points.end());
+  for (const auto& [a, b, c] : surface.triangles) to.triangles.push_back({first + a, first + b, first + c});
+  to.segment.insert(to.segment.end(), surface.segment.begin(), surface.segment.end());
+}
+
+}  // namespace hexmesh

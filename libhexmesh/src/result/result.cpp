@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/result/result.h"
+
+namespace hexmesh {
+
+Result rest_state(const Lattice& lattice, int number) {
+  const Level& level = lattice.level(number);
+  NodeNumbering numbering = number_nodes(level.cells);
+  Result r{lattice.voxels, lattice.labels, lattice.segments};
+  r.level = number;
+  r.voxels_per_cell = level.voxels_per_cell;
+  r.cells = level.cells;
+  r.cell_nodes = std::move(numbering.cell_nodes);
+  const Mat3 edges = lattice.cell_edges(number);
+  for (const Index3& n : numbering.nodes) r.nodes.push_back(lattice.corner() + edges * Vec3(n[0], n[1], n[2]));
+  r.segment = level.segment;
+  for (std::size_t c = 0; c < level.cells.size(); ++c) {
+    r.cell_fields["fill"].push_back(level.fill(c));
+    r.cell_fields["parts"].push_back(level.parts[c]);
+  }
+  r.surface = lattice.surface;
+  r.history = lattice.history;
+  return r;
+}
+
+}  // namespace hexmesh

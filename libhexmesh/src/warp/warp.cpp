@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/warp/warp.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "hexmesh/core/error.h"
+#include "hexmesh/warp/bounds.h"
+#include "solid.h"
+
+namespace hexmesh {
+namespace {
+
+constexpr double margin_in_displacements = 1.5;
+constexpr double least_margin = 10;  // [mm]
+constexpr std::size_t most_samples = 24000000;
+constexpr double most_voxels = 2e9;
+
+/// The grid continued by whole voxels to hold the bounds.
+Grid continued(const Grid& grid, const Bounds& bounds) {
+  Vec3 low = Vec3::Zero(), high = grid.corner(7);
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 p;
+    for (int d = 0; d < 3; ++d) p[d] = corner_bit(corner, d) == 1 ? bounds.high[d] : bounds.low[d];
+    const Vec3 index = grid.continuous_index(p);
+    low = low.cwiseMin(index);
+    high = high.cwiseMax(index);
+  }
+  low = low.array().floor();
+  const Vec3 count = (high - low).array().ceil() + 1;
+  if (!(count.prod() < most_voxels))
+    throw Error(ErrorKind::geometry, fmt::format("a grid around the body at rest and deformed takes {:.3g} voxels, "
+                                                 "expected fewer: the body moved too far for its voxels",
+                                                 count.prod()));
+  return Grid(
+      {static_cast<std::int32_t>(count[0]), static_cast<std::int32_t>(count[1]), static_cast<std::int32_t>(count[2])},
+      grid.spacing(), grid.position(low), grid.direction());
+}
+
+}  // namespace
+
+Grid fitted_grid(const Result& result) { return continued(result.voxels, bounds_of(result)); }
+
+Grid warp_grid(const Result& result) {
+  double largest = 0;
+  Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for_each_voxel(result, [&](const Vec3& rest, const Vec3& u) {
+    largest = std::max(largest, u.norm());
+    low = low.cwiseMin(rest);
+    high = high.cwiseMax(rest);
+  });
+  const double size = (high - low).maxCoeff();
+  const double margin = std::max(least_margin, std::min(margin_in_displacements * largest, size / 2));
+  Bounds b = bounds_of(result);
+  b.low.array() -= margin;
+  b.high.array() += margin;
+  Grid grid = continued(result.voxels, b);
+  while (grid.num_voxels() > most_samples) {
+    Eigen::Index finest = 0;
+    grid.spacing().minCoeff(&finest);
+    Index3 extent = grid.extent();
+    Vec3 spacing = grid.spacing();
+    extent[finest] = (extent[finest] + 2) / 2;
+    spacing[finest] *= 2;
+    grid = Grid(extent, spacing, grid.origin(), grid.direction());
+  }
+  return grid;
+}
+
+Warp make_warp(const Result& result) {
+  const Grid grid = warp_grid(result);
+  Warp warp{displacement_to_rest(result, grid, 1), displacement_from_rest(result, grid, 1)};
+  continue_to_border(warp.to_rest);
+  continue_to_border(warp.from_rest);
+  return warp;
+}
+
+WarpCheck check_warp(const Result& result, const Warp& warp) {
+  const Solid solid(result);
+  WarpCheck check;
+  for (std::size_t n = 0; n < result.labels.size(); ++n) {
+    const Index3 v = result.voxels.index(n);
+    if (!solid.at(v)) continue;
+    const Vec3 rest = result.voxels.center(v);
+    const Vec3 moved = rest + warp.from_rest.at(rest);
+    const Vec3 back = moved + warp.to_rest.at(moved);
+    const double miss =
+        (result.voxels.continuous_index(back) - result.voxels.continuous_index(rest)).cwiseAbs().maxCoeff();
+    ++check.voxels;
+    check.over_a_tenth += miss > 0.1;
+    check.mean += miss;
+    check.largest = std::max(check.largest, miss);
+  }
+  check.mean /= static_cast<double>(std::max<std::size_t>(check.voxels, 1));
+  const Grid& grid = warp.to_rest.grid;
+  const DisplacementField exact = displacement_to_rest(result, grid);
+  for (std::size_t n = 0; n < grid.num_voxels(); ++n) {
+    if (!std::isnan(exact.values[n][0])) continue;
+    const Index3 v = grid.index(n);
+    const Vec3 rest = grid.center(v) + warp.to_rest.values[n].cast<double>();
+    if (solid.at(nearest_voxel(result.voxels.continuous_index(rest)))) check.ghost_ml += grid.voxel_volume() / 1000;
+  }
+  return check;
+}
+
+}  // namespace hexmesh

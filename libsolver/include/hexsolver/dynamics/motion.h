@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hexmesh/lattice/nodes.h"
+#include "hexsolver/core/vectors.h"
+#include "hexsolver/report/outcome.h"
+#include "hexsolver/scene/scene.h"
+
+namespace hexsolver {
+
+class Mesh;
+class ImplicitEuler;
+
+/// The motion of one level of a lattice under a scene with [dynamics], by implicit Euler (THEORY.md, "Motion").
+///
+/// A step that cannot be solved, or after which the body holds more energy than it had and was given, is not accepted
+/// but taken in two halves, down to 1/64 of the step asked. With a fixed number of iterations it is halved down to 1/4
+/// and slowed down where that is not enough: too few iterations make a motion slow, not unstable.
+///
+/// After the first step it asks for no memory, but for a multigrid that is made anew where cells share Hessians (small
+/// strain, cells that do not turn): when a step is halved.
+class Motion {
+public:
+  /// @param lattice  with the level; both must outlive this
+  /// @throws Error as solve_equilibrium, but nothing need be held; Error{input} for a body without mass or a start
+  /// that does not fit
+  Motion(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+  ~Motion();
+
+  /// One step of [dynamics] step_s.
+  /// @returns false if no part of it can be solved: the state is the last that could be
+  bool step();
+
+  const char* reason() const;  ///< why the last step failed, or a substep of one
+
+  double time() const;  ///< [s]
+  const NodeVector& displacement() const;
+  const NodeVector& velocity() const;  ///< [mm/s]
+  const Energies& energies() const;
+
+  /// What supports, moving obstacles and changing forces have given to the body since the start [N mm].
+  double work() const;
+
+  /// By how much more that may be: the forces of supports are taken as they are at the end of each part [N mm].
+  double work_uncertainty() const;
+
+  Vec3 momentum() const;  ///< [N s]
+  const Mesh& mesh() const;
+  const std::vector<Index3>& cells() const;
+  const std::vector<hexmesh::CellNodes>& cell_nodes() const;
+  const Index3& voxels_per_cell() const;
+
+  /// Go on from another state, at the time reached.
+  void set_state(const NodeVector& displacement, const NodeVector& velocity);
+
+  struct Counts {
+    int steps = 0;     ///< of the size asked
+    int substeps = 0;  ///< solved, at least one per step
+    int failed = 0;    ///< not accepted
+    int slowed = 0;    ///< of the substeps solved
+    int newton = 0, linear = 0;
+    int preconditioners = 0;       ///< made
+    double relative_residual = 0;  ///< of the last substep
+    double largest_residual = 0;   ///< of all
+    double largest_gain = 0;       ///< of energy without work in a substep, over the energies that change [1]
+  };
+  const Counts& counts() const;
+
+  const std::string* ball_inside() const;            ///< name of an obstacle that has gone through the surface, or null
+  void explain(std::vector<Effect>& effects) const;  ///< with strain = "auto": how many cells turn
+
+  /// Warnings of conditions that are incompatible at any time, and of obstacles that overlap the body and
+  /// conditions that are not met at the start.
+  /// @throws Error{geometry} as solve_equilibrium
+  std::vector<std::string> check() const;
+
+  /// The state as a result, and what follows from it.
+  Outcome make_result(SolveReport so_far) const;
+
+private:
+  std::unique_ptr<ImplicitEuler> integrator_;
+};
+
+/// The whole motion of a scene.
+/// @param on_output  called with the start, after every output_every steps, and with the end
+/// @param on_step    called after every step
+/// @throws Error as Motion
+Outcome solve_dynamics(const hexmesh::Lattice& lattice, const Scene& scene, int level,
+                       const std::function<void(const Motion&)>& on_output = {},
+                       const std::function<void(const Motion&)>& on_step = {});
+
+}  // namespace hexsolver

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "hexmesh/lattice/lattice.h"
+#include "hexsolver/report/outcome.h"
+#include "hexsolver/scene/scene.h"
+
+namespace hexsolver {
+
+/// Told after every Newton step: level, load fraction, iteration, relative residual, linear iterations of the step.
+using SolveProgress = std::function<void(int, double, int, double, int)>;
+
+/// The finest level that a scene may ask for: its level; 0 for an accuracy or a budget; else the finest of at most
+/// 20000 cells.
+/// @throws Error{input} if the lattice has no such level
+int finest_level(const Scene& scene, const hexmesh::Lattice& lattice);
+int finest_level(const Scene& scene, const std::vector<std::size_t>& num_cells);  ///< of each level
+
+/// Static equilibrium of a lattice under a scene, solved from a coarse level down to `level`, each level starting from
+/// the one before; where Newton fails the load is cut back and raised in steps. With an accuracy or a budget it ends
+/// at the first level that is good enough, or the last that there was time for.
+///
+/// The error of a level is estimated from the differences between consecutive levels (THEORY.md, "Accuracy").
+/// @param lattice  with its levels from `level` up; with all where islands may be left out
+/// @throws Error{geometry} for selections, incompatible conditions and missing supports, before the level they concern
+///                         is solved
+/// @throws Error{input} for an accuracy asked of a single point, which has no limit, or of a lattice of one level
+Outcome solve_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level,
+                          const SolveProgress& progress = {});
+
+}  // namespace hexsolver

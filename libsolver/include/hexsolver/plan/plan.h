@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "hexsolver/equilibrium/equilibrium.h"
+#include "hexsolver/report/report.h"
+
+namespace hexsolver {
+
+/// What a scene selects on the finest level it may ask for, found without solving.
+struct SceneCheck {
+  int level = 0;
+  std::vector<ConditionReport> conditions;        ///< points and kept directions
+  std::vector<ForceReport> forces;                ///< totals
+  std::vector<ContactReport> contacts;            ///< at rest
+  std::size_t dropped_cells = 0, held_cells = 0;  ///< parts that nothing holds, as solve.islands allows them
+  std::vector<std::string> warnings;
+  bool needs_supports = true;  ///< a motion does not
+};
+
+/// @throws Error as solve_equilibrium
+SceneCheck check_scene(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+
+/// What a solution is expected to cost.
+struct SolvePlan {
+  struct Level {
+    int level = 0;
+    std::size_t cells = 0, dofs = 0;
+    double seconds = 0;  ///< expected
+    std::size_t bytes = 0;
+  };
+  std::vector<Effect> effects;  ///< with the expected seconds
+  std::vector<Level> levels;    ///< coarse to fine
+};
+
+/// The levels that would be solved, and how long that would take: the time of an operator product measured on a coarse
+/// level times the number of products that equilibria usually take (THEORY.md, "Accuracy").
+SolvePlan plan_solution(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+
+/// The memory that a solution is expected to take on its finest level [bytes].
+std::size_t expected_bytes(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+
+/// What the parts of a linear solution take on one level, at rest.
+struct SolverTimes {
+  std::size_t cells = 0, dofs = 0;
+  double product = 0;         ///< H x, medians [s]
+  double single_product = 0;  ///< likewise, in single precision
+  double linearize = 0;       ///< prepare H
+  double clamp = 0;           ///< prepare the clamped H
+  double set_up = 0;          ///< of the multigrid levels
+  double cycle = 0;           ///< one V-cycle
+};
+
+SolverTimes measure_solver(const hexmesh::Lattice& lattice, const Scene& scene, int level, int repeats);
+
+}  // namespace hexsolver

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hexsolver/core/vectors.h"
+#include "hexsolver/scene/effects.h"
+#include "hexsolver/scene/law.h"
+
+namespace hexsolver {
+
+/// Where the time went [s].
+struct NewtonSeconds {
+  double forces = 0;     ///< and energies, with the frames of cells
+  double linearize = 0;  ///< what else Hessians of cells take
+  double set_up = 0;     ///< of the multigrid levels
+  double cycles = 0;     ///< of multigrid
+  double products = 0;   ///< with the Hessian, outside of cycles
+
+  NewtonSeconds& operator+=(const NewtonSeconds& other);
+};
+
+struct NewtonReport {
+  bool converged = false;
+  std::string reason;  ///< why it ended
+  int iterations = 0;
+  int linear_iterations = 0;
+  double relative_residual = 0;
+  bool interrupted = false;
+  std::size_t preconditioner_bytes = 0;  ///< of memory
+  NewtonSeconds seconds;
+};
+
+struct ConditionReport {
+  std::string name;
+  std::size_t points = 0;
+  std::size_t kept = 0;            ///< directions that hold exactly; points that share nodes share them
+  double misfit_mm = 0;            ///< largest distance of a point from its prescribed place
+  Vec3 reaction_n = Vec3::Zero();  ///< force of the support on the body [N]
+};
+
+struct ForceReport {
+  std::string name;
+  Vec3 total_n = Vec3::Zero();  ///< [N]
+};
+
+struct ContactReport {
+  std::string name;
+  std::size_t points = 0;       ///< of the surface that touch
+  double deepest_mm = 0;        ///< how far one is inside
+  double nearest_mm = 0;        ///< distance of the nearest one, < 0 inside
+  Vec3 force_n = Vec3::Zero();  ///< on the body [N]
+};
+
+/// How far the displacement is expected to be from that of cells of no size, over the material.
+struct ErrorEstimate {
+  std::optional<double> mean_mm, max_mm;  ///< of discretisation; nothing where there is no level to compare with
+  std::optional<double> algebraic_mm;     ///< mean, of the equations of this level not being solved to the end
+};
+
+/// One of the levels passed on the way from the coarsest.
+struct LevelReport {
+  int level = 0;
+  std::size_t cells = 0, nodes = 0;
+  double seconds = 0;
+  NewtonReport newton;
+  ErrorEstimate error;
+};
+
+/// What a body in motion holds [N mm].
+struct Energies {
+  double kinetic = 0;
+  double strain = 0;
+  double contact = 0;  ///< in the springs of obstacles and islands
+  double loads = 0;    ///< of forces and gravity, zero at rest
+  double total() const { return kinetic + strain + contact + loads; }
+};
+
+/// Of a motion.
+struct MotionReport {
+  struct Row {
+    double time = 0;  ///< [s]
+    Energies energies;
+    double work = 0;               ///< given by supports, moving obstacles and changing forces since the start [N mm]
+    double work_uncertainty = 0;   ///< by how much more that may be [N mm]
+    Vec3 momentum = Vec3::Zero();  ///< [N s]
+  };
+  std::vector<Row> rows;    ///< one per output
+  int steps = 0;            ///< of the size asked
+  int substeps = 0;         ///< solved, at least one per step
+  int failed_substeps = 0;  ///< not accepted, and halved
+  int slowed_substeps = 0;  ///< solved with too few iterations, and slowed down
+  double largest_residual = 0;
+  double largest_gain = 0;  ///< of energy without work in a substep, over the energies [1]
+};
+
+struct SolveReport {
+  bool converged = false;
+  std::string reason;
+  double load_fraction = 0;  ///< of the prescribed displacements and forces, 1 where converged
+  double relative_residual = 0;
+  double constraint_violation_mm = 0;
+  double strain_energy_n_mm = 0;
+  double min_jacobian = 1;           ///< least det F of a cell (see cell_measures.h)
+  double pressure_checkerboard = 0;  ///< [MPa], likewise
+  std::size_t inverted_cells = 0;
+  std::size_t kept_directions = 0;
+  std::vector<ConditionReport> conditions;
+  std::vector<ForceReport> forces;  ///< each [[force]], then gravity if there is any
+  std::vector<ContactReport> contacts;
+  std::vector<LevelReport> levels;  ///< coarse to fine, the last is the mechanical level
+  std::vector<Effect> effects;
+  Elasticity elasticity = Elasticity::corotational;  ///< the scene's, or the one found
+  std::vector<std::string> warnings;
+  bool accuracy_missed = false;      ///< converged, but the estimated error is above the accuracy asked
+  std::size_t dropped_cells = 0;     ///< islands that are left out
+  std::size_t held_cells = 0;        ///< islands held by springs
+  Vec3 held_force_n = Vec3::Zero();  ///< of these springs on the body [N]
+  double setup_seconds = 0, solve_seconds = 0;
+  /// Memory of the mechanical level by what it is for, and of the lattice.
+  std::vector<std::pair<std::string, std::size_t>> bytes;
+  std::optional<MotionReport> motion;
+};
+
+}  // namespace hexsolver

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace hexsolver {
+
+/// The law of the cells: the measure of strain, and what energy it stores.
+enum class Elasticity {
+  cauchy,        ///< small strain, Hooke
+  corotational,  ///< small strain in a frame that rotates with the cell, Hooke
+  green_lagrange,
+  neo_hookean,
+  stable_neo_hookean
+};
+
+/// Whether the law is made for large strain, and integrated at points.
+inline constexpr bool is_hyperelastic(Elasticity e) { return e != Elasticity::cauchy && e != Elasticity::corotational; }
+
+/// How a co-rotational cell finds its rotation.
+enum class Rotation {
+  polar,  ///< of the mean gradient over the filled part; exact gradient and Hessian
+  edges   ///< the paper's: orthonormalised averages of the cell's edges, held while forces are taken
+};
+
+/// How the volumetric part of the strain varies in a cell.
+enum class Volumetric {
+  mean,  ///< one dilatation per cell, so that coarse cells do not lock
+  full   ///< the paper's
+};
+
+/// How a cell's stiffness follows from its voxels.
+enum class Stiffness {
+  exact,   ///< K_parent = sum L^T K_child L: soft where a cell is empty
+  uniform  ///< the fill-weighted full cell, for comparison
+};
+
+}  // namespace hexsolver

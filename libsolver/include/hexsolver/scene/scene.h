@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "hexmesh/geometry/box.h"
+#include "hexmesh/lattice/lattice.h"
+#include "hexsolver/core/vectors.h"
+#include "hexsolver/scene/history.h"
+#include "hexsolver/scene/law.h"
+
+namespace hexsolver {
+
+enum class SurfacePoints {
+  faces,   ///< centres of exposed voxel faces
+  voxels,  ///< barycentres of boundary voxels, the paper's
+  nodes    ///< lattice nodes that touch an empty or missing cell: ordinary finite elements
+};
+
+/// All points within `radius` of `center`; radius 0 = the one nearest point.
+struct Ball {
+  Vec3 center;    ///< [mm]
+  double radius;  ///< [mm]
+};
+
+struct HalfSpace {
+  Vec3 point, normal;  ///< points p with (p - point) . normal >= 0
+};
+
+/// Where a condition acts: the points in any of the balls, the box, the half-space or beside the segment.
+struct Selection {
+  std::vector<Ball> balls;
+  std::optional<hexmesh::Box> box;
+  std::optional<HalfSpace> halfspace;
+  std::string segment;  ///< boundary shared with this segment; empty = not asked
+  SurfacePoints on = SurfacePoints::faces;
+  double max_distance = 5;       ///< of a ball's centre from the surface [mm]
+  std::filesystem::path markup;  ///< the file that balls or box come from; empty = none
+};
+
+/// A rotation about an axis in space.
+struct Turn {
+  Vec3 axis = Vec3::UnitZ();  ///< of length 1
+  double radians = 0;
+  Vec3 about = Vec3::Zero();  ///< a point of the axis [mm]
+};
+
+/// A [[fix]] or [[displace]] of the scene. In a motion `by` and `turn` are reached evenly at its end.
+struct Condition {
+  std::string name;
+  std::string where;  ///< file:line of its table, for messages
+  Selection selection;
+  Vec3 by = Vec3::Zero();  ///< [mm]; zero for a fix
+  std::array<bool, 3> axes = {true, true, true};
+  std::optional<Turn> turn = {};        ///< in place of `by`
+  std::optional<History> history = {};  ///< in place of `by` [mm], or of the angle of `turn` (first component, [rad])
+};
+
+/// Where a condition moves a point of the body, from its rest position [mm].
+Vec3 prescribed_displacement(const Condition& condition, const Vec3& rest, const Progress& progress);
+
+/// A [[force]] of the scene: dead loads, which keep their direction while the body moves.
+struct Force {
+  std::string name;
+  std::string where;  ///< file:line of its table, for messages
+  Selection selection;
+  Vec3 total = Vec3::Zero();            ///< [N], spread over the selected faces by area, over voxels or nodes evenly
+  double pressure = 0;                  ///< [MPa] onto the selected faces
+  std::optional<History> history = {};  ///< in place of `total` [N], or a factor of `pressure` (all components alike)
+};
+
+/// Names the force in reports, apart from other effects.
+inline std::string load_name(const Force& force) { return "force '" + force.name + "'"; }
+
+/// A [[contact]] of the scene: an obstacle that the body may not enter.
+struct Contact {
+  std::string name;
+  std::string where;                       ///< file:line of its table, for messages
+  std::variant<HalfSpace, Ball> obstacle;  ///< the body stays in the half-space, or out of the ball
+  Vec3 by = Vec3::Zero();                  ///< how far the obstacle moves [mm]
+  double stiffness = 0;                    ///< of each surface point inside it [N/mm]
+  std::optional<History> history = {};     ///< in place of `by` [mm]
+};
+
+inline std::string contact_name(const Contact& contact) { return "contact '" + contact.name + "'"; }
+
+/// What [material.NAME] replaces.
+struct MaterialOverride {
+  std::string where;  ///< file:line of its table, for messages
+  std::optional<double> young_kpa, poisson, density_kg_m3;
+};
+
+/// What is done about parts of the body that nothing holds.
+enum class Islands {
+  error,
+  drop,  ///< their voxels are left out
+  hold   ///< springs hold them where they are; those that hang on other parts by an edge or a corner are left out
+};
+
+/// How the linear equations of a step of motion are solved.
+enum class StepSolver {
+  cg,        ///< conjugate gradients that leave the supports alone, as in the paper
+  jacobi,    ///< preconditioned by the 3x3 blocks of the diagonal
+  multigrid  ///< preconditioned by one V-cycle
+};
+
+/// The [dynamics] of a scene.
+struct Dynamics {
+  double step = 0;      ///< [s]
+  double duration = 0;  ///< [s]
+  int output_every = 1;
+  StepSolver solver = StepSolver::multigrid;
+  int solver_iterations = 0;     ///< of each Newton step; 0 = as many as solve.tolerance takes
+  int newton_iterations = 0;     ///< of each step; 0 = as many as solve.tolerance takes
+  Vec3 velocity = Vec3::Zero();  ///< of all points at the start [mm/s]
+  std::filesystem::path start;   ///< a result whose last state is the first; empty = at rest
+
+  /// The last ends at `duration` or less than a step later.
+  int num_steps() const { return static_cast<int>(std::ceil(duration / step * (1 - 1e-12))); }
+};
+
+/// Rayleigh damping, mass_per_s M + stiffness_s K.
+struct Damping {
+  double mass_per_s = 0, stiffness_s = 0;
+};
+
+/// A scene file. Units inside: mm, N, MPa, s.
+struct Scene {
+  Elasticity elasticity = Elasticity::corotational;
+  bool finds_strain = false;  ///< strain = "auto": Cauchy where rotations change less than the accuracy
+  Rotation rotation = Rotation::polar;
+  Volumetric volumetric = Volumetric::mean;
+  Stiffness stiffness = Stiffness::exact;
+  std::optional<int> level;        ///< mechanical level; nothing = the finest of at most 20000 cells
+  std::optional<double> accuracy;  ///< solve to the first level whose estimated mean error is at most this [mm]
+  std::optional<double> budget;    ///< solve as many levels as this allows [s]
+  double tolerance = 1e-8;
+  Islands islands = Islands::error;
+  bool saves_memory = false;  ///< rather than time; not a key of the file
+  bool compromise = false;    ///< conditions that contradict each other are met by least squares
+  std::map<std::string, MaterialOverride> materials;
+  std::vector<Condition> conditions;
+  std::vector<Force> forces;
+  std::vector<Contact> contacts;
+  Vec3 gravity = Vec3::Zero();        ///< [mm/s^2]
+  std::optional<Dynamics> dynamics;   ///< nothing for an equilibrium
+  Damping damping;                    ///< of a motion
+  std::vector<std::string> warnings;  ///< of what the file says in vain
+};
+
+/// Read a scene (TOML). Relative paths of markups are relative to the scene file.
+/// @param settings  "solve.strain=corotational" overrides a key of the file before it is checked
+/// @throws Error{input} "file:line:column: key, what was expected"; Error{usage} for a bad setting
+Scene read_scene(const std::filesystem::path& path, const std::string& display_name,
+                 const std::vector<std::string>& settings = {});
+
+/// The same lattice with the scene's [material.*] in place of its own.
+/// @throws Error{input} for an unknown segment or a bad value
+hexmesh::Lattice with_overrides(hexmesh::Lattice lattice, const Scene& scene);
+
+/// A commented scene for any lattice: the paper's liver experiment, three places on the surface held and a fourth
+/// pulled by 40 mm.
+std::string example_scene(const hexmesh::Lattice& lattice);
+
+}  // namespace hexsolver

@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "constraints/cluster.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <map>
+
+#include "constraints/affine_fit.h"
+#include "hexmesh/core/partition.h"
+
+namespace hexsolver {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using SparseMatrix = Eigen::SparseMatrix<double>;
+
+namespace {
+
+KeptDirections kept_directions(const MatrixXd& gram) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(gram);
+  const VectorXd& values = eigen.eigenvalues();  // ascending
+  const double least = Constraints::cutoff * Constraints::cutoff * values[values.size() - 1];
+  const Index dropped = std::lower_bound(values.begin(), values.end(), least) - values.begin();
+  const Index kept = values.size() - dropped;
+  return {eigen.eigenvectors().rightCols(kept), values.tail(kept)};
+}
+
+/// Where the points hold only some axes, as sliding plates and planes of symmetry do, a homogeneous stress may be the
+/// solution: a uniform pressure on them has to find a support that balances it wholly. Patches held along all axes have
+/// singular stresses at their rims instead, and one direction more would only pin corners of slivers.
+bool needs_uniform_pressure(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
+                            const std::vector<std::size_t>& members) {
+  constexpr double same_value = 1e-12;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto holds = [&](std::size_t p) { return points[p].axes[axis]; };
+    if (!std::all_of(members.begin(), members.end(), holds)) continue;
+    const AffineFit fit(mesh, points, members);
+    const AffineFit::Coefficients affine = fit.of(prescribed(points, members, axis));
+    for (const std::size_t p : members) {
+      const double value = points[p].value[axis];
+      if (std::abs(value - fit.at(mesh.rest_position(points[p].cell, points[p].weights), affine)) >
+          same_value * std::max(1.0, std::abs(value)))
+        return false;
+    }
+  }
+  return std::any_of(members.begin(), members.end(), [&](std::size_t p) {
+    const auto& axes = points[p].axes;
+    return !(axes[0] && axes[1] && axes[2]);
+  });
+}
+
+void hold_uniform_pressure(ConstraintCluster& cluster) {
+  constexpr double negligible = 1e-8;
+  VectorXd forces = VectorXd::Ones(cluster.h.rows());
+  const VectorXd whole = cluster.h.transpose() * forces;
+  forces -= cluster.h * cluster.solve_normal(whole);
+  const VectorXd rest = cluster.h.transpose() * forces;
+  if (rest.norm() <= negligible * whole.norm()) return;
+  cluster.pressure_direction = rest.normalized();
+  cluster.pressure_forces = forces / rest.norm();
+}
+
+/// The columns of h, the nodes of the points, and its entries.
+void fill_rows(const Mesh& mesh, const std::vector<ConstraintPoint>& points, ConstraintCluster& cluster) {
+  std::map<std::int32_t, Index> column;
+  for (const std::size_t p : cluster.points)
+    for_each_weight(mesh, points[p], [&](std::int32_t node, double) { column[node] = 0; });
+  for (auto& [node, number] : column) {
+    number = static_cast<Index>(cluster.nodes.size());
+    cluster.nodes.push_back(node);
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  for (std::size_t row = 0; row < cluster.points.size(); ++row)
+    for_each_weight(mesh, points[cluster.points[row]], [&](std::int32_t node, double weight) {
+      entries.emplace_back(static_cast<Index>(row), column[node], weight);
+    });
+  cluster.h.resize(cluster.points.size(), cluster.nodes.size());
+  cluster.h.setFromTriplets(entries.begin(), entries.end());
+}
+
+}  // namespace
+
+std::vector<std::vector<std::size_t>> split_into_clusters(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
+                                                          const std::vector<std::size_t>& used) {
+  hexmesh::Partition partition(mesh.num_nodes());
+  std::vector<std::int32_t> first(used.size(), -1);
+  for (std::size_t n = 0; n < used.size(); ++n)
+    for_each_weight(mesh, points[used[n]], [&](std::int32_t node, double) {
+      if (first[n] < 0) first[n] = node;
+      partition.join(first[n], node);
+    });
+  std::map<std::int32_t, std::vector<std::size_t>> members;
+  for (std::size_t n = 0; n < used.size(); ++n) members[partition.root(first[n])].push_back(used[n]);
+  std::vector<std::vector<std::size_t>> clusters;
+  for (auto& [root, list] : members) clusters.push_back(std::move(list));
+  return clusters;
+}
+
+std::vector<std::size_t> points_with_axis(const std::vector<ConstraintPoint>& points, std::size_t axis) {
+  std::vector<std::size_t> used;
+  for (std::size_t p = 0; p < points.size(); ++p)
+    if (points[p].axes[axis]) used.push_back(p);
+  return used;
+}
+
+std::shared_ptr<const ConstraintCluster> make_cluster(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
+                                                      std::vector<std::size_t> members) {
+  auto cluster = std::make_shared<ConstraintCluster>();
+  cluster->points = std::move(members);
+  fill_rows(mesh, points, *cluster);
+  cluster->kept = kept_directions(MatrixXd(SparseMatrix(cluster->h.transpose()) * cluster->h));
+  if (needs_uniform_pressure(mesh, points, cluster->points)) hold_uniform_pressure(*cluster);
+  MatrixXd directions(cluster->h.cols(), cluster->num_directions());
+  directions.leftCols(cluster->kept.vectors.cols()) = cluster->kept.vectors;
+  if (cluster->pressure_direction.size() > 0) directions.rightCols(1) = cluster->pressure_direction;
+  cluster->single_directions = directions.cast<float>();
+  return cluster;
+}
+
+}  // namespace hexsolver

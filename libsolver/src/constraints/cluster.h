@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <memory>
+#include <type_traits>
+#include <vector>
+
+#include "constraints/constraints.h"
+
+namespace hexsolver {
+
+template <class Scalar>
+using MatrixOf = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
+
+/// Directions with sigma >= cutoff sigma_max of the rows whose Gram matrix is given: orthonormal vectors and sigma^2.
+struct KeptDirections {
+  Eigen::MatrixXd vectors;
+  Eigen::VectorXd sigma2;
+};
+
+/// f(node, weight) for each node of the cell of a point that takes part in it.
+template <class F>
+void for_each_weight(const Mesh& mesh, const ConstraintPoint& point, F&& f) {
+  const CellNodes& nodes = mesh.cell_nodes()[point.cell];
+  for (int a = 0; a < 8; ++a)
+    if (point.weights[a] != 0) f(nodes[a], point.weights[a]);
+}
+
+/// Points that share nodes, held along one axis: h^T h = vectors diag(sigma2) vectors^T + the rest.
+struct ConstraintCluster {
+  std::vector<std::size_t> points;  ///< rows of h, numbers in held()
+  std::vector<std::int32_t> nodes;  ///< columns of h
+  Eigen::SparseMatrix<double> h;    ///< (points, nodes)
+  KeptDirections kept;
+  /// One more direction v that holds as v.u = p.c: that in which forces that are the same on all points act beyond the
+  /// kept ones, v = H^T p of length 1 and orthogonal to these; empty if there is none.
+  Eigen::VectorXd pressure_direction, pressure_forces;
+
+  /// The values of an axis at the nodes.
+  template <class Vector>
+  void gather(const Vector& v, int axis, Eigen::Ref<Eigen::VectorXd> out) const {
+    for (std::size_t n = 0; n < nodes.size(); ++n) out[n] = static_cast<double>(v[3 * Eigen::Index{nodes[n]} + axis]);
+  }
+
+  /// All directions held, in single precision: what takes part in V-cycles.
+  Eigen::MatrixXf single_directions;
+
+  /// Of each column of v, the part in the span of the directions held. Each direction is read once.
+  template <class Scalar>
+  void into_span(const Eigen::Ref<const MatrixOf<Scalar>>& v, Eigen::Ref<MatrixOf<Scalar>> part) const {
+    const auto add_along = [&](const auto& direction) {
+      for (Eigen::Index column = 0; column < v.cols(); ++column)
+        part.col(column) += direction.dot(v.col(column)) * direction;
+    };
+    part.setZero();
+    if constexpr (std::is_same_v<Scalar, float>) {
+      for (Eigen::Index n = 0; n < single_directions.cols(); ++n) add_along(single_directions.col(n));
+    } else {
+      for (Eigen::Index n = 0; n < kept.vectors.cols(); ++n) add_along(kept.vectors.col(n));
+      if (pressure_direction.size() > 0) add_along(pressure_direction);
+    }
+  }
+
+  /// d = the smallest that changes H u by `misfit` in the directions held.
+  void displacement_for(const Eigen::Ref<const Eigen::VectorXd>& misfit, Eigen::Ref<Eigen::VectorXd> coefficients,
+                        Eigen::Ref<Eigen::VectorXd> d) const {
+    d.noalias() = h.transpose() * misfit;
+    coefficients.noalias() = kept.vectors.transpose() * d;
+    coefficients = coefficients.cwiseQuotient(kept.sigma2);
+    d.noalias() = kept.vectors * coefficients;
+    if (pressure_direction.size() > 0) d += pressure_forces.dot(misfit) * pressure_direction;
+  }
+
+  /// Forces f on the points with H^T f = r, for r in the span.
+  Eigen::VectorXd forces_for(const Eigen::VectorXd& r) const {
+    Eigen::VectorXd f = h * solve_normal(r);
+    if (pressure_direction.size() > 0) f += pressure_direction.dot(r) * pressure_forces;
+    return f;
+  }
+
+  Eigen::Index num_directions() const { return kept.vectors.cols() + (pressure_direction.size() > 0); }
+
+  /// V Sigma^-2 V^T
+  Eigen::VectorXd solve_normal(const Eigen::VectorXd& b) const {
+    return kept.vectors * (kept.vectors.transpose() * b).cwiseQuotient(kept.sigma2);
+  }
+};
+
+/// Numbers of those of some points that share nodes, directly or by way of others.
+/// @param used  numbers of these points
+std::vector<std::vector<std::size_t>> split_into_clusters(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
+                                                          const std::vector<std::size_t>& used);
+
+/// Numbers of the points that are held along an axis.
+std::vector<std::size_t> points_with_axis(const std::vector<ConstraintPoint>& points, std::size_t axis);
+
+/// @param members  numbers of the points of the cluster
+std::shared_ptr<const ConstraintCluster> make_cluster(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
+                                                      std::vector<std::size_t> members);
+
+}  // namespace hexsolver

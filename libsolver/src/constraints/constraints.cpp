@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "constraints/constraints.h"
+
+#include <Eigen/IterativeLinearSolvers>
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "constraints/cluster.h"
+#include "constraints/held_nodes.h"
+#include "core/parallel.h"
+
+namespace hexsolver {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// Replace the points of clusters with too many nodes by the nodes themselves.
+void Constraints::hold_large_clusters_by_nodes() {
+  std::vector<std::array<bool, 3>> axes(points_.size(), {false, false, false});
+  std::map<std::int32_t, ConstraintPoint> by_node;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (auto& cluster : split_into_clusters(mesh_, points_, points_with_axis(points_, axis))) {
+      std::set<std::int32_t> nodes_of_cluster;
+      for (const std::size_t p : cluster)
+        for_each_weight(mesh_, points_[p], [&](std::int32_t node, double) { nodes_of_cluster.insert(node); });
+      if (nodes_of_cluster.size() <= dense_limit) {
+        for (const std::size_t p : cluster) axes[p][axis] = true;
+        continue;
+      }
+      held_nodes_.emplace_back(mesh_, points_, std::move(cluster), axis);
+      held_nodes_.back().hold(by_node);
+    }
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    if (!(axes[p][0] || axes[p][1] || axes[p][2])) continue;
+    own_point_.push_back(p);
+    held_.push_back(points_[p]);
+    held_.back().axes = axes[p];
+  }
+  std::map<std::int32_t, std::size_t> number;
+  for (const auto& [node, point] : by_node) {
+    number[node] = held_.size();
+    held_.push_back(point);
+  }
+  for (HeldNodes& nodes : held_nodes_) {
+    nodes.find(number);
+    nodes.prescribe(points_, held_);
+  }
+}
+
+struct Constraints::Work {
+  VectorXd nodal, coefficients, misfit;
+  /// Of the nodes of each cluster, axes as columns: clusters are worked on at once.
+  template <class Scalar>
+  struct ByAxis {
+    MatrixOf<Scalar> nodal, held;
+  };
+  std::vector<ByAxis<double>> doubles;
+  std::vector<ByAxis<float>> floats;
+  std::vector<ByAxis<double>>& by_axis(double) { return doubles; }
+  std::vector<ByAxis<float>>& by_axis(float) { return floats; }
+};
+
+Constraints::Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points)
+    : mesh_(mesh), points_(std::move(points)), work_(std::make_unique<Work>()) {
+  hold_large_clusters_by_nodes();
+  // Axes with the same points share their clusters.
+  std::map<std::vector<std::size_t>, std::size_t> done;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::vector<std::size_t> used = points_with_axis(held_, axis);
+    if (const auto found = done.find(used); found != done.end()) {
+      clusters_[axis] = clusters_[found->second];
+      continue;
+    }
+    for (auto& members : split_into_clusters(mesh, held_, used))
+      clusters_[axis].push_back(make_cluster(mesh, held_, std::move(members)));
+    done[std::move(used)] = axis;
+  }
+  Index most_nodes = 0, most_points = 0, num_entries = 0;
+  for (const auto& axis : clusters_)
+    for (const auto& cluster : axis) {
+      most_nodes = std::max(most_nodes, cluster->h.cols());
+      most_points = std::max(most_points, cluster->h.rows());
+      num_entries += cluster->kept.vectors.size();
+    }
+  work_->nodal.resize(most_nodes);
+  for (const auto& axis : clusters_) {
+    work_->doubles.resize(std::max(work_->doubles.size(), axis.size()));
+    for (std::size_t n = 0; n < axis.size(); ++n) {
+      MatrixXd& nodal = work_->doubles[n].nodal;
+      nodal.setZero(std::max(nodal.rows(), axis[n]->h.cols()), 3);
+      work_->doubles[n].held = nodal;
+    }
+  }
+  for (const auto& of_cluster : work_->doubles)
+    work_->floats.push_back({of_cluster.nodal.cast<float>(), of_cluster.held.cast<float>()});
+  work_->coefficients.resize(most_nodes);
+  are_worth_threads_ = num_entries >= worth_threads;
+  work_->misfit.resize(most_points);
+}
+
+Constraints::~Constraints() = default;
+
+void Constraints::project(NodeVector& v) const { project_out(v); }
+void Constraints::project(FloatNodeVector& v) const { project_out(v); }
+
+template <class Vector>
+void Constraints::project_out(Vector& v) const {
+  // Axes that share their clusters at once.
+  using Scalar = typename Vector::Scalar;
+  auto& work = work_->by_axis(Scalar{});
+  for (std::size_t first = 0; first < 3; ++first) {
+    if (std::find(clusters_.begin(), clusters_.begin() + first, clusters_[first]) != clusters_.begin() + first)
+      continue;
+    std::array<int, 3> axes{};
+    Index count = 0;
+    for (std::size_t axis = first; axis < 3; ++axis)
+      if (clusters_[axis] == clusters_[first]) axes[count++] = static_cast<int>(axis);
+    const auto num_clusters = static_cast<std::ptrdiff_t>(clusters_[first].size());
+#pragma omp parallel for schedule(dynamic) if (are_worth_threads_)
+    for (std::ptrdiff_t c = 0; c < num_clusters; ++c) {
+      const auto& cluster = clusters_[first][c];
+      auto nodal = work[c].nodal.topLeftCorner(cluster->h.cols(), count);
+      auto held = work[c].held.topLeftCorner(cluster->h.cols(), count);
+      const auto for_each_entry = [&](auto&& f) {
+        for (std::size_t n = 0; n < cluster->nodes.size(); ++n)
+          for (Index a = 0; a < count; ++a) f(v[3 * Index{cluster->nodes[n]} + axes[a]], static_cast<Index>(n), a);
+      };
+      for_each_entry([&](Scalar value, Index n, Index a) { nodal(n, a) = value; });
+      cluster->template into_span<Scalar>(nodal, held);
+      for_each_entry([&](Scalar& value, Index n, Index a) { value -= held(n, a); });
+    }
+  }
+}
+
+void Constraints::prescribe(const std::vector<Vec3>& values) {
+  bool same = true;
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    same = same && points_[p].value == values[p];
+    points_[p].value = values[p];
+  }
+  if (same) return;
+  for (std::size_t n = 0; n < own_point_.size(); ++n) held_[n].value = values[own_point_[n]];
+  for (const HeldNodes& nodes : held_nodes_) nodes.prescribe(points_, held_);
+}
+
+void Constraints::for_each_held_entry(const std::function<void(Index, Index, double)>& f) const {
+  for (int axis = 0; axis < 3; ++axis)
+    for (const auto& cluster : clusters_[axis]) {
+      const MatrixXd& v = cluster->kept.vectors;
+      const VectorXd& pressure = cluster->pressure_direction;
+      const auto dof = [&](Index n) { return 3 * Index{cluster->nodes[n]} + axis; };
+      for (Index a = 0; a < v.rows(); ++a)
+        for (Index b = 0; b < v.rows(); ++b) {
+          double value = v.row(a).dot(v.row(b));
+          if (pressure.size() > 0) value += pressure[a] * pressure[b];
+          f(dof(a), dof(b), value);
+        }
+    }
+}
+
+void Constraints::lift(const NodeVector& u, NodeVector& d) const {
+  d.setZero(u.size());
+  for (int axis = 0; axis < 3; ++axis)
+    for (const auto& cluster : clusters_[axis]) {
+      auto nodal = work_->nodal.head(cluster->h.cols());
+      auto misfit = work_->misfit.head(cluster->h.rows());
+      cluster->gather(u, axis, nodal);
+      misfit.noalias() = cluster->h * nodal;
+      for (std::size_t p = 0; p < cluster->points.size(); ++p)
+        misfit[p] = held_[cluster->points[p]].value[axis] - misfit[p];
+      cluster->displacement_for(misfit, work_->coefficients.head(cluster->kept.vectors.cols()), nodal);
+      for (std::size_t n = 0; n < cluster->nodes.size(); ++n) d[3 * Index{cluster->nodes[n]} + axis] += nodal[n];
+    }
+}
+
+std::vector<Vec3> Constraints::multipliers(const NodeVector& residual) const {
+  std::vector<Vec3> forces(held_.size(), Vec3::Zero());
+  for (int axis = 0; axis < 3; ++axis)
+    for (const auto& cluster : clusters_[axis]) {
+      VectorXd nodal(cluster->h.cols());
+      cluster->gather(residual, axis, nodal);
+      const VectorXd lambda = cluster->forces_for(nodal);
+      for (std::size_t p = 0; p < cluster->points.size(); ++p) forces[cluster->points[p]][axis] = lambda[p];
+    }
+  return forces;
+}
+
+Vec3 Constraints::displacement(const ConstraintPoint& point, const NodeVector& u) const {
+  return mesh_.interpolate(point.cell, point.weights, u);
+}
+
+std::size_t Constraints::num_kept() const {
+  std::size_t kept = 0;
+  for (const auto& axis : clusters_)
+    for (const auto& cluster : axis) kept += static_cast<std::size_t>(cluster->num_directions());
+  return kept;
+}
+
+std::vector<std::size_t> Constraints::kept_by_condition(std::size_t num_conditions) const {
+  std::vector<std::size_t> kept(num_conditions);
+  for (const auto& axis : clusters_)
+    for (const auto& cluster : axis) {
+      std::vector<std::size_t> points(num_conditions);
+      for (const std::size_t p : cluster->points) ++points[held_[p].condition];
+      const auto most = std::max_element(points.begin(), points.end()) - points.begin();
+      kept[most] += static_cast<std::size_t>(cluster->num_directions());
+    }
+  return kept;
+}
+
+std::vector<double> Constraints::incompatibility() const {
+  std::vector<Vec3> miss(held_.size(), Vec3::Zero());
+  for (int axis = 0; axis < 3; ++axis)
+    for (const auto& cluster : clusters_[axis]) {
+      VectorXd c(static_cast<Index>(cluster->points.size()));
+      for (std::size_t p = 0; p < cluster->points.size(); ++p) c[p] = held_[cluster->points[p]].value[axis];
+      if (c.maxCoeff() == c.minCoeff()) continue;  // a translation, which cells can always follow
+      Eigen::LeastSquaresConjugateGradient<Eigen::SparseMatrix<double>> solver(cluster->h);
+      solver.setTolerance(1e-10);
+      solver.setMaxIterations(300);
+      const VectorXd u = solver.solve(c);
+      const VectorXd rest = c - cluster->h * u;
+      for (std::size_t p = 0; p < cluster->points.size(); ++p) miss[cluster->points[p]][axis] = rest[p];
+    }
+  std::vector<double> distance;
+  for (const Vec3& m : miss) distance.push_back(m.norm());
+  return distance;
+}
+
+bool Constraints::hold(const NodeVector& d, const NodeVector& u) const {
+  constexpr double nothing = 1e-9;
+  double largest = u.lpNorm<Eigen::Infinity>();
+  for (const ConstraintPoint& p : points_)
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      if (p.axes[axis]) largest = std::max(largest, std::abs(p.value[axis]));
+  return d.lpNorm<Eigen::Infinity>() <= nothing * largest;
+}
+
+double Constraints::violation(const NodeVector& u) const { return lift(u).lpNorm<Eigen::Infinity>(); }
+
+}  // namespace hexsolver

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "mesh/mesh.h"
+
+namespace hexsolver {
+
+/// One point whose displacement is prescribed: H u = value along the chosen axes, H trilinear in its cell.
+struct ConstraintPoint {
+  std::int32_t condition = 0;  ///< which condition of the scene
+  std::int32_t cell = -1;      ///< of the mechanical level
+  NodeWeights weights;         ///< of the cell's nodes
+  Vec3 value = Vec3::Zero();   ///< [mm]
+  std::array<bool, 3> axes = {true, true, true};
+};
+
+struct ConstraintCluster;
+class HeldNodes;
+
+/// Prescribed displacements of embedded points, H u = c.
+///
+/// A patch of many points pins more directions than a coarse cell has. Points that share nodes form a cluster; in each
+/// the right singular vectors of H with sigma >= 0.1 sigma_max are kept and hold exactly, the misfit of the others is
+/// least squares: c' = H H^+ c as in the paper (whose two cases of H^+ are printed the wrong way round). Where
+/// points hold only some axes (sliding plates, planes of symmetry) the direction in which a uniform pressure acts is
+/// held too: a homogeneous stress is then in equilibrium with its supports on every level. Clusters of more than
+/// `dense_limit` nodes, where the singular vectors are too dear, hold their nodes themselves: those with at least 0.1
+/// of the largest weight sum_p H_pn, each where the affine fit of the prescribed values (plus the mean misfit of its
+/// points) puts it.
+class Constraints {
+public:
+  static constexpr double cutoff = 0.1;
+  static constexpr std::size_t dense_limit = 1000;
+
+  Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points);
+  ~Constraints();
+
+  /// The points asked for.
+  const std::vector<ConstraintPoint>& points() const noexcept { return points_; }
+
+  /// What is held in their place: the points of small clusters, the nodes of large ones.
+  const std::vector<ConstraintPoint>& held() const noexcept { return held_; }
+
+  /// v <- P v, P the orthogonal projection onto the displacements that leave all kept directions alone.
+  void project(NodeVector& v) const;
+  void project(FloatNodeVector& v) const;
+
+  /// Entries of 1 - P, the projection onto what is held: f(row, column, value), rows and columns of a NodeVector.
+  void for_each_held_entry(const std::function<void(Eigen::Index, Eigen::Index, double)>& f) const;
+
+  /// Prescribe other displacements of points(), shape (num_points) [mm].
+  void prescribe(const std::vector<Vec3>& values);
+
+  /// d = the smallest such that u + d satisfies H (u + d) = c in the kept directions.
+  void lift(const NodeVector& u, NodeVector& d) const;
+  NodeVector lift(const NodeVector& u) const {
+    NodeVector d;
+    lift(u, d);
+    return d;
+  }
+
+  /// Whether d = lift(u) is nothing beside the displacements there are.
+  bool hold(const NodeVector& d, const NodeVector& u) const;
+
+  /// The forces on held() that balance the residual r = H^T lambda; shape (num_held) [N].
+  std::vector<Vec3> multipliers(const NodeVector& residual) const;
+
+  /// H u of a point [mm].
+  Vec3 displacement(const ConstraintPoint& point, const NodeVector& u) const;
+
+  std::size_t num_kept() const;  ///< directions, over all axes
+
+  /// Directions held for each condition, over all axes; a cluster's count for the condition with most of its points.
+  std::vector<std::size_t> kept_by_condition(std::size_t num_conditions) const;
+
+  /// How far each of held() stays from its prescribed place however the nodes move: |c - H u| of the least-squares u
+  /// without any cut-off, shape (num_held) [mm]. Not zero where the conditions are incompatible.
+  std::vector<double> incompatibility() const;
+
+  /// The largest nodal displacement that the kept directions still lack [mm].
+  double violation(const NodeVector& u) const;
+
+private:
+  template <class Vector>
+  void project_out(Vector& v) const;
+
+  void hold_large_clusters_by_nodes();
+
+  const Mesh& mesh_;
+  std::vector<ConstraintPoint> points_, held_;
+  std::vector<std::size_t> own_point_;  ///< which of points() the first of held() are
+  std::vector<HeldNodes> held_nodes_;   ///< of large clusters, the others of held()
+  struct Work;
+  std::unique_ptr<Work> work_;  ///< space for the vectors of a cluster
+  std::array<std::vector<std::shared_ptr<const ConstraintCluster>>, 3> clusters_;  ///< per axis
+  bool are_worth_threads_ = false;                                                 ///< to project on at once
+};
+
+}  // namespace hexsolver

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "constraints/held_nodes.h"
+
+#include <algorithm>
+
+#include "constraints/cluster.h"
+
+namespace hexsolver {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+
+HeldNodes::HeldNodes(const Mesh& mesh, const std::vector<ConstraintPoint>& points, std::vector<std::size_t> members,
+                     std::size_t axis)
+    : mesh_(&mesh), members_(std::move(members)), axis_(axis), fit_(mesh, points, members_) {
+  std::map<std::int32_t, Node> nodes;
+  for (std::size_t n = 0; n < members_.size(); ++n) {
+    const ConstraintPoint& p = points[members_[n]];
+    for_each_weight(mesh, p, [&](std::int32_t node, double weight) {
+      Node& of = nodes[node];
+      of.points.emplace_back(n, weight);
+      of.weight += weight;
+      of.of_condition[p.condition] += weight;
+      of.cell = p.cell;
+    });
+  }
+  double heaviest = 0;
+  for (const auto& [node, of] : nodes) heaviest = std::max(heaviest, of.weight);
+  for (auto& [node, of] : nodes)
+    if (of.weight >= Constraints::cutoff * heaviest) nodes_.emplace_back(node, std::move(of));
+}
+
+void HeldNodes::hold(std::map<std::int32_t, ConstraintPoint>& held) const {
+  for (const auto& [node, of] : nodes_) {
+    ConstraintPoint& point = held.try_emplace(node, ConstraintPoint{0, of.cell, {}, Vec3::Zero(), {}}).first->second;
+    const CellNodes& corners = mesh_->cell_nodes()[point.cell];
+    point.weights = NodeWeights::Unit(std::find(corners.begin(), corners.end(), node) - corners.begin());
+    point.condition = std::max_element(of.of_condition.begin(), of.of_condition.end(), [](auto& a, auto& b) {
+                        return a.second < b.second;
+                      })->first;
+    point.axes[axis_] = true;
+  }
+}
+
+void HeldNodes::find(const std::map<std::int32_t, std::size_t>& number) {
+  for (auto& [node, of] : nodes_) of.held = number.at(node);
+}
+
+void HeldNodes::prescribe(const std::vector<ConstraintPoint>& points, std::vector<ConstraintPoint>& held) const {
+  const VectorXd values = prescribed(points, members_, axis_);
+  const AffineFit::Coefficients affine = fit_.of(values);
+  VectorXd misfit = values;
+  for (std::size_t n = 0; n < members_.size(); ++n)
+    misfit[n] -= fit_.at(mesh_->rest_position(points[members_[n]].cell, points[members_[n]].weights), affine);
+  for (const auto& [node, of] : nodes_) {
+    double mean = 0;
+    for (const auto& [n, weight] : of.points) mean += weight / of.weight * misfit[n];
+    held[of.held].value[axis_] = fit_.at(mesh_->position(node), affine) + mean;
+  }
+}
+
+}  // namespace hexsolver

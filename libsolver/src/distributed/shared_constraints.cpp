@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
+#include "distributed/shared_level.h"
+
+namespace hexsolver::mpi {
+SharedConstraints::SharedConstraints(const std::vector<Point>& points, const Scene& scene, const Mat3& edges,
+                                     const Vec3& corner, const SharedNodes& nodes, Vec field) {
+  std::vector<Index3> cells;
+  for (const Point& p : points) cells.push_back(p.cell);
+  std::sort(cells.begin(), cells.end(), before);
+  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  mesh_ = std::make_unique<Mesh>(cells, edges, corner);
+  std::vector<ConstraintPoint> local;
+  for (const Point& p : points) {
+    const auto cell = std::lower_bound(cells.begin(), cells.end(), p.cell, before) - cells.begin();
+    ConstraintPoint to{p.condition, static_cast<std::int32_t>(cell), NodeWeights::Map(p.weights.data()), {}, p.axes};
+    to.value = prescribed_displacement(scene.conditions[static_cast<std::size_t>(p.condition)],
+                                       mesh_->rest_position(to.cell, to.weights), {});
+    local.push_back(to);
+  }
+  constraints_ = std::make_unique<Constraints>(*mesh_, std::move(local));
+
+  const std::vector<PetscInt> numbers = nodes.find(mesh_->nodes());
+  copies_ = NodeCopies(field, numbers);
+  for (std::size_t n = 0; n < numbers.size(); ++n)
+    if (nodes.owns(numbers[n])) own_.emplace_back(static_cast<Eigen::Index>(n), numbers[n] - nodes.first_own());
+  owners_copies_ = NodeCopies(field, own_.empty() ? std::vector<PetscInt>() : numbers);
+}
+
+void SharedConstraints::prescribe(const Scene& scene, const Progress& progress) {
+  std::vector<Vec3> values;
+  for (const ConstraintPoint& p : constraints_->points())
+    values.push_back(prescribed_displacement(scene.conditions[static_cast<std::size_t>(p.condition)],
+                                             mesh_->rest_position(p.cell, p.weights), progress));
+  constraints_->prescribe(values);
+}
+
+NodeVector SharedConstraints::values_of(Vec field) const {
+  NodeVector values;
+  copies_.get(field, values);
+  return values;
+}
+
+void SharedConstraints::put(const NodeVector& values, Vec field) const {
+  PetscScalar* to = nullptr;
+  check(VecGetArray(field, &to));
+  for (const auto& [from, own] : own_)
+    for (Eigen::Index d = 0; d < 3; ++d) to[3 * own + d] = values[3 * from + d];
+  check(VecRestoreArray(field, &to));
+}
+
+void SharedConstraints::project(Vec v) const {
+  NodeVector values;
+  owners_copies_.get(v, values);
+  if (own_.empty()) return;
+  constraints_->project(values);
+  put(values, v);
+}
+
+}  // namespace hexsolver::mpi

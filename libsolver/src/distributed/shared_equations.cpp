@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "distributed/shared_equations.h"
+
+#include <cmath>
+
+#include "core/stopwatch.h"
+
+namespace hexsolver::mpi {
+namespace {
+
+bool is_given(const char* option) {
+  PetscBool given = PETSC_FALSE;
+  check(PetscOptionsHasName(nullptr, nullptr, option, &given));
+  return given == PETSC_TRUE;
+}
+
+[[noreturn]] void refuse(const std::string& option, const std::string& expected) {
+  throw SharedError(hexmesh::ErrorKind::usage,
+                    "PETSc's option " + option + " is not for hexsolve-mpi, expected " + expected);
+}
+
+}  // namespace
+
+SharedEquations::SharedEquations(SharedLevel& level) : level_(level), age_(ageing_of_newton_steps) {
+  check(KSPCreate(level.all().comm(), ksp_.address()));
+  check(KSPSetType(ksp_, KSPCG));
+  check(KSPSetNormType(ksp_, KSP_NORM_UNPRECONDITIONED));
+  check(KSPSetOperators(ksp_, level.product(), level.matrix()));
+  choose_preconditioner();
+  check(KSPSetFromOptions(ksp_));
+  check_options();
+  offer_levels();
+  if (!is_given("-ksp_rtol")) check(KSPSetConvergenceTest(ksp_, test, this, nullptr));
+}
+
+void SharedEquations::set_limits(int max_linear_iterations, std::function<bool()> interrupt) {
+  max_linear_iterations_ = max_linear_iterations;
+  interrupt_ = std::move(interrupt);
+}
+
+PC SharedEquations::preconditioner() const {
+  PC pc = nullptr;
+  check(KSPGetPC(ksp_, &pc));
+  return pc;
+}
+
+/// Multigrid on our levels; of a level too small for that a factor.
+void SharedEquations::choose_preconditioner() {
+  const PC pc = preconditioner();
+  const auto& onto = level_.interpolations();
+  if (onto.empty()) {
+    check(PCSetType(pc, level_.all().count() > 1 ? PCREDUNDANT : PCCHOLESKY));
+    return;
+  }
+  check(PCSetType(pc, PCMG));
+  check(PCMGSetLevels(pc, static_cast<PetscInt>(onto.size()) + 1, nullptr));
+  check(PCSetUseAmat(pc, PETSC_TRUE));  // the finest level keeps supports exactly
+}
+
+/// Newton's method is hexsolve's, whatever PETSc has.
+void SharedEquations::check_options() const {
+  for (const char* option : {"-snes_type", "-snes_linesearch_type", "-snes_view", "-snes_monitor"})
+    if (is_given(option)) refuse(option, "Newton's method with our line search");
+  for (const char* option : {"-snes_max_it", "-snes_rtol", "-snes_atol", "-snes_stol"})
+    if (is_given(option)) refuse(option, "solve.tolerance in the scene");
+  if (is_given("-pc_mg_levels")) refuse("-pc_mg_levels", "the levels there are");
+}
+
+/// After PETSc's options, which may have asked for something else.
+void SharedEquations::offer_levels() {
+  const PC pc = preconditioner();
+  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCMG, &has_our_levels_));
+  if (has_our_levels_ == PETSC_FALSE) return;
+  const auto& onto = level_.interpolations();
+  const auto count = static_cast<PetscInt>(onto.size());
+  for (PetscInt l = 0; l < count; ++l) check(PCMGSetInterpolation(pc, count - l, onto[static_cast<std::size_t>(l)]));
+}
+
+/// Galerkin products of the matrix as it is now.
+void SharedEquations::coarsen() {
+  if (has_our_levels_ == PETSC_FALSE) return;
+  const PC pc = preconditioner();
+  const auto& onto = level_.interpolations();
+  const bool is_first = coarse_.empty();
+  coarse_.resize(onto.size());
+  Mat fine = level_.matrix();
+  for (std::size_t l = 0; l < onto.size(); ++l) {
+    check(MatPtAP(fine, onto[l], is_first ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX, 2, coarse_[l].address()));
+    fine = coarse_[l];
+    check(MatSetBlockSize(fine, 3));
+    KSP smoother = nullptr;
+    check(PCMGGetSmoother(pc, static_cast<PetscInt>(onto.size() - 1 - l), &smoother));
+    check(KSPSetOperators(smoother, fine, fine));
+  }
+}
+
+bool SharedEquations::lift(const OwnedVec& u, OwnedVec& step) {
+  const SharedConstraints& constraints = level_.constraints();
+  const NodeVector held = constraints.values_of(u), missing = constraints.local().lift(held);
+  check(VecZeroEntries(step));
+  constraints.put(missing, step);
+  return constraints.local().hold(missing, held);
+}
+
+void SharedEquations::linearize(const OwnedVec& u, double projection, bool is_near) {
+  if (!is_near || !is_there_) age_.wear_out();
+  const Stopwatch watch;
+  level_.linearize(u, projection);
+  seconds_.linearize += watch.seconds();
+}
+
+void SharedEquations::renew() {
+  const Stopwatch watch;
+  level_.assemble();
+  coarsen();
+  check(KSPSetOperators(ksp_, level_.product(), level_.matrix()));
+  check(KSPSetReusePreconditioner(ksp_, PETSC_FALSE));
+  check(KSPSetUp(ksp_));
+  check(KSPSetReusePreconditioner(ksp_, PETSC_TRUE));
+  is_there_ = true;
+  age_.renew();
+  seconds_.set_up += watch.seconds();
+}
+
+PetscErrorCode SharedEquations::test(KSP, PetscInt iteration, PetscReal residual, KSPConvergedReason* reason,
+                                     void* context) {
+  *reason = static_cast<SharedEquations*>(context)->end_of(iteration, residual);
+  return 0;
+}
+
+KSPConvergedReason SharedEquations::end_of(PetscInt iteration, double residual) {
+  if (!std::isfinite(residual)) return KSP_DIVERGED_NANORINF;
+  if (iteration == 0) {
+    ending_.whole = residual;
+    ending_.target = ending_.goal->relative_tolerance * residual;
+  }
+  ending_.last = residual;
+  if (residual <= ending_.target) {
+    double factor = 1;
+    if (ending_.goal->excess) {
+      Vec solution = nullptr;
+      check(KSPBuildSolution(ksp_, nullptr, &solution));
+      const OwnedVec step = level_.make_vector();
+      check(VecCopy(solution, step));
+      level_.project(step);  // what the supports hold has no meaning in it
+      factor = ending_.goal->excess(step);
+    }
+    if (!(factor > 1)) return KSP_CONVERGED_RTOL;
+    ending_.target = 0.9 * residual / factor;
+  }
+  ending_.is_interrupted = interrupt_ && interrupt_();
+  return ending_.is_interrupted ? KSP_CONVERGED_ITS : KSP_CONVERGED_ITERATING;
+}
+
+LinearOutcome SharedEquations::solve_once(const OwnedVec& right_side, OwnedVec& step, int most_iterations) {
+  // What PETSc's options say goes first.
+  check(KSPSetTolerances(ksp_, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT,
+                         is_given("-ksp_max_it") ? PETSC_DEFAULT : most_iterations));
+  check(KSPSolve(ksp_, right_side, step));
+  level_.project(step);  // what the supports hold has no meaning in it
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  check(KSPGetConvergedReason(ksp_, &reason));
+  PetscInt iterations = 0;
+  check(KSPGetIterationNumber(ksp_, &iterations));
+  LinearOutcome outcome{static_cast<int>(iterations), LinearEnd::solved};
+  if (ending_.is_interrupted) outcome.end = LinearEnd::interrupted;
+  if (reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC ||
+      reason == KSP_DIVERGED_NANORINF || reason == KSP_DIVERGED_PC_FAILED) {
+    outcome.end = LinearEnd::negative_curvature;
+    check(VecZeroEntries(step));
+  }
+  const double reduction = ending_.whole > 0 ? ending_.last / ending_.whole : 0;
+  age_.judge(outcome.end == LinearEnd::solved, outcome.iterations, reduction);
+  return outcome;
+}
+
+LinearOutcome SharedEquations::solve(const OwnedVec& right_side, const LinearGoal<OwnedVec>& goal, OwnedVec& step) {
+  const Stopwatch watch;
+  const double set_up_before = seconds_.set_up;
+  const OwnedVec projected = copy_of(right_side);
+  level_.project(projected);
+  LinearOutcome sum;
+  for (bool is_done = false; !is_done;) {
+    const bool is_new = age_.is_worn();
+    if (is_new) renew();
+    ending_ = {&goal};
+    const int most =
+        is_new ? max_linear_iterations_
+               : age_.most_iterations(max_linear_iterations_, goal.relative_tolerance, static_cast<bool>(goal.excess));
+    const LinearOutcome outcome = solve_once(projected, step, most);
+    sum.iterations += outcome.iterations;
+    sum.end = outcome.end;
+    is_done = is_new || outcome.end != LinearEnd::negative_curvature;  // it may be that of what was kept
+  }
+  seconds_.cycles += watch.seconds() - (seconds_.set_up - set_up_before);
+  return sum;
+}
+
+bool SharedEquations::precondition(const OwnedVec& u, double projection, const OwnedVec& residual, OwnedVec& step) {
+  level_.linearize(u, is_there_ ? projection : Hessian::projected);
+  if (!is_there_) renew();
+  check(PCApply(preconditioner(), residual, step));
+  level_.project(step);
+  return true;
+}
+
+void set_default_options() {
+  PetscBool has_own = PETSC_FALSE;
+  check(PetscOptionsHasName(nullptr, nullptr, "-pc_type", &has_own));
+  if (has_own == PETSC_TRUE) return;  // PETSc knows what goes with it
+  // Chebyshev polynomials of degree 6 over [largest / 80, largest] on 3x3 blocks, as in multigrid.h; the largest by
+  // Lanczos' process, of which ten steps of PETSc's own choice fell short.
+  constexpr std::array<std::array<const char*, 2>, 6> defaults = {
+      {{"-mg_levels_ksp_type", "chebyshev"},
+       {"-mg_levels_ksp_max_it", "6"},
+       {"-mg_levels_ksp_chebyshev_esteig", "0,0.01375,0,1.1"},
+       {"-mg_levels_esteig_ksp_type", "cg"},
+       {"-mg_levels_esteig_ksp_max_it", "16"},
+       {"-mg_levels_pc_type", "pbjacobi"}}};
+  for (const auto& [name, value] : defaults) {
+    PetscBool is_set = PETSC_FALSE;
+    check(PetscOptionsHasName(nullptr, nullptr, name, &is_set));
+    if (is_set == PETSC_FALSE) check(PetscOptionsSetValue(nullptr, name, value));
+  }
+}
+
+}  // namespace hexsolver::mpi

@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "constraints/constraints.h"
+#include "distributed/petsc.h"
+#include "distributed/shared_nodes.h"
+#include "hexmesh/file/lattice_reader.h"
+#include "hexmesh/file/result_file.h"
+#include "hexsolver/report/report.h"
+#include "hexsolver/scene/history.h"
+#include "hexsolver/scene/scene.h"
+#include "terms/elastic.h"
+#include "terms/potential.h"
+
+namespace hexsolver::mpi {
+
+/// The points held, which every process has: as many as the conditions' patches have, not as the body.
+class SharedConstraints {
+public:
+  struct Point {
+    std::int32_t condition = 0;
+    Index3 cell;  ///< of the whole level
+    std::array<double, 8> weights{};
+    std::array<bool, 3> axes{};
+  };
+
+  /// @param edges, corner  of the whole level
+  /// @param field          a vector of it
+  SharedConstraints(const std::vector<Point>& points, const Scene& scene, const Mat3& edges, const Vec3& corner,
+                    const SharedNodes& nodes, Vec field);
+
+  const Constraints& local() const { return *constraints_; }
+  const Mesh& mesh() const { return *mesh_; }  ///< of the cells that hold points
+
+  void prescribe(const Scene& scene, const Progress& progress);
+  void project(Vec v) const;                            ///< v <- P v
+  NodeVector values_of(Vec field) const;                ///< at the nodes of mesh()
+  void put(const NodeVector& values, Vec field) const;  ///< into those that this process owns
+
+private:
+  std::unique_ptr<Mesh> mesh_;
+  std::unique_ptr<Constraints> constraints_;
+  NodeCopies copies_;
+  NodeCopies owners_copies_;  ///< the same for processes that own some of these nodes; none for others
+  std::vector<std::pair<Eigen::Index, PetscInt>> own_;  ///< nodes of mesh() and where this process keeps them
+};
+
+/// One level of a lattice under a scene, its cells divided among the processes: which cells are whose follows a
+/// space-filling curve; selections, surface and files go by layers of the scan.
+///
+/// Called by all processes at once, as all its members but those that return references.
+class SharedLevel {
+public:
+  /// @param outline  of the file, with the materials that count; all must outlive this
+  /// @throws SharedError{geometry} for selections and missing supports
+  SharedLevel(const Processes& all, const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline,
+              const Scene& scene, int level);
+  ~SharedLevel();
+  SharedLevel(const SharedLevel&) = delete;
+  SharedLevel& operator=(const SharedLevel&) = delete;
+
+  int level() const noexcept { return level_; }
+  const Processes& all() const noexcept { return all_; }
+  const Scene& scene() const noexcept { return scene_; }
+  const SharedNodes& nodes() const noexcept { return *nodes_; }
+  const SharedConstraints& constraints() const noexcept { return *constraints_; }
+  std::size_t num_cells() const noexcept { return num_cells_; }  ///< of all processes
+  const Potential& potential() const noexcept { return *potential_; }
+  bool is_linear() const { return potential_->is_linear(); }
+  bool is_conservative() const { return potential_->is_conservative(); }
+
+  OwnedVec make_vector() const { return zero_like(pattern_); }  ///< three values for each node
+
+  void set_progress(const Progress& progress);
+  double energy(Vec u) const;         ///< [N mm]
+  double strain_energy(Vec u) const;  ///< [N mm]
+  /// dW/du; @returns the norm of the absolute values that it sums up [N]
+  double gradient(Vec u, Vec gradient) const;
+  double rounding() const noexcept { return rounding_; }  ///< ElasticCells::rounding
+  double rounding(Vec u) const;                           ///< size of the rounding errors in a gradient at u [N]
+  void project(Vec v) const { constraints_->project(v); }
+
+  void linearize(Vec u, double clamping);
+  void apply(Vec x, Vec y) const;           ///< y = P H P x
+  void apply_unheld(Vec x, Vec y) const;    ///< y = H x
+  Mat product() const { return product_; }  ///< P H P to PETSc
+
+  /// H with springs for supports, which preconditioners are made of; formed anew by assemble().
+  Mat matrix();
+  void assemble();
+  const std::vector<OwnedMat>& interpolations() const { return interpolations_; }  ///< [0]: onto this level
+
+  /// A field of a level with cells `merge` times as large, on this one.
+  void prolongate(const SharedLevel& coarser, const Index3& merge, Vec from, Vec to) const;
+
+  ElasticCells::Size size_in_material(Vec field) const;  ///< see there
+  std::vector<ForceReport> forces() const;
+  std::string limit_reached(Vec u, bool nearly) const;  ///< ElasticCells::limit_reached of some cell
+  double diameter() const;                              ///< of the box of the body [mm]
+
+  /// Form the elements anew for another law, or for cells of which only some rotate.
+  /// @param rotating  of the part; empty = all
+  void build_potential(Elasticity elasticity, std::vector<bool> rotating);
+
+  /// Of this process's cells, those whose parents on a coarser level are rotated by more than an angle [rad].
+  std::vector<bool> cells_rotated_by(double angle, const SharedLevel& coarser, const Index3& merge, Vec u) const;
+
+  /// What this process writes of the result, and measures of all cells into the report.
+  hexmesh::ResultRows result_rows(Vec u, SolveReport& report) const;
+
+  ProcessReport holding() const;  ///< what this process holds, without its memory
+
+private:
+  class Share;
+  void take_part();
+  void select(const Share& share);
+  std::vector<double> part_names(const std::vector<std::int32_t>& part_of_cell, std::size_t num_parts) const;
+  void check_supports() const;
+  void weigh_supports();
+  void make_hierarchy();
+  void make_matrix();
+  std::int32_t own_cell(const Index3& cell) const;  ///< of the part; -1: another process's
+  std::vector<Vec3> surface_displacement(const NodeVector& u, std::size_t& first) const;
+
+  const Processes& all_;
+  const hexmesh::LatticeReader& file_;
+  const hexmesh::Lattice& outline_;
+  Scene scene_;
+  int level_;
+  std::size_t num_cells_ = 0;
+  std::optional<Layers> layers_;
+
+  std::optional<hexmesh::LatticePiece> piece_;  ///< by layers
+  std::unique_ptr<Mesh> piece_mesh_;
+
+  Index3 low_{};                          ///< node (0, 0, 0) of the part in the whole
+  std::optional<hexmesh::Lattice> part_;  ///< by the curve
+  std::unique_ptr<Mesh> mesh_;            ///< of the part
+  std::unique_ptr<SharedNodes> nodes_;
+  OwnedVec pattern_;
+  NodeCopies copies_;  ///< of the part's nodes
+  Elasticity elasticity_;
+  std::unique_ptr<Potential> potential_;
+  ElasticCells* elastic_ = nullptr;  ///< in the potential
+  double rounding_ = 0;
+  std::vector<OwnedVec> loads_;  ///< in full [N]
+  double load_factor_ = 1;
+
+  std::vector<SharedConstraints::Point> points_;
+  std::unique_ptr<SharedConstraints> constraints_;
+  std::unordered_map<std::int32_t, std::vector<std::size_t>> held_in_cell_;  ///< points, by cell of the part
+  std::vector<double> support_weights_;                                      ///< of each condition [N/mm]
+  std::vector<OwnedMat> interpolations_;
+  OwnedMat assembled_, product_;
+  mutable OwnedVec projected_;  ///< work space
+  mutable NodeVector x_, y_;    ///< of the part, likewise
+};
+
+}  // namespace hexsolver::mpi

@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "dynamics/implicit_euler.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "hexmesh/core/error.h"
+#include "hexmesh/file/result_file.h"
+#include "level/checks.h"
+#include "mesh/points.h"
+
+namespace hexsolver {
+namespace {
+
+/// Substeps that a step may be divided into, a power of 2.
+constexpr int most_substeps = 64;
+/// Likewise with a fixed number of iterations, which is meant to bound the time of a step.
+constexpr int most_substeps_of_fixed = 4;
+/// By how much more than it had and was given the body may hold after a step, over the energies that change.
+/// Where a body snaps through, implicit Euler gains a little at any size of the step: the smallest substeps, if solved
+/// to the tolerance, may gain more.
+constexpr double allowed_gain = 1e-9, allowed_gain_of_smallest = 1e-3;
+/// Of forces that are no gradient, whose energy is only a measure.
+constexpr double allowed_gain_without_energy = 1e-6;
+/// With a fixed number of Newton iterations so many more may follow where energy was gained: obstacles met in a step
+/// are not known at its beginning.
+constexpr int more_newton_iterations = 3;
+constexpr int most_newton_iterations = 25;
+/// With solve.strain = "auto" cells rotate from the angle that leaves 1e-3 of strain, and no longer below half of it.
+constexpr double rotating_angle = 0.045;
+
+/// In the words of a motion.
+const char* reason_of_substep(NewtonEnd end) {
+  switch (end) {
+    case NewtonEnd::not_positive:
+      return "the linear equations have no solution";
+    case NewtonEnd::no_descent:
+      return "no step lowers the energy";
+    case NewtonEnd::supports_turn_inside_out:
+      return "points of the body would turn inside out";
+    default:
+      return "too many Newton iterations";
+  }
+}
+
+Energies energies_of(const LevelProblem& problem, const Inertia& inertia, const NodeVector& u, const NodeVector& v) {
+  return {inertia.kinetic_energy(v), problem.elastic().energy(u), problem.contact_energy(u), problem.load_energy(u)};
+}
+
+double sum_of_sizes(const Energies& e) { return e.kinetic + e.strain + e.contact + std::abs(e.loads); }
+
+}  // namespace
+
+ImplicitEuler::ImplicitEuler(const hexmesh::Lattice& lattice, const Scene& scene, int level)
+    : lattice_(lattice), scene_(scene), settings_(*scene.dynamics), problem_(lattice, scene, level) {
+  const std::size_t cells = problem_.mesh().num_cells();
+  problem_.build_potential(scene.elasticity, std::vector<bool>(scene.finds_strain ? cells : 0));
+  inertia_ = &problem_.add_term(std::make_unique<Inertia>(problem_.mesh(),
+                                                          lattice.levels[static_cast<std::size_t>(level)].element,
+                                                          lumped_masses(lattice, level), scene.damping.mass_per_s));
+  if (scene.damping.stiffness_s > 0)
+    damping_ = &problem_.add_term(std::make_unique<StiffnessDamping>(problem_.elastic(), scene.damping.stiffness_s));
+  const Mesh& mesh = problem_.mesh();
+  rounding_of_places_ =
+      10 * std::numeric_limits<double>::epsilon() * (mesh.position(0) - mesh.position(mesh.num_nodes() - 1)).norm();
+  if (scene.finds_strain) rotating_ = dynamic_cast<CorotationalCells*>(&problem_.elastic());
+  equations_.emplace(problem_, settings_);
+  newton_.emplace(*equations_, newton_options());
+  accept_ = [this](const NodeVector& /*end*/, const NodeVector& projected) { return accept(projected); };
+  start();
+}
+
+NewtonOptions ImplicitEuler::newton_options() const {
+  NewtonOptions options;
+  options.tolerance = scene_.tolerance;
+  options.fixed_iterations = settings_.newton_iterations;
+  options.max_iterations =
+      is_to_tolerance() ? most_newton_iterations : settings_.newton_iterations + more_newton_iterations;
+  options.checks_start = false;
+  options.solves_linear_in_one_step = false;
+  options.projection = HessianProjection::Start::exact;
+  options.line_search.shortest = options.line_search.shortest_without_energy = 1.0 / 16;
+  options.line_search.takes_half_residual = true;
+  return options;
+}
+
+void ImplicitEuler::start() {
+  const auto dofs = static_cast<Eigen::Index>(problem_.mesh().num_dofs());
+  u_.setZero(dofs);
+  v_.resize(dofs);
+  for (Eigen::Index n = 0; n < dofs; n += 3) v_.segment<3>(n) = settings_.velocity;
+  if (!settings_.start.empty()) {
+    const hexmesh::Result before = hexmesh::read_result(settings_.start);
+    const auto is_same_place = [&](std::size_t n) {
+      return (before.nodes[n] - problem_.mesh().position(n)).norm() < 1e-6 * before.voxels.spacing().norm();
+    };
+    if (before.cells != problem_.mesh().cells() || before.level != problem_.level() || !is_same_place(0) ||
+        !is_same_place(before.nodes.size() - 1))
+      throw hexmesh::Error(hexmesh::ErrorKind::input,
+                           fmt::format("dynamics.start is '{}', level {} of {} cells, expected a result of "
+                                       "this lattice at level {} of {} cells",
+                                       settings_.start.string(), before.level, before.cells.size(), problem_.level(),
+                                       problem_.mesh().num_cells()));
+    u_ = to_field(before.displacement);
+    if (!before.velocity.empty()) v_ += to_field(before.velocity);
+  }
+  set_state(u_, v_);
+}
+
+void ImplicitEuler::set_state(const NodeVector& u, const NodeVector& v) {
+  u_ = u;
+  v_ = v;
+  problem_.set_progress(progress());
+  if (rotating_) rotating_->choose_rotating(u_, rotating_angle, rotating_angle / 2);
+  inertia_->set_step(u_, v_, settings_.step);
+  if (damping_) damping_->set_step(u_, settings_.step);
+  energies_ = energies_of(problem_, *inertia_, u_, v_);
+  support_force_.setZero(u.size());
+}
+
+bool ImplicitEuler::step() {
+  ++counts_.steps;
+  int done = 0, substep = most_substeps;
+  while (done < most_substeps) {
+    if (!try_substep(settings_.step * substep / most_substeps)) {
+      ++counts_.failed;
+      if (substep == smallest_substep()) return false;
+      substep /= 2;
+      continue;
+    }
+    done += substep;
+    ticks_ += substep;
+    while (substep < most_substeps && done % (2 * substep) == 0 && done + 2 * substep <= most_substeps) substep *= 2;
+  }
+  return true;
+}
+
+double ImplicitEuler::time() const { return settings_.step * static_cast<double>(ticks_) / most_substeps; }
+
+Progress ImplicitEuler::progress(double ahead) const {
+  const double at = time() + ahead;
+  return {std::min(1.0, at / settings_.duration), at};
+}
+
+int ImplicitEuler::smallest_substep() const { return is_to_tolerance() ? 1 : most_substeps / most_substeps_of_fixed; }
+
+bool ImplicitEuler::is_smallest(double h) const {
+  return h <= 1.5 * settings_.step / most_substeps * smallest_substep();
+}
+
+bool ImplicitEuler::fail(const char* why) {
+  reason_ = why;
+  return false;
+}
+
+void ImplicitEuler::be_at_rest_if_failed() {
+  if (*reason_ == 0) return;
+  problem_.set_progress(progress());
+  inertia_->set_step(u_ - settings_.step * v_, v_, settings_.step);
+}
+
+void ImplicitEuler::check(std::vector<std::string>& warnings) {
+  constexpr std::size_t most_times = 100;
+  constexpr double jump = 1;  // mm
+  const auto add = [&](const std::vector<std::string>& more) {
+    for (const std::string& w : more)
+      if (std::find(warnings.begin(), warnings.end(), w) == warnings.end()) warnings.push_back(w);
+  };
+  std::set<double> times = {settings_.duration};
+  for (const Condition& c : scene_.conditions)
+    if (c.history)
+      for (const History::Row& row : c.history->rows)
+        if (row.time < settings_.duration && times.size() < most_times) times.insert(row.time);
+  for (const double t : times) {
+    problem_.set_progress({std::min(1.0, t / settings_.duration), t});
+    add(check_conflicts(problem_.constraints(), problem_.level(), scene_));
+  }
+  problem_.set_progress(progress());
+  add(check_contacts_at(problem_, u_));
+  std::vector<double> miss(scene_.conditions.size());
+  for (const ConstraintPoint& p : problem_.constraints().points()) {
+    double& worst = miss[static_cast<std::size_t>(p.condition)];
+    const Vec3 off = p.value - problem_.constraints().displacement(p, u_);
+    for (int d = 0; d < 3; ++d)
+      if (p.axes[static_cast<std::size_t>(d)]) worst = std::max(worst, std::abs(off[d]));
+  }
+  for (std::size_t c = 0; c < miss.size(); ++c)
+    if (miss[c] > jump)
+      add(
+          {fmt::format("condition '{}' ({}) puts points {:.3g} mm from where the start has them: they jump there in "
+                       "the first step",
+                       scene_.conditions[c].name, scene_.conditions[c].where, miss[c])});
+}
+
+std::optional<std::size_t> ImplicitEuler::num_rotating() const {
+  if (!rotating_) return {};
+  const std::vector<bool>& rotating = rotating_->rotating();
+  return static_cast<std::size_t>(std::count(rotating.begin(), rotating.end(), true));
+}
+
+const std::string* ImplicitEuler::ball_inside() const {
+  for (std::size_t c = 0; c < problem_.contacts().size(); ++c)
+    if (problem_.contacts()[c]->state(u_).is_inside) return &scene_.contacts[c].name;
+  return nullptr;
+}
+
+/// Cells begin to rotate, and cease to unless that adds to the energy. What beginning adds is taken from the motion.
+void ImplicitEuler::choose_rotating() {
+  if (!rotating_) return;
+  const double before = energies_.strain;
+  rotated_ = rotating_->rotating();
+  rotating_->choose_rotating(u_, rotating_angle, rotating_angle / 2);
+  energies_.strain = rotating_->energy(u_);
+  if (energies_.strain > before) {
+    for (std::size_t c = 0; c < rotated_.size(); ++c) rotated_[c] = rotated_[c] || rotating_->rotating()[c];
+    rotating_->set_rotating(rotated_);
+    energies_.strain = rotating_->energy(u_);
+  }
+  const double gain = energies_.strain - before;
+  if (!(gain > 0)) return;
+  v_ *= std::sqrt(std::max(0.0, 1 - gain / std::max(energies_.kinetic, gain)));
+  energies_.kinetic = inertia_->kinetic_energy(v_);
+}
+
+/// The work of the forces in the directions held, on the way from u_ to end_, and by how much it may be larger since
+/// they change on the way.
+ImplicitEuler::Work ImplicitEuler::work_of_supports(const NodeVector& projected) const {
+  const NodeVector& gradient = equations_->last_gradient();
+  Work work;
+  for (Eigen::Index n = 0; n < end_.size(); ++n) {
+    const double moved = end_[n] - u_[n], force = gradient[n] - projected[n];
+    work.done += force * moved;
+    work.uncertain += std::abs((force - support_force_[n]) * moved) / 2;
+  }
+  return work;
+}
+
+/// A substep of h seconds; on success the state is that at its end.
+bool ImplicitEuler::try_substep(double h) {
+  const Progress now = progress(), then = progress(h);
+  for (const PenaltyContact* c : problem_.contacts())
+    if (!is_smallest(h) && c->goes_too_far(now, then)) return fail("an obstacle would go through the surface");
+  problem_.set_progress(then);
+  inertia_->set_step(u_, v_, h);
+  if (damping_) damping_->set_step(u_, h);
+  h_ = h;
+  before_ = energies_;
+  before_.contact = problem_.contact_energy(u_);
+  before_.loads = problem_.load_energy(u_);
+
+  reason_ = "";
+  end_ = u_;
+  inertia_->inertial_predictor(scene_.gravity, predictor_);
+  equations_->begin(h, predictor_);
+  const NewtonEnd end = newton_->run(end_, {}, accept_);
+  counts_.newton += newton_->iterations();
+  counts_.linear += newton_->linear_iterations();
+  counts_.preconditioners = equations_->times_made();
+  if (end == NewtonEnd::converged) {
+    counts_.relative_residual = newton_->relative_residual();
+    counts_.largest_residual = std::max(counts_.largest_residual, counts_.relative_residual);
+    return true;
+  }
+  if (!is_to_tolerance() && is_smallest(h)) return slow_down();
+  if (*reason_ == 0) reason_ = reason_of_substep(end);
+  return false;
+}
+
+/// Take end_ for the state at the end of the substep, unless it holds more energy than it had and was given.
+bool ImplicitEuler::accept(const NodeVector& projected) {
+  velocity_ = (end_ - u_) / h_;
+  const Energies now = energies_of(problem_, *inertia_, end_, velocity_);
+  if (!std::isfinite(now.total())) return fail("points of the body would turn inside out");
+  const Work work = work_of_supports(projected);
+  const double gain = now.total() - before_.total() - work.done;
+  largest_energy_ = std::max({largest_energy_, sum_of_sizes(before_), sum_of_sizes(now)});
+  const double rounding = 1e-14 * largest_energy_ + problem_.potential().rounding() * rounding_of_places_;
+  const double scale = sum_of_sizes(before_) + sum_of_sizes(now) + std::abs(work.done);
+  const double allowed = is_to_tolerance() && is_smallest(h_)     ? allowed_gain_of_smallest
+                         : problem_.potential().is_conservative() ? allowed_gain
+                                                                  : allowed_gain_without_energy;
+  if (!(gain <= allowed * scale + work.uncertain + rounding)) return fail("the body would gain energy");
+  const double unexplained = gain - work.uncertain - rounding;
+  if (unexplained > 0) counts_.largest_gain = std::max(counts_.largest_gain, unexplained / scale);
+  ++counts_.substeps;
+  work_ += work.done + before_.total() - energies_.total();
+  work_uncertainty_ += work.uncertain;
+  support_force_ = equations_->last_gradient() - projected;
+  u_.swap(end_);
+  v_.swap(velocity_);
+  energies_ = now;
+  choose_rotating();
+  reason_ = "";
+  return true;
+}
+
+/// What too few iterations made of the smallest substep holds too much energy: go only some of the way. A body that
+/// does not move but for its supports holds no more than it had, so some part of the way is always possible.
+bool ImplicitEuler::slow_down() {
+  problem_.constraints().lift(u_, support_step_);
+  predictor_ = end_ - u_ - support_step_;
+  if (!predictor_.allFinite()) predictor_.setZero();
+  for (double way = 0.5; true; way = way > 1.0 / most_substeps ? way / 2 : 0) {
+    end_ = u_ + support_step_ + way * predictor_;
+    equations_->gradient(end_, projected_);
+    equations_->project(projected_);
+    if (accept(projected_)) {
+      ++counts_.slowed;
+      return true;
+    }
+    if (way == 0) return false;
+  }
+}
+
+}  // namespace hexsolver

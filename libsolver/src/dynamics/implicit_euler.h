@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dynamics/step_equations.h"
+#include "hexsolver/dynamics/motion.h"
+#include "newton/newton.h"
+#include "terms/corotational.h"
+#include "terms/inertia.h"
+#include "terms/stiffness_damping.h"
+
+namespace hexsolver {
+
+/// Steps of implicit Euler. A step that cannot be solved, or after which the body holds more energy than it had and was
+/// given, is taken in substeps (THEORY.md, "Motion").
+class ImplicitEuler {
+public:
+  /// @param lattice  must outlive this
+  /// @throws Error as Motion
+  ImplicitEuler(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+
+  bool step();  ///< see Motion::step()
+  void set_state(const NodeVector& u, const NodeVector& v);
+
+  /// After a substep that failed the terms are in the midst of it: reactions are then those without acceleration.
+  void be_at_rest_if_failed();
+
+  /// Add warnings, each once. Conditions may be incompatible at any time: at the corners of their tables and at the
+  /// end. Obstacles and conditions at the start are held against the state that it is.
+  /// @throws Error{geometry}
+  void check(std::vector<std::string>& warnings);
+
+  double time() const;  ///< [s]
+  const NodeVector& displacement() const noexcept { return u_; }
+  const NodeVector& velocity() const noexcept { return v_; }
+  const Energies& energies() const noexcept { return energies_; }
+  double work() const noexcept { return work_; }
+  double work_uncertainty() const noexcept { return work_uncertainty_; }
+  Vec3 momentum() const { return inertia_->momentum(v_); }
+  const Motion::Counts& counts() const noexcept { return counts_; }
+  const char* reason() const noexcept { return reason_; }  ///< why the last substep was not accepted; empty if it was
+
+  const LevelProblem& problem() const noexcept { return problem_; }
+  const Scene& scene() const noexcept { return scene_; }
+  const hexmesh::Lattice& lattice() const noexcept { return lattice_; }
+  std::size_t preconditioner_bytes() const { return equations_->preconditioner_bytes(); }
+  std::optional<std::size_t> num_rotating() const;  ///< cells; nothing unless they are chosen in each step
+  const std::string* ball_inside() const;           ///< see Motion
+
+private:
+  struct Work {
+    double done = 0, uncertain = 0;  ///< [N mm]
+  };
+  void start();
+  Progress progress(double ahead = 0) const;
+  NewtonOptions newton_options() const;
+  bool fail(const char* why);
+  bool try_substep(double h);
+  bool is_to_tolerance() const { return settings_.newton_iterations == 0; }
+  int smallest_substep() const;
+  bool is_smallest(double h) const;
+  bool accept(const NodeVector& projected);
+  bool slow_down();
+  Work work_of_supports(const NodeVector& projected) const;
+  void choose_rotating();
+
+  const hexmesh::Lattice& lattice_;
+  const Scene scene_;
+  const Dynamics settings_;
+  LevelProblem problem_;
+  Inertia* inertia_ = nullptr;             ///< in the potential
+  StiffnessDamping* damping_ = nullptr;    ///< likewise
+  CorotationalCells* rotating_ = nullptr;  ///< likewise, where cells are chosen that rotate
+  std::optional<StepEquations> equations_;
+  std::optional<Newton<NodeVector>> newton_;
+  Newton<NodeVector>::Accept accept_;
+
+  NodeVector u_, v_;
+  Energies energies_;
+  double work_ = 0, work_uncertainty_ = 0;
+  Motion::Counts counts_;
+  const char* reason_ = "";
+  std::int64_t ticks_ = 0;    ///< smallest substeps done
+  NodeVector support_force_;  ///< at u_ [N]
+  double largest_energy_ = 0, rounding_of_places_ = 0;
+
+  // Of the substep that is tried:
+  double h_ = 0;
+  Energies before_;  ///< at its begin, under the loads of its end
+  NodeVector end_, velocity_, predictor_, support_step_, projected_;
+  std::vector<bool> rotated_;
+};
+
+}  // namespace hexsolver

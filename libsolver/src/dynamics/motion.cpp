@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/dynamics/motion.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/stopwatch.h"
+#include "dynamics/implicit_euler.h"
+#include "level/checks.h"
+#include "level/islands.h"
+#include "level/make_result.h"
+#include "mesh/points.h"
+
+namespace hexsolver {
+
+using hexmesh::Lattice;
+
+Motion::Motion(const Lattice& lattice, const Scene& scene, int level)
+    : integrator_(std::make_unique<ImplicitEuler>(lattice, scene, level)) {}
+Motion::~Motion() = default;
+
+bool Motion::step() { return integrator_->step(); }
+const char* Motion::reason() const { return integrator_->reason(); }
+double Motion::time() const { return integrator_->time(); }
+const NodeVector& Motion::displacement() const { return integrator_->displacement(); }
+const NodeVector& Motion::velocity() const { return integrator_->velocity(); }
+const Energies& Motion::energies() const { return integrator_->energies(); }
+double Motion::work() const { return integrator_->work(); }
+double Motion::work_uncertainty() const { return integrator_->work_uncertainty(); }
+Vec3 Motion::momentum() const { return integrator_->momentum(); }
+const Mesh& Motion::mesh() const { return integrator_->problem().mesh(); }
+const std::vector<Index3>& Motion::cells() const { return mesh().cells(); }
+const std::vector<hexmesh::CellNodes>& Motion::cell_nodes() const { return mesh().cell_nodes(); }
+const Index3& Motion::voxels_per_cell() const {
+  return integrator_->lattice().levels[static_cast<std::size_t>(integrator_->problem().level())].voxels_per_cell;
+}
+void Motion::set_state(const NodeVector& u, const NodeVector& v) { integrator_->set_state(u, v); }
+const Motion::Counts& Motion::counts() const { return integrator_->counts(); }
+const std::string* Motion::ball_inside() const { return integrator_->ball_inside(); }
+
+void Motion::explain(std::vector<Effect>& effects) const {
+  const std::optional<std::size_t> rotating = integrator_->num_rotating();
+  if (!rotating) return;
+  for (Effect& e : effects)
+    if (e.kind == EffectKind::rotation)
+      e.why += fmt::format("; at the end {} of {} cells turn", *rotating, mesh().num_cells());
+}
+
+std::vector<std::string> Motion::check() const {
+  std::vector<std::string> warnings;
+  integrator_->check(warnings);
+  return warnings;
+}
+
+Outcome Motion::make_result(SolveReport report) const {
+  if (report.levels.empty()) report.levels.emplace_back();
+  integrator_->be_at_rest_if_failed();
+  const LevelProblem& problem = integrator_->problem();
+  report.bytes = {{"lattice", hexmesh::bytes_of(integrator_->lattice())},
+                  {"meshes", problem.hierarchy().bytes()},
+                  {"multigrid", integrator_->preconditioner_bytes()}};
+  add_effect_seconds(problem.potential(), report);
+  Outcome outcome =
+      hexsolver::make_result(integrator_->lattice(), problem, integrator_->displacement(), std::move(report));
+  outcome.result.velocity = to_points(integrator_->velocity());
+  return outcome;
+}
+
+namespace {
+
+/// Gains of energy without work above this are told.
+constexpr double gain_to_tell = 1e-8;
+
+MotionReport::Row row_of(const Motion& motion) {
+  return {motion.time(), motion.energies(), motion.work(), motion.work_uncertainty(), motion.momentum()};
+}
+
+/// How a motion went, and why it ended.
+/// @param ball  an obstacle that has gone through the surface; may be null
+void report_motion(const Motion& motion, const Dynamics& settings, const std::string* ball, SolveReport& report) {
+  MotionReport& of_motion = *report.motion;
+
+  const Motion::Counts& counts = motion.counts();
+  of_motion.steps = counts.steps - !report.converged;
+  of_motion.substeps = counts.substeps;
+  of_motion.failed_substeps = counts.failed;
+  of_motion.largest_gain = counts.largest_gain;
+  if (counts.largest_gain > gain_to_tell)
+    report.warnings.push_back(
+        fmt::format("in the smallest substeps the body gained up to {:.1g} of its energy "
+                    "without work: it snapped through, or step_s is too large",
+                    counts.largest_gain));
+  of_motion.slowed_substeps = counts.slowed;
+  of_motion.largest_residual = counts.largest_residual;
+  constexpr double much = 0.1;
+  if (ball)
+    report.reason = fmt::format(
+        "at {:.6g} s the ball of contact '{}' is inside the body: it went through the surface; a larger "
+        "stiffness_n_mm holds it off",
+        motion.time(), *ball);
+  else if (!report.converged)
+    report.reason = fmt::format("stopped at {:.6g} s: {}", motion.time(), motion.reason());
+  else if (settings.newton_iterations == 0)
+    report.reason = "all steps were solved to the tolerance";
+  else
+    report.reason = "all steps were taken, with the iterations asked";
+  if (counts.largest_residual > much)
+    report.warnings.push_back(
+        fmt::format("residuals of up to {:.2g} are left by {} iterations a step: the motion is "
+                    "slower than it should be",
+                    counts.largest_residual, settings.solver_iterations));
+  if (counts.slowed > 0)
+    report.warnings.push_back(
+        fmt::format("{} substeps were slowed down, which takes momentum away: smaller steps or more iterations keep it",
+                    counts.slowed));
+  report.load_fraction = std::min(1.0, motion.time() / settings.duration);
+  report.relative_residual = counts.relative_residual;
+}
+
+}  // namespace
+
+Outcome solve_dynamics(const Lattice& whole, const Scene& scene, int level,
+                       const std::function<void(const Motion&)>& on_output,
+                       const std::function<void(const Motion&)>& on_step) {
+  SolveReport report;
+  report.warnings = check_single_points(scene);
+  report.effects = list_effects(scene);
+  report.elasticity = scene.elasticity;
+  const Stopwatch setup;
+  const std::optional<Lattice> rest = without_islands(whole, scene, level, report.dropped_cells);
+  const Lattice& lattice = rest ? *rest : whole;
+  if (rest) warn_of_dropped_cells(whole, level, report);
+  Motion motion(lattice, scene, level);
+  const std::vector<std::string> warnings = motion.check();
+  report.warnings.insert(report.warnings.end(), warnings.begin(), warnings.end());
+  report.setup_seconds = setup.seconds();
+
+  MotionReport& of_motion = report.motion.emplace();
+  const auto output = [&] {
+    of_motion.rows.push_back(row_of(motion));
+    if (on_output) on_output(motion);
+  };
+  const Dynamics& settings = *scene.dynamics;
+  const int steps = settings.num_steps();
+  const Stopwatch solve;
+  output();
+  report.converged = true;
+  const std::string* ball = nullptr;
+  for (int n = 1; n <= steps && report.converged; ++n) {
+    report.converged = motion.step();
+    if (report.converged && on_step) on_step(motion);
+    const bool is_output = n % settings.output_every == 0 || n == steps || !report.converged;
+    if (is_output && motion.time() > of_motion.rows.back().time) output();
+    if (is_output && report.converged) ball = motion.ball_inside();
+    report.converged = report.converged && !ball;
+  }
+  report.solve_seconds = solve.seconds();
+  report_motion(motion, settings, ball, report);
+  motion.explain(report.effects);
+  const Motion::Counts& counts = motion.counts();
+  NewtonReport newton;
+  newton.converged = report.converged;
+  newton.reason = report.reason;
+  newton.iterations = counts.newton;
+  newton.linear_iterations = counts.linear;
+  newton.relative_residual = counts.relative_residual;
+  report.levels.push_back(
+      {level, motion.mesh().num_cells(), motion.mesh().num_nodes(), report.solve_seconds, newton, {}});
+  Outcome outcome = motion.make_result(std::move(report));
+  outcome.result.labels = whole.labels;  // with the islands that were left out
+  return outcome;
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/equilibrium/equilibrium.h"
+
+#include <fmt/format.h>
+
+#include "equilibrium/local_level.h"
+#include "equilibrium/nested_iteration.h"
+#include "hexmesh/core/error.h"
+#include "level/islands.h"
+#include "level/make_result.h"
+
+namespace hexsolver {
+
+using hexmesh::Lattice;
+
+int finest_level(const Scene& scene, const Lattice& lattice) { return finest_level(scene, cells_of_levels(lattice)); }
+
+int finest_level(const Scene& scene, const std::vector<std::size_t>& num_cells) {
+  constexpr std::size_t default_most_cells = 20000;
+  const int count = static_cast<int>(num_cells.size());
+  if (scene.level) {
+    if (*scene.level >= count)
+      throw hexmesh::Error(hexmesh::ErrorKind::input,
+                           fmt::format("solve.level is {}, expected 0 to {}", *scene.level, count - 1));
+    return *scene.level;
+  }
+  if (scene.accuracy || scene.budget) return 0;
+  for (int level = 0; level < count; ++level)
+    if (num_cells[static_cast<std::size_t>(level)] <= default_most_cells) return level;
+  return count - 1;
+}
+
+Outcome solve_equilibrium(const Lattice& whole, const Scene& scene, int level, const SolveProgress& progress) {
+  SolveReport report;
+  report.warnings = check_single_points(scene);
+  check_open_ended(scene, cells_of_levels(whole), level);
+  report.effects = list_effects(scene);
+  report.elasticity = scene.elasticity;
+  const std::optional<Lattice> rest = without_islands(whole, scene, level, report.dropped_cells);
+  const Lattice& lattice = rest ? *rest : whole;
+  if (rest) warn_of_dropped_cells(whole, level, report);
+  NestedIteration<LocalLevel>::Levels levels;
+  levels.num_cells = cells_of_levels(lattice);
+  levels.make = [&](int n, const Scene& of_level) { return std::make_unique<LocalLevel>(lattice, of_level, n); };
+  Solved<LocalLevel> solved = NestedIteration<LocalLevel>(levels, scene, level, report, progress).run();
+  solved.level->set_progress({solved.state.load_fraction});
+  const LevelProblem& problem = solved.level->problem();
+  report.bytes = {{"lattice", hexmesh::bytes_of(lattice)},
+                  {"meshes", problem.hierarchy().bytes()},
+                  {"multigrid", solved.state.newton.preconditioner_bytes}};
+  Outcome outcome = make_result(lattice, problem, solved.state.u, std::move(report));
+  outcome.result.labels = whole.labels;  // with the islands that were left out
+  return outcome;
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "hexsolver/scene/history.h"
+#include "newton/minimize.h"
+
+namespace hexsolver {
+
+/// Told after every Newton step of a load step: load fraction, iteration, relative residual, linear iterations.
+using LoadProgress = std::function<void(double, int, double, int)>;
+
+/// The load of a level: all at once where Newton manages that, else cut back and raised in steps.
+class LoadSteps {
+public:
+  /// @param largest    part of the load that a step may be
+  /// @param has_start  whether the first step is the whole load, from a coarser level's solution
+  LoadSteps(double largest, bool has_start)
+      : largest_(largest), step_(has_start ? 1 : largest), from_start_(has_start) {}
+
+  double target() const { return std::min(1.0, reached_ + step_); }  ///< of the next step
+  double reached() const { return reached_; }
+  bool from_start() const { return from_start_; }  ///< the next step, and not from the load reached
+
+  /// How the step to target() went. @returns whether another one is to be tried
+  bool add(const NewtonReport& report) {
+    constexpr double smallest = 1.0 / 64;
+    total_.iterations += report.iterations;
+    total_.linear_iterations += report.linear_iterations;
+    if (report.converged || reached_ == 0) total_.relative_residual = report.relative_residual;
+    total_.reason = report.reason;
+    total_.interrupted = report.interrupted;
+    total_.preconditioner_bytes = std::max(total_.preconditioner_bytes, report.preconditioner_bytes);
+    total_.seconds += report.seconds;
+    if (report.interrupted) return false;
+    const bool was_from_start = std::exchange(from_start_, false);
+    if (report.converged) {
+      reached_ = target();
+      step_ = std::min({2 * step_, 1 - reached_, largest_});
+      return reached_ < 1;
+    }
+    step_ = was_from_start ? largest_ : step_ / 2;
+    return was_from_start || step_ >= smallest;
+  }
+
+  /// All steps together.
+  NewtonReport total() const {
+    NewtonReport total = total_;
+    total.converged = reached_ == 1;
+    if (!total.converged) total.reason = fmt::format("stopped at {:.3g} of the load: {}", reached_, total.reason);
+    return total;
+  }
+
+private:
+  double largest_, step_, reached_ = 0;
+  bool from_start_;
+  NewtonReport total_;
+};
+
+/// The state of a level that load steps reached.
+template <class Vector>
+struct LoadedState {
+  Vector u;
+  double load_fraction = 0;
+  NewtonReport newton;
+  std::optional<Vector> algebraic_error;  ///< of the whole load; see NewtonOutcomeOf
+};
+
+/// Newton's method under the loads of a level, cut back and raised in steps where it fails.
+/// @param level  has make_zero(), largest_load_step(), set_progress(), minimize(), limit_reached()
+/// @param start  of the whole load; nothing: from rest
+template <class Level, class Vector = typename Level::Vector>
+LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std::optional<Vector> start,
+                                        const LoadProgress& progress) {
+  LoadSteps steps(level.largest_load_step(), start.has_value());
+  std::optional<Vector> good, failed;  // the state reached, nothing at rest; one that was not
+  LoadedState<Vector> out;
+  for (bool goes_on = true; goes_on;) {
+    const double target = steps.target();
+    options.estimate_error = target == 1;
+    const bool from_start = steps.from_start();
+    Vector trial = from_start ? std::move(*start) : good ? copy_of(*good) : level.make_zero();
+    level.set_progress({target});
+    NewtonOutcomeOf<Vector> outcome =
+        level.minimize(options, trial, [&](int iteration, double residual, int linear) {
+          if (progress) progress(target, iteration, residual, linear);
+        });
+    if (outcome.converged)
+      good = std::move(trial);
+    else if (!outcome.interrupted && !from_start)
+      failed = std::move(trial);
+    out.algebraic_error = std::move(outcome.algebraic_error);
+    goes_on = steps.add(outcome);
+  }
+  out.load_fraction = steps.reached();
+  out.newton = steps.total();
+  if (!out.newton.converged)
+    for (const std::optional<Vector>* state : {&good, &failed}) {
+      const std::string limit = *state ? level.limit_reached(**state, true) : "";
+      if (limit.empty()) continue;
+      out.newton.reason += "; " + limit;
+      break;
+    }
+  out.u = good ? std::move(*good) : level.make_zero();
+  return out;
+}
+
+}  // namespace hexsolver

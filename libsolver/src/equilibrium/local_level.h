@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "equilibrium/nested_iteration.h"
+#include "level/level_problem.h"
+
+namespace hexsolver {
+
+/// A level that one process solves; see the concept EquilibriumLevel.
+class LocalLevel {
+public:
+  using Vector = NodeVector;
+
+  LocalLevel(const hexmesh::Lattice& lattice, const Scene& scene, int level)
+      : lattice_(lattice), problem_(lattice, scene, level) {}
+
+  const LevelProblem& problem() const noexcept { return problem_; }
+
+  int level() const { return problem_.level(); }
+  std::size_t num_cells() const { return problem_.mesh().num_cells(); }
+  std::size_t num_nodes() const { return problem_.mesh().num_nodes(); }
+  double diameter() const;
+  std::vector<std::string> check(const Scene& scene) const { return check_level(problem_, scene); }
+  RotatingCells build(Elasticity elasticity, const CoarseStart<LocalLevel>* start, NodeVector& u);
+  NodeVector make_zero() const { return NodeVector::Zero(static_cast<Eigen::Index>(problem_.mesh().num_dofs())); }
+  void set_progress(const Progress& progress) { problem_.set_progress(progress); }
+  double largest_load_step() const { return problem_.largest_load_step(); }
+  NewtonOutcome minimize(const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress);
+  ElasticCells::Size size_in_material(const NodeVector& field, bool with_islands) const;
+  std::string limit_reached(const NodeVector& u, bool nearly) const;
+  std::optional<std::string> obstacle_inside(const NodeVector& u) const;
+  void add_effect_seconds(SolveReport& report) const { hexsolver::add_effect_seconds(problem_.potential(), report); }
+
+private:
+  const hexmesh::Lattice& lattice_;
+  LevelProblem problem_;
+};
+
+}  // namespace hexsolver

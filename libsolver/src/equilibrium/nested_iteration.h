@@ -1,0 +1,345 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <concepts>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "equilibrium/error_estimator.h"
+#include "equilibrium/load_steps.h"
+#include "hexmesh/core/error.h"
+#include "hexsolver/equilibrium/equilibrium.h"
+#include "level/checks.h"
+#include "level/coarser_levels.h"
+#include "level/make_result.h"
+
+namespace hexsolver {
+
+/// The solution of a coarser level that another one starts from.
+template <class Level>
+struct CoarseStart {
+  const Level* level = nullptr;
+  const typename Level::Vector* u = nullptr;
+  std::optional<double> rotating_above;  ///< cells rotate only where their parents do by more [rad]; nothing: all
+};
+
+/// How many cells of a level rotate; nothing where all do.
+using RotatingCells = std::optional<std::size_t>;
+
+/// One level under a scene, on one process or on many. Members are called by all processes at once.
+template <class Level>
+concept EquilibriumLevel = requires(Level level, const Level& other, typename Level::Vector& u, const Scene& scene,
+                                    const CoarseStart<Level>* start, NewtonOptions options, NewtonProgress progress) {
+  { other.level() } -> std::same_as<int>;
+  { other.num_cells() } -> std::same_as<std::size_t>;
+  { other.num_nodes() } -> std::same_as<std::size_t>;
+  { other.diameter() } -> std::same_as<double>;  ///< of the box of the body [mm]
+  /// Warnings. @throws Error{geometry} of incompatible conditions and of obstacles deep inside the body
+  { other.check(scene) } -> std::same_as<std::vector<std::string>>;
+  /// Form the elements; with a start u = that, prolongated. Before this there is no potential.
+  { level.build(Elasticity::cauchy, start, u) } -> std::same_as<RotatingCells>;
+  { other.make_zero() } -> std::same_as<typename Level::Vector>;
+  level.set_progress(Progress{});
+  { other.largest_load_step() } -> std::same_as<double>;
+  { level.minimize(options, u, progress) } -> std::same_as<NewtonOutcomeOf<typename Level::Vector>>;
+  /// Of a field in the material; parts held by springs only where asked.
+  { other.size_in_material(u, true) } -> std::same_as<ElasticCells::Size>;
+  { other.limit_reached(u, true) } -> std::same_as<std::string>;             ///< see ElasticCells
+  { other.obstacle_inside(u) } -> std::same_as<std::optional<std::string>>;  ///< that went through the surface
+  other.add_effect_seconds(std::declval<SolveReport&>());
+};
+
+/// A level and the best state found on it.
+template <class Level>
+struct Solved {
+  std::unique_ptr<Level> level;
+  LoadedState<typename Level::Vector> state;
+
+  bool converged() const { return level && state.newton.converged; }
+};
+
+/// From the coarsest level to the mechanical one, each from the one before. With an accuracy or a budget it ends at the
+/// first level that is good enough, or the last that there was time for.
+template <EquilibriumLevel Level>
+class NestedIteration {
+public:
+  using Vector = typename Level::Vector;
+  /// What levels are made of.
+  struct Levels {
+    std::vector<std::size_t> num_cells;  ///< of each level of the lattice
+    /// A level under a scene. @throws Error{geometry} for selections and missing supports
+    std::function<std::unique_ptr<Level>(int, const Scene&)> make;
+    std::function<bool(bool)> agree = [](bool mine) { return mine; };  ///< of what all processes decide alike
+  };
+
+  /// @param report  with the effects of the scene
+  NestedIteration(Levels levels, const Scene& scene, int finest, SolveReport& report, const SolveProgress& progress)
+      : levels_(std::move(levels)),
+        scene_(scene),
+        coarse_scene_(for_coarser_levels(scene)),
+        first_(first_nested_level(levels_.num_cells, finest)),
+        finest_(finest),
+        report_(report),
+        progress_(progress) {}
+
+  /// @returns the last level that counts
+  Solved<Level> run();
+
+private:
+  bool is_open_ended() const { return scene_.accuracy || scene_.budget; }
+  bool chooses_cells() const {
+    return scene_.finds_strain && report_.elasticity == Elasticity::corotational && scene_.rotation == Rotation::polar;
+  }
+  std::unique_ptr<Level> make(int level) const {
+    return levels_.make(level, level == finest_ ? scene_ : coarse_scene_);
+  }
+  std::size_t num_cells(int level) const { return levels_.num_cells[static_cast<std::size_t>(level)]; }
+
+  bool has_time_for(int next) const;
+  bool replaces(const Solved<Level>& next, const Solved<Level>& best);
+  void solve_level(Solved<Level>& next, const Solved<Level>& coarser);
+  void sharpen(Solved<Level>& next, NewtonOptions options);
+  void find_strain();
+  void compare_strains();
+  LoadedState<Vector> solve(Level& level, const NewtonOptions& options, std::optional<Vector> start) const;
+  std::optional<double> algebraic_error(const Solved<Level>& solved) const;
+  void add_report(Solved<Level>& now, const Solved<Level>& coarser, double seconds);
+  void explain_rotation(const std::string& why, std::optional<bool> active);
+  bool is_accurate() const;
+  void conclude(const Solved<Level>& best);
+
+  Levels levels_;
+  const Scene& scene_;
+  Scene coarse_scene_;
+  int first_, finest_;
+  SolveReport& report_;
+  const SolveProgress& progress_;
+  Stopwatch clock_;
+  std::vector<std::string> level_warnings_;  ///< of the last level that counts
+  ErrorEstimator estimator_;
+  double angle_without_effect_ = 0;  ///< of cells that need not rotate, with strain = "auto" [rad]
+  std::optional<Vector> start_;      ///< the coarser solution on the level being solved
+};
+
+template <EquilibriumLevel Level>
+Solved<Level> NestedIteration<Level>::run() {
+  std::unique_ptr<Level> finest;
+  if (!is_open_ended()) {
+    const Stopwatch setup;
+    finest = make(finest_);
+    level_warnings_ = finest->check(scene_);
+    report_.setup_seconds = setup.seconds();
+  }
+  const Stopwatch solve;
+  if (scene_.finds_strain) find_strain();
+  Solved<Level> best;
+  for (int level = first_; level >= finest_; --level) {
+    if (best.level && !has_time_for(level)) break;
+    const Stopwatch watch;
+    Solved<Level> next;
+    std::vector<std::string> warnings;
+    try {
+      next.level = level == finest_ && finest ? std::move(finest) : make(level);
+      if (is_open_ended()) warnings = next.level->check(scene_);
+    } catch (const hexmesh::Error& e) {
+      if (e.kind() != hexmesh::ErrorKind::geometry || (level == finest_ && !best.level)) throw;
+      if (is_open_ended() && best.level) {
+        report_.warnings.push_back(fmt::format("level {} was not solved: {}", level, e.what()));
+        break;
+      }
+      best = {};  // a coarser level that cannot be set up is no start for the next
+      continue;
+    }
+    solve_level(next, best);
+    if (!replaces(next, best)) break;
+    if (is_open_ended()) level_warnings_ = std::move(warnings);
+    add_report(next, best, watch.seconds());
+    best = std::move(next);
+    if (is_accurate()) break;
+  }
+  report_.solve_seconds = solve.seconds();
+  report_.warnings.insert(report_.warnings.end(), level_warnings_.begin(), level_warnings_.end());
+  conclude(best);
+  return best;
+}
+
+/// The next level is expected to cost as much per cell as the last, and a third more.
+template <EquilibriumLevel Level>
+bool NestedIteration<Level>::has_time_for(int next) const {
+  if (!scene_.budget) return true;
+  const LevelReport& last = report_.levels.back();
+  const double growth = static_cast<double>(num_cells(next)) / static_cast<double>(num_cells(last.level));
+  return levels_.agree(clock_.seconds() + 4.0 / 3 * growth * last.seconds <= *scene_.budget);
+}
+
+/// With an accuracy or a budget a level that did not converge is no better than the one before.
+template <EquilibriumLevel Level>
+bool NestedIteration<Level>::replaces(const Solved<Level>& next, const Solved<Level>& best) {
+  if (!is_open_ended() || !best.converged() || next.converged()) return true;
+  const NewtonReport& newton = next.state.newton;
+  report_.warnings.push_back(fmt::format("level {} is not used: {}", next.level->level(),
+                                         newton.interrupted ? "it was begun and the budget ended it" : newton.reason));
+  return false;
+}
+
+template <EquilibriumLevel Level>
+LoadedState<typename Level::Vector> NestedIteration<Level>::solve(Level& level, const NewtonOptions& options,
+                                                                  std::optional<Vector> start) const {
+  return solve_in_load_steps(level, options, std::move(start),
+                             [&](double load, int iteration, double residual, int linear) {
+                               if (progress_) progress_(level.level(), load, iteration, residual, linear);
+                             });
+}
+
+template <EquilibriumLevel Level>
+void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level>& coarser) {
+  CoarseStart<Level> from{coarser.level.get(), &coarser.state.u, {}};
+  if (chooses_cells()) from.rotating_above = angle_without_effect_;
+  start_ = next.level->make_zero();
+  const RotatingCells rotating = next.level->build(report_.elasticity, coarser.converged() ? &from : nullptr, *start_);
+  if (rotating)
+    explain_rotation(
+        fmt::format("; on level {} {} of {} cells turn", next.level->level(), *rotating, next.level->num_cells()), {});
+
+  NewtonOptions options;
+  const bool is_only_a_start = next.level->level() != finest_ && !scene_.budget;
+  options.tolerance =
+      is_only_a_start || scene_.accuracy ? std::max(scene_.tolerance, nested_tolerance) : scene_.tolerance;
+  if (scene_.budget && coarser.level)
+    options.interrupt = [this] { return levels_.agree(clock_.seconds() > *scene_.budget); };
+  std::optional<Vector> start;
+  if (coarser.converged()) start = copy_of(*start_);
+  next.state = solve(*next.level, options, std::move(start));
+  if (scene_.accuracy) sharpen(next, options);
+}
+
+/// Until the algebraic error is a small part of the accuracy asked.
+template <EquilibriumLevel Level>
+void NestedIteration<Level>::sharpen(Solved<Level>& next, NewtonOptions options) {
+  constexpr double algebraic_part = 0.1;
+  while (next.state.newton.converged && options.tolerance > scene_.tolerance) {
+    const std::optional<double> error = algebraic_error(next);
+    if (error && *error <= algebraic_part * *scene_.accuracy) break;
+    options.tolerance = std::max(scene_.tolerance, 0.1 * options.tolerance);
+    LoadedState<Vector> sharper = solve(*next.level, options, copy_of(next.state.u));
+    if (!sharper.newton.converged) break;
+    sharper.newton.iterations += next.state.newton.iterations;
+    sharper.newton.linear_iterations += next.state.newton.linear_iterations;
+    sharper.newton.seconds += next.state.newton.seconds;
+    next.state = std::move(sharper);
+  }
+}
+
+template <EquilibriumLevel Level>
+void NestedIteration<Level>::find_strain() {
+  try {
+    compare_strains();
+  } catch (const hexmesh::Error& e) {
+    if (e.kind() != hexmesh::ErrorKind::geometry) throw;  // else of a coarse level, which need not be fit
+    explain_rotation(fmt::format("solve.strain = \"auto\": not compared: {}", e.what()), true);
+  }
+}
+
+/// Solve a coarse level with and without rotations and see what they change. A cell that is rotated by w, but does not
+/// rotate, takes w^2 / 2 for strain, which over the length of the body moves its end by w^2 / 2 times that: half of
+/// what is allowed, for the largest w that is left out.
+template <EquilibriumLevel Level>
+void NestedIteration<Level>::compare_strains() {
+  constexpr std::size_t most_cells = 2000;
+  constexpr double default_part = 0.01;  // of the mean displacement, where no accuracy is asked
+  int number = first_;
+  while (number > finest_ && num_cells(number - 1) <= most_cells) --number;
+  std::array<Solved<Level>, 2> with;
+  for (const Elasticity elasticity : {Elasticity::cauchy, Elasticity::corotational}) {
+    Solved<Level>& solved = with[elasticity == Elasticity::corotational];
+    solved.level = make(number);
+    Vector start = solved.level->make_zero();
+    solved.level->build(elasticity, nullptr, start);
+    NewtonOptions options;
+    options.tolerance = nested_tolerance;
+    solved.state = solve(*solved.level, options, {});
+  }
+  const Level& level = *with[0].level;
+  Vector change_of_u = level.make_zero();
+  set_sum(change_of_u, with[1].state.u, -1, with[0].state.u);
+  const double change = level.size_in_material(change_of_u, true).mean;
+  const double allowed = scene_.accuracy.value_or(default_part * level.size_in_material(with[0].state.u, true).mean);
+  angle_without_effect_ = std::sqrt(allowed / level.diameter());
+  const bool rotates = !with[1].converged() || change > allowed;
+  report_.elasticity = rotates ? Elasticity::corotational : Elasticity::cauchy;
+  explain_rotation(
+      fmt::format("solve.strain = \"auto\": on level {} turning cells changes the displacement by {:.2g} mm "
+                  "on average, {} {:.2g} mm",
+                  number, change, rotates ? "more than" : "at most", allowed),
+      rotates);
+}
+
+/// @param active  of a first reason; nothing: added to it
+template <EquilibriumLevel Level>
+void NestedIteration<Level>::explain_rotation(const std::string& why, std::optional<bool> active) {
+  for (Effect& e : report_.effects) {
+    if (e.kind != EffectKind::rotation) continue;
+    if (active) e.active = *active;
+    e.why = active ? why : e.why.substr(0, e.why.find("; on level")) + why;
+  }
+}
+
+template <EquilibriumLevel Level>
+std::optional<double> NestedIteration<Level>::algebraic_error(const Solved<Level>& solved) const {
+  if (!solved.state.algebraic_error) return {};
+  return solved.level->size_in_material(*solved.state.algebraic_error, true).mean;
+}
+
+template <EquilibriumLevel Level>
+void NestedIteration<Level>::add_report(Solved<Level>& now, const Solved<Level>& coarser, double seconds) {
+  const Level& level = *now.level;
+  report_.levels.push_back({level.level(), level.num_cells(), level.num_nodes(), seconds, now.state.newton, {}});
+  report_.levels.back().error.algebraic_mm = algebraic_error(now);
+  now.state.algebraic_error.reset();
+  std::optional<ElasticCells::Size> difference;
+  if (coarser.converged() && now.converged()) {
+    set_sum(*start_, now.state.u, -1, *start_);
+    difference = level.size_in_material(*start_, false);
+  }
+  estimator_.add(difference, report_.levels);
+  for (Effect& e : report_.effects)
+    if (e.kind == EffectKind::error_estimate && difference) e.active = true;
+  level.add_effect_seconds(report_);
+}
+
+template <EquilibriumLevel Level>
+bool NestedIteration<Level>::is_accurate() const {
+  if (!scene_.accuracy) return false;
+  const LevelReport& last = report_.levels.back();
+  return last.newton.converged && last.error.mean_mm && *last.error.mean_mm <= *scene_.accuracy;
+}
+
+template <EquilibriumLevel Level>
+void NestedIteration<Level>::conclude(const Solved<Level>& best) {
+  const NewtonReport& newton = best.state.newton;
+  report_.converged = newton.converged;
+  report_.reason = newton.reason;
+  report_.load_fraction = best.state.load_fraction;
+  report_.relative_residual = newton.relative_residual;
+  if (const auto name = report_.converged ? best.level->obstacle_inside(best.state.u) : std::nullopt) {
+    report_.converged = false;
+    report_.reason =
+        fmt::format("the ball of contact '{}' went through the surface; a larger stiffness_n_mm holds it off", *name);
+  }
+  if (report_.converged && scene_.accuracy) {
+    const auto& error = report_.levels.back().error.mean_mm;
+    report_.accuracy_missed = !is_accurate();
+    report_.reason =
+        fmt::format("the estimated error of level {} is {}, accuracy_mm = {:g} was asked", best.level->level(),
+                    error ? fmt::format("{:.2g} mm", *error) : "unknown", *scene_.accuracy);
+  }
+  if (scene_.budget && report_.levels.size() == 1 && levels_.agree(clock_.seconds() > *scene_.budget))
+    report_.warnings.push_back(fmt::format("budget_s = {:g} is less than the first level takes", *scene_.budget));
+}
+
+}  // namespace hexsolver

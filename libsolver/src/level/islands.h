@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "constraints/supports.h"
+#include "hexmesh/lattice/lattice.h"
+#include "hexsolver/report/report.h"
+#include "hexsolver/scene/scene.h"
+
+namespace hexsolver {
+
+/// Whether all free parts are islands, and not the whole body.
+bool only_islands_among(const std::vector<FreePart>& free, const Mesh& mesh);
+
+/// @throws Error{geometry} that tells which motions nothing holds
+[[noreturn]] void fail_unsupported(const std::vector<FreePart>& free, const Scene& scene, int level, bool only_islands);
+
+/// The lattice without the islands that the scene leaves out: all with "drop", those that hang on other parts by an
+/// edge or a corner with "hold". Nothing if there are none.
+/// @param dropped  receives how many cells of `level` they are
+std::optional<hexmesh::Lattice> without_islands(const hexmesh::Lattice& lattice, const Scene& scene, int level,
+                                                std::size_t& dropped);
+
+/// Say how many cells of `level` were left out as islands.
+void warn_of_dropped_cells(const hexmesh::Lattice& whole, int level, SolveReport& report);
+
+}  // namespace hexsolver

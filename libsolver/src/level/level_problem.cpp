@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "level/level_problem.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "constraints/select_points.h"
+#include "constraints/supports.h"
+#include "level/islands.h"
+#include "selection/selection.h"
+#include "terms/loads.h"
+#include "terms/make_elastic_cells.h"
+
+namespace hexsolver {
+namespace {
+
+using hexmesh::Lattice;
+
+/// Stiffness of the springs that hold islands, over the mean diagonal of their cells': they touch nothing else.
+constexpr double island_spring = 1;
+
+/// Beyond this single precision loses what is soft beside what is stiff: an inclusion 1e4 times stiffer took 346
+/// iterations in few cells that share both, 234 in double precision; 1e6 times stiffer it had no end, and 68.
+constexpr double most_contrast_in_single = 1e3;
+
+bool is_of_high_contrast(const Lattice& lattice) {
+  double softest = std::numeric_limits<double>::infinity(), stiffest = 0;
+  for (const hexmesh::VoxelMaterial& m : lattice.materials) {
+    softest = std::min(softest, m.material.young);
+    stiffest = std::max(stiffest, m.material.young);
+  }
+  return stiffest > most_contrast_in_single * softest;
+}
+
+/// A motion makes its factors again and again. Coarser levels are a poor copy of cells that share stiff and soft: of
+/// an inclusion 1e6 times stiffer in 125 cells two levels took 6,800 iterations.
+std::size_t coarsest_dofs(const Lattice& lattice, const Scene& scene) {
+  constexpr std::size_t of_high_contrast = 2000;
+  if (scene.dynamics) return Multigrid::most_dense;
+  return is_of_high_contrast(lattice) ? of_high_contrast : Hierarchy::usual_coarsest_dofs;
+}
+
+Progress at_the_end(const Scene& scene) { return {1, scene.dynamics ? scene.dynamics->duration : 0}; }
+
+}  // namespace
+
+LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level)
+    : lattice_(lattice),
+      scene_(scene),
+      level_(level),
+      hierarchy_(
+          Mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner()),
+          lattice.corner(), coarsest_dofs(lattice, scene)) {
+  hierarchy_.in_double = is_of_high_contrast(lattice);
+  Selector selector(lattice, level, mesh());
+  std::vector<ConstraintPoint> points = select_points(scene, selector);
+  find_islands(points);
+  for (ConstraintPoint& p : points) {
+    const Condition& condition = scene.conditions[static_cast<std::size_t>(p.condition)];
+    p.value = prescribed_displacement(condition, mesh().rest_position(p.cell, p.weights), at_the_end(scene));
+  }
+  constraints_ = std::make_unique<Constraints>(mesh(), std::move(points));
+  new_loads_ = make_loads(scene, lattice, level, mesh(), selector);
+  for (const auto& load : new_loads_) loads_.push_back(load.get());
+  if (!scene.contacts.empty()) {
+    const std::vector<SurfacePoint> surface = selector.whole_surface();
+    for (const Contact& c : scene.contacts) {
+      new_contacts_.push_back(std::make_unique<PenaltyContact>(c, mesh(), surface));
+      contacts_.push_back(new_contacts_.back().get());
+    }
+  }
+  set_progress(at_the_end(scene));
+}
+
+void LevelProblem::set_progress(const Progress& progress) {
+  const std::vector<ConstraintPoint>& points = constraints_->points();
+  prescribed_.resize(points.size());
+  for (std::size_t p = 0; p < points.size(); ++p)
+    prescribed_[p] = prescribed_displacement(scene_.conditions[static_cast<std::size_t>(points[p].condition)],
+                                             mesh().rest_position(points[p].cell, points[p].weights), progress);
+  constraints_->prescribe(prescribed_);
+  if (!scene_.dynamics)
+    prescribed_ = std::vector<Vec3>();  // a motion prescribes at every step and asks for no memory then
+  const Vec3 whole = Vec3::Constant(scene_.dynamics ? 1 : progress.fraction);
+  for (std::size_t n = 0; n < loads_.size(); ++n) {
+    const bool changes = n < scene_.forces.size() && scene_.forces[n].history;
+    loads_[n]->set_factor(changes ? scene_.forces[n].history->at(progress.time) : whole);
+  }
+  for (PenaltyContact* c : contacts_) c->set_progress(progress);
+}
+
+std::vector<LevelProblem::Load> LevelProblem::loads() const {
+  std::vector<Load> out;
+  for (std::size_t n = 0; n < loads_.size(); ++n)
+    out.push_back({n < scene_.forces.size() ? scene_.forces[n].name : loads_[n]->name(), loads_[n]->total()});
+  return out;
+}
+
+void LevelProblem::find_islands(const std::vector<ConstraintPoint>& points) {
+  if (scene_.dynamics && scene_.islands != Islands::hold) return;  // what nothing holds moves
+  const std::vector<FreePart> free = free_parts(mesh(), points);
+  if (free.empty()) return;
+  const bool may_be_held = only_islands_among(free, mesh());
+  if (scene_.dynamics && !may_be_held) return;
+  if (scene_.islands != Islands::hold || !may_be_held) fail_unsupported(free, scene_, level_, may_be_held);
+  islands_.resize(mesh().num_cells());
+  for (const FreePart& part : free)
+    for (const std::int32_t c : part.cells) islands_[static_cast<std::size_t>(c)] = true;
+}
+
+std::size_t LevelProblem::num_island_cells() const {
+  return static_cast<std::size_t>(std::count(islands_.begin(), islands_.end(), true));
+}
+
+Vec3 LevelProblem::spring_force(const NodeVector& u) const { return springs_ ? springs_->force(u) : Vec3::Zero(); }
+
+double LevelProblem::contact_energy(const NodeVector& u) const {
+  double sum = springs_ ? springs_->energy(u) : 0;
+  for (const PenaltyContact* c : contacts_) sum += c->energy(u);
+  return sum;
+}
+
+double LevelProblem::load_energy(const NodeVector& u) const {
+  double sum = 0;
+  for (const DeadLoad* l : loads_) sum += l->energy(u);
+  return sum;
+}
+
+double LevelProblem::largest_load_step() const {
+  double step = largest_turning_step(scene_);
+  for (const PenaltyContact* c : contacts_) step = std::min(step, c->largest_load_step());
+  return step;
+}
+
+double largest_turning_step(const Scene& scene) {
+  double step = 1;
+  for (const Condition& c : scene.conditions)
+    if (c.turn && c.turn->radians != 0) step = std::min(step, std::numbers::pi / 2 / std::abs(c.turn->radians));
+  return step;
+}
+
+void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> turning) {
+  auto elastic = make_elastic_cells(
+      mesh(), lattice_, level_,
+      {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(turning), scene_.saves_memory});
+  elastic_ = elastic.get();
+  std::vector<std::pair<std::int32_t, double>> springs;
+  for (std::size_t c = 0; c < islands_.size(); ++c)
+    if (islands_[c])
+      springs.emplace_back(static_cast<std::int32_t>(c), island_spring * elastic_->model(c).stiffness.trace() / 24);
+
+  potential_ = std::make_unique<Potential>(mesh());
+  potential_->add(std::move(elastic));
+  if (!springs.empty()) {
+    auto term = std::make_unique<GroundSprings>(mesh(), std::move(springs));
+    springs_ = term.get();
+    potential_->add(std::move(term));
+  }
+  for (auto& load : new_loads_) potential_->add(std::move(load));
+  new_loads_.clear();
+  for (auto& contact : new_contacts_) potential_->add(std::move(contact));
+  new_contacts_.clear();
+}
+
+}  // namespace hexsolver

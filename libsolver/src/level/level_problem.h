@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "constraints/constraints.h"
+#include "hexsolver/report/report.h"
+#include "hexsolver/scene/scene.h"
+#include "multigrid/multigrid.h"
+#include "terms/contact.h"
+#include "terms/dead_load.h"
+#include "terms/elastic.h"
+#include "terms/ground_springs.h"
+#include "terms/potential.h"
+
+namespace hexsolver {
+
+/// One level of a lattice under a scene. Its parts refer to each other: it stays where it was made.
+class LevelProblem {
+public:
+  /// Finds what the conditions and forces select and what nothing holds.
+  /// @throws Error{geometry} for selections and missing supports
+  LevelProblem(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+  LevelProblem(const LevelProblem&) = delete;
+  LevelProblem& operator=(const LevelProblem&) = delete;
+
+  /// Form the elements; before this there is no potential.
+  /// @param turning  which cells turn; empty = all
+  void build_potential(Elasticity elasticity, std::vector<bool> turning = {});
+
+  /// Add a term to the potential, which is built.
+  template <class T>
+  T& add_term(std::unique_ptr<T> term) {
+    T& added = *term;
+    potential_->add(std::move(term));
+    return added;
+  }
+
+  int level() const noexcept { return level_; }
+  const Scene& scene() const noexcept { return scene_; }
+  const Mesh& mesh() const { return hierarchy_.meshes.front(); }
+  const Hierarchy& hierarchy() const noexcept { return hierarchy_; }
+  const Constraints& constraints() const noexcept { return *constraints_; }
+  Potential& potential() { return *potential_; }
+  const Potential& potential() const { return *potential_; }
+  const ElasticCells& elastic() const { return *elastic_; }
+  ElasticCells& elastic() { return *elastic_; }
+
+  const std::vector<bool>& islands() const noexcept { return islands_; }  ///< held by springs, per cell; empty = none
+  std::size_t num_island_cells() const;
+  Vec3 spring_force(const NodeVector& u) const;      ///< of what holds the islands [N]
+  double contact_energy(const NodeVector& u) const;  ///< of obstacles and springs [N mm]
+  double load_energy(const NodeVector& u) const;     ///< of forces and gravity [N mm]
+  double largest_load_step() const;                  ///< from rest, as its contacts allow
+
+  /// Prescribe displacements, forces and places of obstacles as they are then; before that they are all there in full.
+  void set_progress(const Progress& progress);
+
+  struct Load {
+    std::string name;
+    Vec3 total;  ///< [N]
+  };
+  std::vector<Load> loads() const;  ///< each [[force]] of the scene, then gravity if there is any; as they act now
+  const std::vector<PenaltyContact*>& contacts() const noexcept { return contacts_; }
+
+private:
+  void find_islands(const std::vector<ConstraintPoint>& points);
+
+  const hexmesh::Lattice& lattice_;
+  Scene scene_;
+  int level_;
+  Hierarchy hierarchy_;
+  std::vector<bool> islands_;
+  std::unique_ptr<Constraints> constraints_;
+  std::vector<Vec3> prescribed_;                               ///< space for the points of the constraints [mm]
+  std::vector<std::unique_ptr<DeadLoad>> new_loads_;           ///< until the potential takes them
+  std::vector<std::unique_ptr<PenaltyContact>> new_contacts_;  ///< likewise
+  std::vector<DeadLoad*> loads_;
+  std::vector<PenaltyContact*> contacts_;
+  std::unique_ptr<Potential> potential_;
+  ElasticCells* elastic_ = nullptr;         ///< in the potential
+  const GroundSprings* springs_ = nullptr;  ///< likewise, if it has any
+};
+
+/// How large a part of the load a step may be for what turns: half a turn has two ways there, a quarter one.
+double largest_turning_step(const Scene& scene);
+
+}  // namespace hexsolver

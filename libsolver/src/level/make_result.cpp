@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "level/make_result.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "hexmesh/lattice/embedded_points.h"
+#include "level/cell_changes.h"
+#include "level/condition_reports.h"
+#include "mesh/points.h"
+#include "terms/cell_measures.h"
+
+namespace hexsolver {
+namespace {
+
+using hexmesh::Lattice;
+using hexmesh::Result;
+
+/// What lies beside the cells.
+void add_surface_and_conditions(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u, Result& r) {
+  const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(problem.level())];
+  const Mesh& mesh = problem.mesh();
+  if (!problem.islands().empty()) r.cell_fields["island"] = {problem.islands().begin(), problem.islands().end()};
+
+  const hexmesh::CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells);
+  hexmesh::EmbeddedPoints(locator, mesh.cell_nodes(), lattice.surface.points)
+      .interpolate({u.data(), static_cast<std::size_t>(u.size())}, r.surface_displacement);
+
+  for (const Condition& c : problem.scene().conditions) r.conditions.push_back({c.name, {}, {}, c.axes});
+  add_condition_points(problem.constraints(), mesh, u, r.conditions);
+}
+
+void add_measures(CellMeasures& measures, Result& result) {
+  for (std::size_t d = 0; d < 3; ++d)
+    result.cell_fields[fmt::format("principal_stretch_{}", d + 1)] = std::move(measures.principal_stretch[d]);
+  result.cell_fields["min_jacobian"] = std::move(measures.min_jacobian);
+  result.cell_fields["rotation_degrees"] = std::move(measures.rotation_degrees);
+  result.cell_fields["young_modulus"] = std::move(measures.young_modulus);
+  result.cell_fields["poisson_ratio"] = std::move(measures.poisson_ratio);
+  result.cell_fields["von_mises_stress"] = std::move(measures.von_mises_stress);
+  result.cell_fields["pressure"] = std::move(measures.pressure);
+  result.cell_fields["smoothed_pressure"] = std::move(measures.smoothed_pressure);
+}
+
+void report_conditions(const LevelProblem& problem, const NodeVector& u, SolveReport& report) {
+  NodeVector gradient, magnitude;
+  problem.potential().gradient(u, gradient, magnitude);
+  for (const LevelProblem::Load& load : problem.loads()) report.forces.push_back({load.name, load.total});
+  for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
+    const PenaltyContact::State state = problem.contacts()[c]->state(u);
+    report.contacts.push_back(
+        {problem.scene().contacts[c].name, state.points, state.deepest, state.nearest, state.force});
+    if (state.points == 0 && !problem.scene().dynamics)
+      report.warnings.push_back(fmt::format("{} touches nothing: the nearest surface point is {:.3g} mm away",
+                                            problem.contacts()[c]->name(), state.nearest));
+  }
+  report_constraints(problem.constraints(), problem.scene(), u, gradient, report);
+}
+
+}  // namespace
+
+void add_effect_seconds(const Potential& potential, SolveReport& report) {
+  const EffectKind linearized = is_hyperelastic(report.elasticity) ? EffectKind::large_strain : EffectKind::rotation;
+  for (const Potential::Cost& cost : potential.costs())
+    for (Effect& e : report.effects) {
+      if (e.kind == cost.effect && e.name == cost.name) e.seconds += cost.seconds - cost.linearize_seconds;
+      if (e.kind == linearized && cost.effect == EffectKind::elasticity) e.seconds += cost.linearize_seconds;
+    }
+}
+
+Result state_of_cells(const Lattice& lattice, int number, const ElasticCells& elastic, const NodeVector& u,
+                      CellMeasures measures) {
+  const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(number)];
+  Result r = hexmesh::rest_state(lattice, number);
+  r.displacement = to_points(u);
+  const double cell_volume = lattice.cell_size(number).prod();
+  std::vector<double>& density = r.cell_fields["strain_energy_density"];
+  for (std::size_t c = 0; c < level.cells.size(); ++c)
+    density.push_back(elastic.cell_energy(c, u) / (level.fill(c) * cell_volume));
+  add_measures(measures, r);
+  return r;
+}
+
+Outcome make_result(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u, SolveReport report) {
+  report.strain_energy_n_mm = problem.elastic().energy(u);
+  report.held_cells = problem.num_island_cells();
+  report.held_force_n = problem.spring_force(u);
+  if (report.held_cells > 0)
+    report.warnings.push_back(fmt::format("{} cells are held by springs: nothing else holds them", report.held_cells));
+  report_conditions(problem, u, report);
+  for (const Potential::Cost& cost : problem.potential().costs()) report.bytes.emplace_back(cost.name, cost.bytes);
+  CellMeasures measures = measure_cells(problem.elastic(), u);
+  report.pressure_checkerboard = measures.pressure_checkerboard;
+  Result result = state_of_cells(lattice, problem.level(), problem.elastic(), u, std::move(measures));
+  add_surface_and_conditions(lattice, problem, u, result);
+  if (report.converged)
+    if (const std::string limit = problem.elastic().limit_reached(u, false); !limit.empty())
+      report.warnings.push_back(limit);
+  report_changes(count_changes(result, 0, result.cells.size()), report);
+  return {std::move(result), std::move(report)};
+}
+
+}  // namespace hexsolver

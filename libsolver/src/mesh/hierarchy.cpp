@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "mesh/hierarchy.h"
+
+#include "hexmesh/core/bytes.h"
+
+namespace hexsolver {
+
+Hierarchy::Hierarchy(Mesh finest, const Vec3& corner, std::size_t coarsest_dofs) {
+  meshes.push_back(std::move(finest));
+  while (meshes.back().num_dofs() > coarsest_dofs) {
+    const Mesh& fine = meshes.back();
+    const Vec3 size = fine.edges().colwise().norm();
+    hexmesh::Merge merge = hexmesh::merge_linked_cells(fine.cells(), fine.cell_nodes(), hexmesh::merge_factor(size));
+    const Vec3 factor(merge.factor[0], merge.factor[1], merge.factor[2]);
+    Mesh coarse(merge.parents, hexmesh::number_parent_nodes(merge, fine.cell_nodes(), fine.num_nodes()),
+                fine.edges() * factor.asDiagonal(), corner);
+    if (coarse.num_nodes() >= fine.num_nodes()) break;
+    prolongations.emplace_back(fine, coarse, merge);
+    merges.push_back(std::move(merge));
+    meshes.push_back(std::move(coarse));
+  }
+}
+
+std::size_t Hierarchy::bytes() const {
+  std::size_t sum = 0;
+  for (const Mesh& m : meshes) sum += m.bytes();
+  for (const hexmesh::Merge& m : merges) sum += hexmesh::bytes_of(m.parents) + hexmesh::bytes_of(m.children);
+  for (const Prolongation& p : prolongations) sum += p.bytes();
+  return sum;
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <vector>
+
+#include "multigrid/multigrid.h"
+
+namespace hexsolver {
+
+/// The Cholesky factor of the coarsest level: dense up to Multigrid::most_dense degrees of freedom, which asks for
+/// memory once only, and sparse above.
+class CoarsestFactor {
+public:
+  /// @param matrix_of  cell -> its matrix
+  /// @param held       where the level is the only one: it is solved at once with K + w (1 - P), which in the range of
+  /// P
+  ///                   is as good as P K P for large w. Null on others
+  /// @returns whether the matrix is positive definite
+  template <class MatrixOf>
+  bool compute(const Mesh& mesh, const MatrixOf& matrix_of, const Constraints* held) {
+    return mesh.num_dofs() <= Multigrid::most_dense ? compute_dense(mesh, matrix_of, held)
+                                                    : compute_sparse(mesh, matrix_of, held);
+  }
+
+  template <class Vector>
+  void solve(const Vector& b, Vector& x) const {
+    using Scalar = typename Vector::Scalar;
+    if (dense_matrix_.size() == 0) {
+      x = sparse_.solve(b.template cast<double>()).template cast<Scalar>();
+      return;
+    }
+    dense_x_ = b.template cast<double>();
+    dense_.solveInPlace(dense_x_);
+    x = dense_x_.template cast<Scalar>();
+  }
+
+private:
+  using Index = Eigen::Index;
+  static constexpr double held_over_nodal = 1e6;  ///< w over the largest diagonal entry of a cell
+
+  template <class MatrixOf>
+  bool compute_dense(const Mesh& mesh, const MatrixOf& matrix_of, const Constraints* held) {
+    const auto size = static_cast<Index>(mesh.num_dofs());
+    dense_matrix_.setZero(size, size);
+    double largest = 0;
+    for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
+      const CellMatrix k = matrix_of(c);
+      largest = std::max(largest, k.diagonal().maxCoeff());
+      for (int a = 0; a < 8; ++a)
+        for (int b = 0; b < 8; ++b)
+          dense_matrix_.block<3, 3>(3 * mesh.node(c, a), 3 * mesh.node(c, b)) += k.block<3, 3>(3 * a, 3 * b);
+    }
+    if (held)
+      held->for_each_held_entry([&](Index row, Index column, double value) {
+        dense_matrix_(row, column) += held_over_nodal * largest * value;
+      });
+    dense_.compute(dense_matrix_);
+    return dense_.info() == Eigen::Success;
+  }
+
+  template <class MatrixOf>
+  bool compute_sparse(const Mesh& mesh, const MatrixOf& matrix_of, const Constraints* held) {
+    std::vector<Eigen::Triplet<double>> entries;
+    entries.reserve(576 * mesh.num_cells());
+    double largest = 0;
+    for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
+      const CellMatrix k = matrix_of(c);
+      largest = std::max(largest, k.diagonal().maxCoeff());
+      for (int column = 0; column < 24; ++column)
+        for (int row = 0; row < 24; ++row)
+          entries.emplace_back(3 * mesh.node(c, row / 3) + row % 3, 3 * mesh.node(c, column / 3) + column % 3,
+                               k(row, column));
+    }
+    if (held)
+      held->for_each_held_entry([&](Index row, Index column, double value) {
+        entries.emplace_back(row, column, held_over_nodal * largest * value);
+      });
+    const auto size = static_cast<Index>(mesh.num_dofs());
+    Eigen::SparseMatrix<double> matrix(size, size);
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    sparse_.compute(matrix);
+    return sparse_.info() == Eigen::Success;
+  }
+
+  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> sparse_;
+  Eigen::MatrixXd dense_matrix_;
+  Eigen::LLT<Eigen::MatrixXd> dense_;
+  mutable NodeVector dense_x_;  ///< space to work in
+};
+
+}  // namespace hexsolver

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "kernels/cell_matrices.h"
+#include "multigrid/braess_sarazin.h"
+#include "multigrid/coarsest_factor.h"
+#include "multigrid/multigrid.h"
+
+namespace hexsolver {
+
+/// What a Multigrid works with.
+class Multigrid::Cycles {
+public:
+  virtual ~Cycles() = default;
+  virtual void update() = 0;
+  virtual bool is_positive() const noexcept = 0;
+  virtual void apply(const NodeVector& r, NodeVector& z) const = 0;
+  virtual std::size_t bytes() const = 0;
+};
+
+/// V-cycles in single or double precision.
+template <class Scalar>
+class Multigrid::CyclesOf final : public Multigrid::Cycles {
+public:
+  CyclesOf(const Hierarchy& hierarchy, const Potential& potential, const Constraints& constraints);
+  void update() override;
+  bool is_positive() const noexcept override { return positive_; }
+  void apply(const NodeVector& r, NodeVector& z) const override;
+  std::size_t bytes() const override;
+
+private:
+  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
+  using Block = Eigen::Matrix<Scalar, 3, 3>;
+  using Point = Eigen::Matrix<Scalar, 3, 1>;
+  struct Level {
+    CellMatrices<Scalar> matrices;        ///< none on the finest level, whose operator is the potential's
+    std::vector<Block> inverse_diagonal;  ///< D^-1 per node
+    double largest_eigenvalue = 0;        ///< of D^-1 A
+    std::unique_ptr<BraessSarazinSmoother<Scalar>> braess_sarazin;  ///< where cells are nearly incompressible
+    mutable Vector b, x, r, d, t;                                   ///< work space of a cycle
+  };
+
+  bool needs_braess_sarazin() const;
+  void choose_support_weights();
+
+  // Coarse operators: coarsening.cpp.
+  void coarsen(std::size_t level);
+  std::vector<std::size_t> share_matrices(std::size_t level);
+  std::int32_t shared_number(std::size_t level, std::size_t cell) const;
+  std::vector<std::int32_t> shared_by_parents(std::size_t level, std::vector<std::size_t>& first_of) const;
+  void set_dilatations(std::size_t level);
+  Dilatation sum_of_dilatations(std::size_t level, std::size_t parent) const;
+  CellMatrix sum_of_children(std::size_t level, std::size_t parent, bool computes);
+  CellMatrix cell_matrix(std::size_t level, std::size_t cell) const;
+  bool invert_diagonal(Level& level, const std::vector<Mat3>& diagonal);
+
+  void estimate_eigenvalue(std::size_t level);
+  void weigh_shape(std::size_t level);
+  void factor_coarsest();
+
+  void multiply(std::size_t level, const Vector& x, Vector& y) const;
+  void scale_by_diagonal(std::size_t level, const Vector& r, Vector& d) const;
+  void smooth(std::size_t level, const Vector& b, Vector& x, bool from_zero) const;
+  void smooth_by_chebyshev(std::size_t level, const Vector& b, Vector& x, bool from_zero) const;
+  void cycle(std::size_t level, const Vector& b, Vector& x) const;
+
+  const Hierarchy& hierarchy_;
+  const Potential& potential_;
+  const Constraints& constraints_;
+  std::unordered_map<std::size_t, std::vector<std::size_t>> points_of_cell_;  ///< constraint points, finest level
+  std::vector<double> support_weight_;                                        ///< w of each condition [N/mm]
+  std::vector<Level> levels_;
+  CoarsestFactor coarsest_;
+  std::vector<Mat3> diagonal_;  ///< space for coarsen()
+  bool positive_ = true;
+};
+
+}  // namespace hexsolver

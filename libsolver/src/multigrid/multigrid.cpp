@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "multigrid/multigrid.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "constraints/support_springs.h"
+#include "core/parallel.h"
+#include "hexmesh/core/bytes.h"
+#include "linear/lanczos.h"
+#include "multigrid/cycles.h"
+
+namespace hexsolver {
+namespace {
+
+using Eigen::Index;
+using hexmesh::bytes_of;
+
+constexpr int chebyshev_degree = 6;
+/// The smoother damps eigenvalues of D^-1 A in [largest / smoothing_range, largest].
+constexpr double smoothing_range = 80;
+
+}  // namespace
+
+Multigrid::Multigrid(const Hierarchy& hierarchy, const Potential& potential, const Constraints& constraints) {
+  if (hierarchy.in_double)
+    cycles_ = std::make_unique<CyclesOf<double>>(hierarchy, potential, constraints);
+  else
+    cycles_ = std::make_unique<CyclesOf<float>>(hierarchy, potential, constraints);
+}
+
+Multigrid::~Multigrid() = default;
+void Multigrid::update() { cycles_->update(); }
+bool Multigrid::is_positive() const noexcept { return cycles_->is_positive(); }
+void Multigrid::apply(const NodeVector& r, NodeVector& z) const { cycles_->apply(r, z); }
+std::size_t Multigrid::bytes() const { return cycles_->bytes(); }
+
+template <class Scalar>
+Multigrid::CyclesOf<Scalar>::CyclesOf(const Hierarchy& hierarchy, const Potential& potential,
+                                      const Constraints& constraints)
+    : hierarchy_(hierarchy), potential_(potential), constraints_(constraints), levels_(hierarchy.meshes.size()) {
+  if (levels_.size() > 1 && needs_braess_sarazin())
+    for (std::size_t level = 0; level < levels_.size(); ++level)
+      levels_[level].braess_sarazin =
+          std::make_unique<BraessSarazinSmoother<Scalar>>(hierarchy.meshes[level], level == 0 ? &constraints : nullptr);
+  for (std::size_t p = 0; p < constraints.held().size(); ++p) points_of_cell_[constraints.held()[p].cell].push_back(p);
+  choose_support_weights();
+  update();
+}
+
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::update() {
+  positive_ = true;
+  for (std::size_t level = 0; level + 1 < levels_.size() && positive_; ++level) {
+    coarsen(level);
+    if (!positive_) return;
+    estimate_eigenvalue(level);
+    if (levels_[level].braess_sarazin) weigh_shape(level);
+  }
+  if (positive_) factor_coarsest();
+}
+
+template <class Scalar>
+bool Multigrid::CyclesOf<Scalar>::needs_braess_sarazin() const {
+  double largest = 0;
+  for (std::size_t c = 0; c < hierarchy_.meshes[0].num_cells(); ++c)
+    if (const Dilatation d = potential_.dilatation(c); d.bulk > 0) largest = std::max(largest, d.bulk / d.shear);
+  return Multigrid::needs_braess_sarazin(largest);
+}
+
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::choose_support_weights() {
+  std::vector<SupportSprings> springs;
+  for (const auto& [cell, members] : points_of_cell_) {
+    // As stiff as change of shape: stiffer supports would set the pace of the Braess-Sarazin smoother.
+    CellMatrix k = potential_.cell_hessian(cell);
+    if (levels_[0].braess_sarazin) k -= potential_.dilatation(cell).hessian();
+    const double trace = k.trace();
+    for (const std::size_t m : members) {
+      const ConstraintPoint& p = constraints_.held()[m];
+      const auto condition = static_cast<std::size_t>(p.condition);
+      springs.resize(std::max(springs.size(), condition + 1));
+      springs[condition].add(p, hierarchy_.meshes[0].cell_nodes()[cell], trace);
+    }
+  }
+  for (const SupportSprings& s : springs) support_weight_.push_back(s.weight());
+}
+
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::multiply(std::size_t level, const Vector& x, Vector& y) const {
+  if (level > 0) {
+    set_zero(y, x.size());
+    levels_[level].matrices.add_product(x, y);
+  } else {
+    potential_.apply(x, y);
+  }
+  if (level == 0) constraints_.project(y);
+}
+
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::scale_by_diagonal(std::size_t level, const Vector& r, Vector& d) const {
+  d.resize(r.size());
+  const auto& inverse = levels_[level].inverse_diagonal;
+  const auto count = static_cast<std::ptrdiff_t>(inverse.size());
+  for_each_node(count,
+                [&](std::ptrdiff_t n) { d.template segment<3>(3 * n) = inverse[n] * r.template segment<3>(3 * n); });
+  if (level == 0) constraints_.project(d);
+}
+
+/// Of D^-1 A; of A without what resists change of volume where the smoother is that of Braess and Sarazin.
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::estimate_eigenvalue(std::size_t level) {
+  Level& l = levels_[level];
+  Vector& start = l.b;  // free before a cycle
+  fill_roughly(start, static_cast<Index>(hierarchy_.meshes[level].num_dofs()));
+  // As large in stiff material as in soft, as D^-1 A sees it: what starts at nothing is not found in a few steps.
+  const auto count = static_cast<std::ptrdiff_t>(l.inverse_diagonal.size());
+  for_each_node(
+      count, [&](std::ptrdiff_t n) { start.template segment<3>(3 * n) /= std::sqrt(l.inverse_diagonal[n].trace()); });
+  if (level == 0) constraints_.project(start);
+  const auto multiply_shape = [&](const Vector& x, Vector& y) {
+    multiply(level, x, y);
+    if (!l.braess_sarazin) return;
+    l.braess_sarazin->subtract_product(x, y);
+    if (level == 0) constraints_.project(y);
+  };
+  l.largest_eigenvalue =
+      hexsolver::largest_eigenvalue(LanczosSpace<Vector>{start, l.x, l.r, l.t}, multiply_shape,
+                                    [&](const Vector& r, Vector& z) { scale_by_diagonal(level, r, z); });
+}
+
+/// D is so large that changes of shape come out at most 1 / of_shape times too large.
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::weigh_shape(std::size_t level) {
+  constexpr double of_shape = 0.6;
+  Level& l = levels_[level];
+  const auto less = static_cast<Scalar>(1 / (of_shape * l.largest_eigenvalue));
+  for_each_node(l.inverse_diagonal.size(), [&](std::ptrdiff_t n) { l.inverse_diagonal[n] *= less; });
+  l.braess_sarazin->prepare(l.inverse_diagonal);
+}
+
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::smooth(std::size_t level, const Vector& b, Vector& x, bool from_zero) const {
+  const Level& l = levels_[level];
+  if (l.braess_sarazin)
+    l.braess_sarazin->smooth([this, level](const Vector& u, Vector& f) { multiply(level, u, f); }, b, x, from_zero,
+                             {l.r, l.d, l.t});
+  else
+    smooth_by_chebyshev(level, b, x, from_zero);
+}
+
+/// Chebyshev iteration for D^-1 A x = D^-1 b on [smallest, largest], each step one pass over the vectors.
+/// Source: Saad, Iterative Methods for Sparse Linear Systems, 2nd ed. (2003), algorithm 12.1.
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::smooth_by_chebyshev(std::size_t level, const Vector& b, Vector& x,
+                                                      bool from_zero) const {
+  const Level& l = levels_[level];
+  const double largest = l.largest_eigenvalue, smallest = largest / smoothing_range;
+  const double theta = (largest + smallest) / 2, delta = (largest - smallest) / 2, sigma = theta / delta;
+  const auto inverse = [&](Index n) -> const Block& { return l.inverse_diagonal[n]; };
+  const Index count = static_cast<Index>(l.inverse_diagonal.size());
+  l.r.resize(b.size());
+  l.d.resize(b.size());
+  if (from_zero)
+    set_zero(x, b.size());
+  else
+    multiply(level, x, l.t);
+  for_each_node(count, [&](std::ptrdiff_t n) {
+    Point r = b.template segment<3>(3 * n);
+    if (!from_zero) r -= l.t.template segment<3>(3 * n);
+    l.r.template segment<3>(3 * n) = r;
+    l.d.template segment<3>(3 * n) = inverse(n) * r * static_cast<Scalar>(1 / theta);
+  });
+  double rho = 1 / sigma;
+  for (int k = 1; k < chebyshev_degree; ++k) {
+    if (level == 0) constraints_.project(l.d);
+    multiply(level, l.d, l.t);
+    const double next = 1 / (2 * sigma - rho);
+    const auto keep = static_cast<Scalar>(next * rho), add = static_cast<Scalar>(2 * next / delta);
+    for_each_node(count, [&](std::ptrdiff_t n) {
+      const Point d = l.d.template segment<3>(3 * n),
+                  r = l.r.template segment<3>(3 * n) - l.t.template segment<3>(3 * n);
+      x.template segment<3>(3 * n) += d;
+      l.r.template segment<3>(3 * n) = r;
+      l.d.template segment<3>(3 * n) = keep * d + add * (inverse(n) * r);
+    });
+    rho = next;
+  }
+  if (level == 0) constraints_.project(l.d);
+  parallel_for(x.size(), [&](Index n) { x[n] += l.d[n]; });
+}
+
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::cycle(std::size_t level, const Vector& b, Vector& x) const {
+  if (level + 1 == levels_.size()) {
+    coarsest_.solve(b, x);
+    return;
+  }
+  const Level& l = levels_[level];
+  const Level& coarse = levels_[level + 1];
+  smooth(level, b, x, true);
+  multiply(level, x, l.t);
+  l.r.resize(b.size());
+  parallel_for(b.size(), [&](Index n) { l.r[n] = b[n] - l.t[n]; });
+  hierarchy_.prolongations[level].restrict_to(l.r, coarse.b);
+  cycle(level + 1, coarse.b, coarse.x);
+  hierarchy_.prolongations[level].prolongate(coarse.x, l.t);
+  if (level == 0) constraints_.project(l.t);
+  parallel_for(x.size(), [&](Index n) { x[n] += l.t[n]; });
+  smooth(level, b, x, false);
+}
+
+template <class Scalar>
+std::size_t Multigrid::CyclesOf<Scalar>::bytes() const {
+  std::size_t sum = 0;
+  for (const Level& l : levels_)
+    sum += l.matrices.bytes() + bytes_of(l.inverse_diagonal) + (l.braess_sarazin ? l.braess_sarazin->bytes() : 0) +
+           sizeof(Scalar) * static_cast<std::size_t>(l.b.size() + l.x.size() + l.r.size() + l.d.size() + l.t.size());
+  return sum;
+}
+
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::apply(const NodeVector& r, NodeVector& z) const {
+  // In units of |r|: single precision has room for digits, not for scales.
+  const double scale = r.lpNorm<Eigen::Infinity>();
+  if (!(scale > 0)) {
+    z.setZero(r.size());
+    return;
+  }
+  const Level& finest = levels_[0];
+  finest.b.resize(r.size());
+  parallel_for(r.size(), [&](Index n) { finest.b[n] = static_cast<Scalar>(r[n] / scale); });
+  cycle(0, finest.b, finest.x);
+  z.resize(r.size());
+  parallel_for(r.size(), [&](Index n) { z[n] = scale * static_cast<double>(finest.x[n]); });
+  constraints_.project(z);
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "hexmesh/core/error.h"
+#include "hexmesh/core/partition.h"
+#include "hexsolver/scene/scene.h"
+
+namespace hexsolver {
+
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+using hexmesh::Lattice;
+
+namespace {
+
+/// The exposed faces of the largest part of voxels that are joined through faces.
+/// @param others  receives the number of other parts
+std::vector<hexmesh::ExposedFace> faces_of_largest_part(const Lattice& lattice, std::ptrdiff_t& others) {
+  std::vector<hexmesh::ExposedFace> faces = hexmesh::exposed_faces(lattice);
+  const std::vector<hexmesh::VoxelClass> classes = hexmesh::classify_voxels(lattice);
+  const auto is_material = [&](std::size_t n) { return classes[n] != hexmesh::VoxelClass::outside; };
+  hexmesh::Partition parts(classes.size());
+  std::vector<std::size_t> size(classes.size());
+  for (std::size_t n = 0; n < classes.size(); ++n)
+    for (std::size_t d = 0; d < 3 && is_material(n); ++d) {
+      hexmesh::Index3 lower = lattice.voxels.index(n);
+      if (--lower[d] < 0) continue;
+      if (const std::size_t m = lattice.voxels.offset(lower); is_material(m))
+        parts.join(static_cast<std::int32_t>(n), static_cast<std::int32_t>(m));
+    }
+  for (std::size_t n = 0; n < classes.size(); ++n)
+    if (is_material(n)) ++size[parts.root(static_cast<std::int32_t>(n))];
+  others = std::count_if(size.begin(), size.end(), [](std::size_t n) { return n > 0; }) - 1;
+  const auto largest = static_cast<std::int32_t>(std::max_element(size.begin(), size.end()) - size.begin());
+  std::erase_if(faces, [&](const hexmesh::ExposedFace& f) {
+    return parts.root(static_cast<std::int32_t>(lattice.voxels.offset(f.voxel))) != largest;
+  });
+  return faces;
+}
+
+}  // namespace
+
+std::string example_scene(const Lattice& lattice) {
+  // Extreme points of the surface, each at least three patch radii from those chosen before.
+  constexpr double radius = 10;
+  struct Place {
+    const char* name;
+    Vec3 towards;
+  };
+  const std::array<Place, 8> places = {{{"left end", {1, 0, 0}},
+                                        {"right end", {-1, 0, 0}},
+                                        {"back", {0, 1, 0}},
+                                        {"lower end", {0, 0, -1}},
+                                        {"upper end", {0, 0, 1}},
+                                        {"front", {0, -1, 0}},
+                                        {"lower right", {-1, 0, -1}},
+                                        {"upper right", {-1, 0, 1}}}};
+  std::vector<std::pair<std::string, Vec3>> chosen;
+  std::ptrdiff_t others = 0;
+  const std::vector<hexmesh::ExposedFace> faces = faces_of_largest_part(lattice, others);
+  for (const Place& place : places) {
+    const hexmesh::ExposedFace* best = nullptr;
+    double most = 0;
+    for (const hexmesh::ExposedFace& face : faces) {
+      const double along = lattice.voxels.position(hexmesh::face_index(face)).dot(place.towards);
+      if (!best || along > most + 1e-9) {
+        best = &face;
+        most = along;
+      }
+    }
+    const Vec3 point = lattice.voxels.position(hexmesh::face_index(*best));
+    const bool apart = std::all_of(chosen.begin(), chosen.end(),
+                                   [&](const auto& c) { return (c.second - point).norm() > 3 * radius; });
+    if (apart && chosen.size() < 4) chosen.emplace_back(place.name, point);
+  }
+  if (chosen.size() < 4)
+    throw Error(ErrorKind::geometry, fmt::format("the body is too small for four patches of {} mm", radius));
+
+  std::string text =
+      "# Three places on the surface held, a fourth pulled by 40 mm: the displacement-driven liver experiment of\n"
+      "# Nesme, Faure, Payan, \"Accurate interactive animation of deformable models at arbitrary resolution\" (2010).\n"
+      "# Positions are patient LPS in mm. radius_mm = 0 takes the one nearest point, as in the paper.\n"
+      "[solve]\nkind = \"equilibrium\"\nstrain = \"corotational\"   # or \"cauchy\", \"green-lagrange\", \"auto\"; or "
+      "law = \"neo-hookean\"\n"
+      "volumetric = \"mean\"        # or \"full\", the paper's\ntolerance = 1e-8\n";
+  if (others > 0)
+    text += fmt::format("islands = \"drop\"           # of the {} smaller parts those that nothing holds\n", others);
+  for (std::size_t n = 1; n < 4; ++n)
+    text += fmt::format("\n[[fix]]\nname = \"{}\"\npoint_mm = [{:.3f}, {:.3f}, {:.3f}]\nradius_mm = {:g}\n",
+                        chosen[n].first, chosen[n].second[0], chosen[n].second[1], chosen[n].second[2], radius);
+  text += fmt::format(
+      "\n[[displace]]\nname = \"{}\"\npoint_mm = [{:.3f}, {:.3f}, {:.3f}]\nradius_mm = {:g}\n"
+      "by_mm = [0.0, -28.284271, -28.284271]   # 40 mm to the front and down\n",
+      chosen[0].first, chosen[0].second[0], chosen[0].second[1], chosen[0].second[2], radius);
+  return text;
+}
+
+}  // namespace hexsolver

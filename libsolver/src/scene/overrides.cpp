@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "hexmesh/core/error.h"
+#include "hexsolver/scene/scene.h"
+
+namespace hexsolver {
+
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+using hexmesh::Lattice;
+
+namespace {
+
+std::vector<std::string> solid_segments(const Lattice& lattice) {
+  std::vector<std::string> names;
+  for (const hexmesh::LatticeSegment& s : lattice.segments)
+    if (s.material) names.push_back(s.segment.name);
+  return names;
+}
+
+}  // namespace
+
+Lattice with_overrides(Lattice lattice, const Scene& scene) {
+  if (scene.materials.empty()) return lattice;
+  for (const auto& [name, change] : scene.materials) {
+    const auto found = std::find_if(lattice.segments.begin(), lattice.segments.end(),
+                                    [&, &wanted = name](const auto& s) { return s.segment.name == wanted; });
+    if (found == lattice.segments.end() || !found->material)
+      throw Error(ErrorKind::input, fmt::format("{}: material.{} is no segment with a material, expected one of: {}",
+                                                change.where, name, fmt::join(solid_segments(lattice), ", ")));
+    const auto apply = [&change = change](hexmesh::Material& m) {
+      if (change.young_kpa) m.young = *change.young_kpa * 1e-3;
+      if (change.poisson) m.poisson = *change.poisson;
+      if (change.density_kg_m3) m.density = *change.density_kg_m3 * 1e-12;
+    };
+    apply(*found->material);
+    hexmesh::check_material(*found->material, name);
+    for (hexmesh::VoxelMaterial& m : lattice.materials)
+      if (m.label == found->segment.label) apply(m.material);
+  }
+  return lattice;
+}
+
+}  // namespace hexsolver

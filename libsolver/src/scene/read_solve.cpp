@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scene/read_tables.h"
+
+namespace hexsolver {
+namespace {
+
+/// Strain and law.
+void read_law(TomlReader& table, Scene& scene) {
+  const auto strain = table.choice<std::optional<Elasticity>>("strain", {{"cauchy", Elasticity::cauchy},
+                                                                         {"linear", Elasticity::cauchy},
+                                                                         {"corotational", Elasticity::corotational},
+                                                                         {"green-lagrange", Elasticity::green_lagrange},
+                                                                         {"auto", std::nullopt}});
+  const auto law =
+      table.choice<std::optional<Elasticity>>("law", {{"hooke", std::nullopt},
+                                                      {"neo-hookean", Elasticity::neo_hookean},
+                                                      {"stable-neo-hookean", Elasticity::stable_neo_hookean}});
+  if (law && *law) {
+    if (strain && *strain)
+      table.fail_at("strain", "strain goes with law = \"hooke\", expected none or \"auto\": this law has its own");
+    scene.elasticity = **law;
+  } else if (strain) {
+    scene.elasticity = strain->value_or(Elasticity::corotational);
+    scene.finds_strain = !strain->has_value();
+  }
+}
+
+/// Which levels are solved.
+void read_levels(TomlReader& table, bool moves, Scene& scene) {
+  scene.level = table.integer("level", 0, 30, "a level of the lattice, 0 or more");
+  scene.accuracy = table.number("accuracy_mm", 1e-9, infinity, "an accuracy > 0 mm");
+  scene.budget = table.number("budget_s", 1e-3, infinity, "a time of 0.001 s or more");
+  if (moves && (scene.accuracy || scene.budget))
+    table.fail_at(scene.accuracy ? "accuracy_mm" : "budget_s",
+                  "accuracy_mm and budget_s go with kind = \"equilibrium\", expected level");
+  if (scene.level.has_value() + scene.accuracy.has_value() + scene.budget.has_value() > 1)
+    table.fail_here("[solve] has more than one of level, accuracy_mm, budget_s, expected one");
+}
+
+}  // namespace
+
+bool read_solve(TomlReader table, Scene& scene) {
+  const bool moves = table.choice<bool>("kind", {{"equilibrium", false}, {"dynamics", true}}).value_or(false);
+  read_law(table, scene);
+  if (auto v = table.choice<Rotation>("rotation", {{"polar", Rotation::polar}, {"edges", Rotation::edges}}))
+    scene.rotation = *v;
+  if (scene.rotation == Rotation::edges && scene.elasticity != Elasticity::corotational)
+    table.fail_at("rotation",
+                  "rotation = \"edges\" goes with strain = \"corotational\" alone, expected that or no edges");
+  const auto volumetric =
+      table.choice<Volumetric>("volumetric", {{"mean", Volumetric::mean}, {"full", Volumetric::full}});
+  const bool green_lagrange = scene.elasticity == Elasticity::green_lagrange;
+  scene.volumetric = volumetric.value_or(green_lagrange ? Volumetric::full : Volumetric::mean);
+  if (green_lagrange && scene.volumetric == Volumetric::mean)
+    table.fail_at("volumetric",
+                  "volumetric = \"mean\" goes with other strains than \"green-lagrange\", expected \"full\"");
+  if (auto v = table.choice<Stiffness>("stiffness", {{"exact", Stiffness::exact}, {"uniform", Stiffness::uniform}}))
+    scene.stiffness = *v;
+  if (moves && scene.finds_strain && scene.rotation == Rotation::edges)
+    table.fail_at("rotation",
+                  "rotation = \"edges\" does not go with strain = \"auto\" in a motion, expected one of them");
+  read_levels(table, moves, scene);
+  if (auto v = table.number("tolerance", 1e-13, 0.1, "1e-13 to 0.1")) scene.tolerance = *v;
+  if (auto v = table.choice<Islands>("islands",
+                                     {{"error", Islands::error}, {"drop", Islands::drop}, {"hold", Islands::hold}}))
+    scene.islands = *v;
+  if (auto v = table.choice<bool>("conflicts", {{"error", false}, {"compromise", true}})) scene.compromise = *v;
+  table.finish();
+  return moves;
+}
+
+Dynamics read_dynamics(TomlReader table, const std::filesystem::path& folder) {
+  constexpr double most_seconds = 1e9, most_steps = 1e8;
+  Dynamics d;
+  const auto step = table.number("step_s", 1e-9, most_seconds, "a time of 1e-9 to 1e9 s");
+  const auto duration = table.number("duration_s", 1e-9, most_seconds, "a time of 1e-9 to 1e9 s");
+  if (auto v = table.integer("output_every", 1, 1000000000, "a number of steps, 1 to 1e9")) d.output_every = *v;
+  if (auto v = table.choice<StepSolver>(
+          "solver", {{"cg", StepSolver::cg}, {"jacobi", StepSolver::jacobi}, {"multigrid", StepSolver::multigrid}}))
+    d.solver = *v;
+  if (auto v = table.integer("solver_iterations", 0, 100000, "0 (as many as the tolerance takes) to 100000"))
+    d.solver_iterations = *v;
+  const auto newton = table.integer("newton_iterations", 0, 25, "0 (as many as the tolerance takes) to 25");
+  d.newton_iterations = newton.value_or(d.solver_iterations > 0 ? 1 : 0);
+  if (auto v = table.vector("velocity_mm_s", "three numbers [x, y, z], LPS, mm/s")) d.velocity = *v;
+  const auto start = table.text("start", "the path of a .hexresult");
+  table.finish();
+  if (!step || !duration)
+    table.fail_here(
+        fmt::format("[dynamics] has no {}, expected step_s and duration_s", step ? "duration_s" : "step_s"));
+  d.step = *step;
+  d.duration = *duration;
+  if (d.duration / d.step > most_steps)
+    table.fail_at("step_s", fmt::format("duration_s / step_s is {:.3g} steps, expected at most {:g}",
+                                        d.duration / d.step, most_steps));
+  if (d.solver_iterations > 0 && d.newton_iterations == 0)
+    table.fail_at("newton_iterations",
+                  "newton_iterations = 0 solves to the tolerance, expected solver_iterations = 0 with it");
+  if (start) {
+    d.start = folder / *start;
+    if (!std::filesystem::is_regular_file(d.start))
+      table.fail_at("start", fmt::format("dynamics.start is '{}', expected a file (relative to the scene)", *start));
+  }
+  return d;
+}
+
+Damping read_damping(TomlReader table) {
+  Damping d;
+  d.mass_per_s = table.number("mass_per_s", 0, 1e12, "a rate in 1/s, 0 or more").value_or(0);
+  d.stiffness_s = table.number("stiffness_s", 0, 1e6, "a time in s, 0 or more").value_or(0);
+  table.finish();
+  return d;
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <limits>
+
+#include "hexmesh/file/toml_reader.h"
+#include "hexsolver/scene/scene.h"
+
+// What read_scene() reads the tables of a scene with. All throw Error{input} with the place in the file.
+
+namespace hexsolver {
+
+using hexmesh::TomlReader;
+
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// "solve.strain=corotational" or "displace.0.by_mm=[1,2,3]".
+/// @throws Error{usage}
+void apply_setting(toml::table& root, const std::string& setting);
+
+/// [solve].
+/// @returns whether the scene is a motion
+bool read_solve(TomlReader table, Scene& scene);
+
+/// [dynamics].
+/// @param folder  that relative paths are relative to
+Dynamics read_dynamics(TomlReader table, const std::filesystem::path& folder);
+
+/// [damping].
+Damping read_damping(TomlReader table);
+
+/// { point_mm, normal } of a key.
+HalfSpace read_halfspace(TomlReader& table, const char* key);
+
+/// What a condition or a force selects.
+/// @param line  receives the two ends of a markup that is a line, in a [[displace]]
+Selection read_selection(TomlReader& table, const std::filesystem::path& folder, const std::string& condition,
+                         std::optional<std::array<Vec3, 2>>& line);
+
+/// [[fix]] or [[displace]].
+/// @param number  counts those of its kind, from 1
+Condition read_condition(TomlReader table, const std::string& kind, const std::filesystem::path& folder,
+                         const std::optional<Dynamics>& dynamics, std::size_t number);
+
+/// [[force]].
+Force read_force(TomlReader table, const std::filesystem::path& folder, const std::optional<Dynamics>& dynamics,
+                 std::size_t number);
+
+/// [[contact]].
+Contact read_contact(TomlReader table, const std::optional<Dynamics>& dynamics, std::size_t number);
+
+}  // namespace hexsolver

@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexsolver/scene/scene.h"
+
+#include "scene/read_tables.h"
+
+namespace hexsolver {
+
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+
+namespace {
+
+std::map<std::string, MaterialOverride> read_materials(TomlReader& tables) {
+  std::map<std::string, MaterialOverride> materials;
+  for (auto& [name, table] : tables.named_tables()) {
+    MaterialOverride m;
+    m.where = table.where();
+    m.young_kpa = table.number("young_kpa", 1e-9, 1e12, "a modulus > 0 in kPa");
+    m.poisson = table.number("poisson", -0.999999, 0.499999, "within (-1, 0.5)");
+    m.density_kg_m3 = table.number("density_kg_m3", 0, 1e6, "0 or more");
+    table.finish();
+    materials[name] = m;
+  }
+  return materials;
+}
+
+/// In mm/s^2.
+Vec3 read_gravity(TomlReader table) {
+  const auto g = table.vector("m_s2", "three numbers [x, y, z], LPS, m/s^2");
+  table.finish();
+  if (!g) table.fail_here("[gravity] has no m_s2, expected m_s2 = [x, y, z]");
+  return *g * 1e3;
+}
+
+/// Names tell conditions, forces and contacts apart in messages and reports.
+void check_names(const Scene& scene) {
+  std::map<std::string, std::string> where;
+  const auto check = [&](const auto& tables) {
+    for (const auto& t : tables)
+      if (const auto [entry, is_new] = where.try_emplace(t.name, t.where); !is_new)
+        throw Error(ErrorKind::input,
+                    fmt::format("{}: name is '{}' as at {}, expected another", t.where, t.name, entry->second));
+  };
+  check(scene.conditions);
+  check(scene.forces);
+  check(scene.contacts);
+}
+
+}  // namespace
+
+Scene read_scene(const std::filesystem::path& path, const std::string& display_name,
+                 const std::vector<std::string>& settings) {
+  toml::table root = hexmesh::parse_toml(path, display_name);
+  for (const std::string& setting : settings) apply_setting(root, setting);
+
+  const std::filesystem::path folder = path.parent_path();
+  TomlReader reader(root, display_name, "");
+  Scene scene;
+  auto solve = reader.table("solve", "a table written [solve]");
+  const bool moves = solve && read_solve(*solve, scene);
+  if (auto table = reader.table("dynamics", "a table written [dynamics]")) {
+    const Dynamics dynamics = read_dynamics(*table, folder);
+    if (moves)
+      scene.dynamics = dynamics;
+    else
+      scene.warnings.emplace_back(
+          "[dynamics] has no effect: solve.kind is \"equilibrium\", expected \"dynamics\" for a motion");
+  }
+  if (moves && !scene.dynamics)
+    solve->fail_at("kind", "kind is \"dynamics\", expected a table [dynamics] with step_s and duration_s");
+  if (auto table = reader.table("damping", "a table written [damping]")) scene.damping = read_damping(*table);
+  if (auto materials = reader.table("material", "tables written [material.SEGMENT]"))
+    scene.materials = read_materials(*materials);
+  for (const std::string kind : {"fix", "displace"}) {
+    std::size_t number = 0;
+    for (const TomlReader& table : reader.tables(kind))
+      scene.conditions.push_back(read_condition(table, kind, folder, scene.dynamics, ++number));
+  }
+  std::size_t number = 0;
+  for (const TomlReader& table : reader.tables("force"))
+    scene.forces.push_back(read_force(table, folder, scene.dynamics, ++number));
+  number = 0;
+  for (const TomlReader& table : reader.tables("contact"))
+    scene.contacts.push_back(read_contact(table, scene.dynamics, ++number));
+  check_names(scene);
+  if (auto table = reader.table("gravity", "a table written [gravity]")) scene.gravity = read_gravity(*table);
+  reader.finish();
+  return scene;
+}
+
+}  // namespace hexsolver

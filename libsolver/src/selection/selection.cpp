@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "selection/selection.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "hexmesh/core/error.h"
+#include "hexmesh/lattice/locator.h"
+
+namespace hexsolver {
+
+using hexmesh::Embedding;
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+
+/// A point of the embedded surface that may be selected.
+struct Selector::Candidate {
+  Vec3 position;
+  Embedding embedding;
+  std::vector<std::uint16_t> neighbours;  ///< labels behind the exposed faces it stands for
+  Vec3 area = Vec3::Zero();
+};
+
+namespace {
+
+/// Outward area vector of a voxel's face [mm^2]; see hexmesh::ExposedFace::side.
+Vec3 area_vector(const hexmesh::Grid& voxels, std::uint8_t side) {
+  const int axis = side / 2;
+  const double area = voxels.voxel_volume() / voxels.spacing()[axis];
+  return (side % 2 ? area : -area) * voxels.direction().col(axis);
+}
+
+template <class Candidate>
+std::vector<Candidate> face_candidates(const hexmesh::Lattice& lattice, const hexmesh::CellLocator& locator,
+                                       bool whole_voxels, const SurfaceShare& share) {
+  std::vector<Candidate> out;
+  const hexmesh::ExposedFace* last = nullptr;
+  const std::vector<hexmesh::ExposedFace> faces = hexmesh::exposed_faces(lattice);
+  for (const hexmesh::ExposedFace& face : faces) {
+    if (!share.has_voxel(face.voxel)) continue;
+    const bool same_voxel = last && last->voxel == face.voxel;
+    last = &face;
+    if (whole_voxels && same_voxel) {
+      out.back().neighbours.push_back(face.neighbour);
+      continue;
+    }
+    const Vec3 index = whole_voxels ? Vec3(face.voxel[0], face.voxel[1], face.voxel[2]) : hexmesh::face_index(face);
+    out.push_back({lattice.voxels.position(index), locator.in_cell_of_voxel(face.voxel, index), {face.neighbour}});
+    if (!whole_voxels) out.back().area = area_vector(lattice.voxels, face.side);
+  }
+  return out;
+}
+
+/// Nodes that touch a missing cell or one that is not full.
+template <class Candidate>
+std::vector<Candidate> node_candidates(const hexmesh::Lattice& lattice, int level, const Mesh& mesh,
+                                       const SurfaceShare& share) {
+  const hexmesh::Level& cells = lattice.levels[level];
+  std::vector<int> full_cells(mesh.num_nodes());
+  std::vector<Candidate> of_node(mesh.num_nodes());
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    for (int a = 0; a < 8; ++a) {
+      const auto node = mesh.node(c, a);
+      full_cells[node] += !cells.is_boundary(c);
+      Embedding& e = of_node[node].embedding;
+      e.cell = static_cast<std::int32_t>(c);
+      for (int d = 0; d < 3; ++d) e.local[d] = hexmesh::corner_bit(a, d);
+    }
+  std::vector<Candidate> out;
+  for (std::size_t n = 0; n < mesh.num_nodes(); ++n)
+    if (full_cells[n] < 8 && share.has_node(mesh.nodes()[n])) {
+      of_node[n].position = mesh.position(n);
+      out.push_back(of_node[n]);
+    }
+  return out;
+}
+
+struct Nearest {
+  std::size_t candidate = 0;
+  double distance = std::numeric_limits<double>::infinity();  ///< [mm]
+};
+
+template <class Candidate>
+Nearest nearest(const std::vector<Candidate>& candidates, const Vec3& point) {
+  Nearest best;
+  for (std::size_t n = 0; n < candidates.size(); ++n)
+    if (const double distance = (candidates[n].position - point).norm(); distance < best.distance) best = {n, distance};
+  return best;
+}
+
+template <class Candidate>
+void select_ball(const Ball& ball, const Selection& selection, const std::string& what,
+                 const std::vector<Candidate>& candidates, const SurfaceShare& share, std::vector<char>& chosen) {
+  const Nearest closest = nearest(candidates, ball.center);
+  const double distance = share.least(closest.distance);
+  if (distance > selection.max_distance)
+    throw Error(ErrorKind::geometry,
+                fmt::format("{}: its point [{:g}, {:g}, {:g}] is {:.1f} mm from the nearest surface point, expected at "
+                            "most max_distance_mm = {:g}",
+                            what, ball.center[0], ball.center[1], ball.center[2], distance, selection.max_distance));
+  if (ball.radius == 0) {
+    if (share.is_first(!candidates.empty() && closest.distance == distance)) chosen[closest.candidate] = 1;
+    return;
+  }
+  for (std::size_t n = 0; n < candidates.size(); ++n)
+    if ((candidates[n].position - ball.center).norm() <= ball.radius) chosen[n] = 1;
+}
+
+std::uint16_t label_of(const std::string& segment, const std::string& what, const hexmesh::Lattice& lattice) {
+  std::vector<std::string> names;
+  for (const hexmesh::LatticeSegment& s : lattice.segments) {
+    if (s.segment.name == segment) return s.segment.label;
+    names.push_back(s.segment.name);
+  }
+  throw Error(ErrorKind::input,
+              fmt::format("{}: unknown segment '{}', expected one of: {}", what, segment, fmt::join(names, ", ")));
+}
+
+template <class Candidate>
+std::vector<char> choose(const Selection& s, const std::string& what, const hexmesh::Lattice& lattice,
+                         const std::vector<Candidate>& candidates, const SurfaceShare& share) {
+  std::vector<char> chosen(candidates.size());
+  for (const Ball& ball : s.balls) select_ball(ball, s, what, candidates, share, chosen);
+  const std::uint16_t label = s.segment.empty() ? std::uint16_t{0} : label_of(s.segment, what, lattice);
+  for (std::size_t n = 0; n < candidates.size(); ++n) {
+    const Vec3& p = candidates[n].position;
+    if (s.box && s.box->contains(p)) chosen[n] = 1;
+    if (s.halfspace && (p - s.halfspace->point).dot(s.halfspace->normal) >= -1e-9) chosen[n] = 1;
+    if (!s.segment.empty() && std::count(candidates[n].neighbours.begin(), candidates[n].neighbours.end(), label))
+      chosen[n] = 1;
+  }
+  return chosen;
+}
+
+template <class Candidate>
+std::string nothing_selected(const Selection& s, const std::string& what, const hexmesh::Lattice& lattice,
+                             const std::vector<Candidate>& candidates, const SurfaceShare& share) {
+  std::string detail = "expected at least one point of the surface";
+  if (s.balls.size() == 1) {
+    const Vec3& center = s.balls[0].center;
+    detail = fmt::format("the nearest is {:.1f} mm from its point, expected radius_mm of at least that",
+                         share.least(nearest(candidates, center).distance));
+  } else if (s.box || s.halfspace) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Candidate& c : candidates)
+      least = std::min(least, s.halfspace ? -(c.position - s.halfspace->point).dot(s.halfspace->normal)
+                                          : (c.position - s.box->center).norm());
+    detail = fmt::format("the nearest is {:.1f} mm from {}", share.least(least),
+                         s.box ? "the box's centre, expected one inside" : "the half-space, expected one inside");
+  } else if (!s.segment.empty() && lattice.segments.size() > 1) {
+    detail = fmt::format("no material touches segment '{}' (one with a material of its own?)", s.segment);
+  }
+  return fmt::format("{} selects no point: {}", what, detail);
+}
+
+}  // namespace
+
+const SurfaceShare Selector::whole_surface_of_one;
+
+Selector::Selector(const hexmesh::Lattice& lattice, int level, const Mesh& mesh, const SurfaceShare& share)
+    : lattice_(lattice), level_(level), mesh_(mesh), share_(share) {}
+
+Selector::~Selector() = default;
+
+const std::vector<Selector::Candidate>& Selector::candidates(SurfacePoints on) {
+  std::vector<Candidate>& list = candidates_[static_cast<std::size_t>(on)];
+  if (!list.empty()) return list;
+  if (on == SurfacePoints::nodes) {
+    list = node_candidates<Candidate>(lattice_, level_, mesh_, share_);
+  } else {
+    const hexmesh::Level& cells = lattice_.levels[level_];
+    const hexmesh::CellLocator locator(lattice_.voxels, cells.voxels_per_cell, cells.cells);
+    list = face_candidates<Candidate>(lattice_, locator, on == SurfacePoints::voxels, share_);
+  }
+  return list;
+}
+
+std::vector<SurfacePoint> Selector::select(const Selection& selection, const std::string& what) {
+  const std::vector<Candidate>& list = candidates(selection.on);
+  const std::vector<char> chosen = choose(selection, what, lattice_, list, share_);
+  if (share_.sum(static_cast<double>(std::count(chosen.begin(), chosen.end(), 1))) == 0)
+    throw Error(ErrorKind::geometry, nothing_selected(selection, what, lattice_, list, share_));
+  std::vector<SurfacePoint> points;
+  for (std::size_t n = 0; n < list.size(); ++n)
+    if (chosen[n])
+      points.push_back({list[n].embedding.cell, hexmesh::shape_functions(list[n].embedding.local), list[n].area});
+  return points;
+}
+
+std::vector<SurfacePoint> Selector::whole_surface() {
+  std::vector<SurfacePoint> points;
+  for (const Candidate& c : candidates(SurfacePoints::faces))
+    points.push_back({c.embedding.cell, hexmesh::shape_functions(c.embedding.local), c.area});
+  return points;
+}
+
+}  // namespace hexsolver

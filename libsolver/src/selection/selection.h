@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "hexsolver/scene/scene.h"
+#include "mesh/mesh.h"
+
+namespace hexsolver {
+
+/// A point of the embedded surface, u(p) = H u.
+struct SurfacePoint {
+  std::int32_t cell = -1;    ///< of the mechanical level
+  NodeWeights weights;       ///< of the cell's nodes
+  Vec3 area = Vec3::Zero();  ///< outward area vector of an exposed face [mm^2]; zero for voxels and nodes
+};
+
+/// Which part of a surface a process has, and what all find together. Here: one process with all of it.
+class SurfaceShare {
+public:
+  virtual ~SurfaceShare() = default;
+  virtual bool has_voxel(const Index3& /*voxel*/) const { return true; }
+  virtual bool has_node(const Index3& /*node*/) const { return true; }
+  virtual double least(double value) const { return value; }  ///< of all processes
+  virtual double sum(double value) const { return value; }
+  virtual bool is_first(bool mine) const { return mine; }  ///< of the processes for which it is true
+};
+
+/// Finds the surface points of one mechanical level that conditions and forces select.
+class Selector {
+public:
+  /// All must outlive this.
+  /// @param lattice  with its voxels; its level `level` is the mesh
+  Selector(const hexmesh::Lattice& lattice, int level, const Mesh& mesh,
+           const SurfaceShare& share = whole_surface_of_one);
+  ~Selector();
+
+  /// @param what   named in messages, e.g. "condition 'hilum' (scene.toml:7:1)"
+  /// @throws Error{geometry} for a selection without points, with the distance
+  /// @throws Error{input} for a segment that the lattice does not have
+  std::vector<SurfacePoint> select(const Selection& selection, const std::string& what);
+
+  const SurfaceShare& share() const noexcept { return share_; }
+
+  /// The centres of all exposed faces.
+  std::vector<SurfacePoint> whole_surface();
+
+private:
+  static const SurfaceShare whole_surface_of_one;
+  struct Candidate;
+  const std::vector<Candidate>& candidates(SurfacePoints on);
+
+  const hexmesh::Lattice& lattice_;
+  int level_;
+  const Mesh& mesh_;
+  const SurfaceShare& share_;
+  std::array<std::vector<Candidate>, 3> candidates_;  ///< by kind, found when first needed
+};
+
+}  // namespace hexsolver

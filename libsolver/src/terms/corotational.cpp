@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "terms/corotational.h"
+
+#include <Eigen/Geometry>
+#include <numeric>
+
+#include "core/rotation.h"
+#include "hexmesh/core/bytes.h"
+#include "kernels/cell_hessian.h"
+#include "kernels/cell_vectors.h"
+#include "terms/single_models.h"
+
+namespace hexsolver {
+namespace {
+
+constexpr std::size_t lanes = RotatedCells<double>::lanes;
+
+/// Frames come from memory once and in order, but in more streams than a machine follows by itself.
+template <class Real>
+void fetch(const std::vector<RotatedCells<Real>>& frames, std::size_t batch) {
+  if (batch >= frames.size()) return;
+  constexpr std::size_t line = 64;
+  for (std::size_t n = 0; n < sizeof(RotatedCells<Real>); n += line)
+    __builtin_prefetch(reinterpret_cast<const char*>(&frames[batch]) + n);
+}
+
+}  // namespace
+
+CorotationalFrame CorotationalCells::frame(std::size_t cell, const NodeVector& u) const {
+  CellVector x = mesh_.gather(cell, u) + rest_;
+  Vec3 mean = Vec3::Zero();
+  Mat3 f = Mat3::Zero();
+  for (int a = 0; a < 8; ++a) mean += x.segment<3>(3 * a) / 8;
+  for (int a = 0; a < 8; ++a) {
+    x.segment<3>(3 * a) -= mean;
+    f += x.segment<3>(3 * a) * model(cell).mean_gradient.row(a);
+  }
+  const Polar polar = polar_decomposition(f);
+  CorotationalFrame frame{
+      polar.rotation, polar.stretch, polar.inverse_m, Mat3::Zero(), rotate(polar.rotation.transpose(), x), {}, {}};
+  frame.f = times(model(cell).stiffness, frame.y - rest_);
+  Vec3 torque = Vec3::Zero();
+  for (int a = 0; a < 8; ++a) torque += Vec3(frame.y.segment<3>(3 * a)).cross(Vec3(frame.f.segment<3>(3 * a)));
+  frame.h = polar.inverse_m * torque;
+  return frame;
+}
+
+double CorotationalCells::cell_energy(std::size_t cell, const NodeVector& u) const {
+  if (!rotates(cell)) {
+    const CellVector v = mesh_.gather(cell, u);
+    return 0.5 * v.dot(times(model(cell).stiffness, v));
+  }
+  const CorotationalFrame f = frame(cell, u);
+  return 0.5 * (f.y - rest_).dot(f.f);
+}
+
+double CorotationalCells::energy(const NodeVector& u) const {
+  if (!is_at(u)) return ElasticCells::energy(u);
+  energies_.resize(mesh_.batches().size());
+  mesh_.for_each_batch([&](std::size_t b) {
+    RotatedCells<double> space;
+    const RotatedCells<double>& cells = rotated(b, space);
+    std::array<double, lanes> of_lane{};
+    for (std::size_t n = 0; n < 24; ++n)
+      for (std::size_t lane = 0; lane < lanes; ++lane)
+        of_lane[lane] += 0.5 * (cells.y[n][lane] - rest_[n]) * cells.f[n][lane];
+    energies_[b] = std::accumulate(of_lane.data(), of_lane.data() + mesh_.batches()[b].count, 0.0);
+  });
+  return sum_of_energies();
+}
+
+CorotationalFrame CorotationalCells::unrotated_frame(std::size_t cell, const NodeVector& u) const {
+  const CellVector v = mesh_.gather(cell, u);
+  const Mat3 one = Mat3::Identity(), none = Mat3::Zero();
+  return {one, one, none, none, rest_ + v, times(model(cell).stiffness, v), Vec3::Zero()};
+}
+
+std::size_t CorotationalCells::choose_rotating(const NodeVector& u, double on, double off) {
+  forget_state();
+  rotating_.resize(mesh_.num_cells());
+  std::size_t count = 0;
+  for (std::size_t c = 0; c < rotating_.size(); ++c) {
+    const double angle = rotation_angle(polar_decomposition(mean_gradient(c, u)).rotation);
+    rotating_[c] = angle > (rotating_[c] ? off : on);
+    count += rotating_[c];
+  }
+  return count;
+}
+
+Mat3 CorotationalCells::stress(std::size_t cell, const NodeVector& u) const {
+  const Mat3 f = mean_gradient(cell, u);
+  if (!rotates(cell)) return hooke_stress(model(cell), (f + f.transpose()) / 2 - Mat3::Identity());
+  const Polar polar = polar_decomposition(f);
+  const Mat3 in_frame = hooke_stress(model(cell), polar.stretch - Mat3::Identity());
+  return polar.rotation * in_frame * polar.rotation.transpose();
+}
+
+void CorotationalCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
+  if (is_at(u)) {
+    mesh_.for_each_batch([&](std::size_t b) {
+      alignas(64) std::array<double, 24 * lanes> values;
+      RotatedCells<double> space;
+      forces_of_rotated(models_of_batch<double>(b), rotated(b, space), values.data());
+      for (std::size_t lane = 0; lane < mesh_.batches()[b].count; ++lane) {
+        CellVector force;
+        for (std::size_t n = 0; n < 24; ++n) force[n] = values[lanes * n + lane];
+        mesh_.scatter_add(mesh_.batches()[b].first + lane, force, gradient);
+        mesh_.scatter_add(mesh_.batches()[b].first + lane, force.cwiseAbs(), magnitude);
+      }
+    });
+    return;
+  }
+  mesh_.for_each_cell([&](std::size_t c) {
+    if (!rotates(c)) {
+      const CellVector linear = times(model(c).stiffness, mesh_.gather(c, u));
+      mesh_.scatter_add(c, linear, gradient);
+      mesh_.scatter_add(c, linear.cwiseAbs(), magnitude);
+      return;
+    }
+    CorotationalFrame f = frame(c, u);
+    for (int a = 0; a < 8; ++a) f.f.segment<3>(3 * a) -= f.h.cross(Vec3(model(c).mean_gradient.row(a)));
+    const CellVector force = rotate(f.r, f.f);
+    mesh_.scatter_add(c, force, gradient);
+    mesh_.scatter_add(c, force.cwiseAbs(), magnitude);
+  });
+}
+
+CorotationalFrame CorotationalCells::kept_frame(std::size_t cell) const {
+  if (saves_memory_) return frame_of_state(cell);
+  return unpacked(frames_[mesh_.batch_of(cell)], mesh_.lane_of(cell));
+}
+
+void CorotationalCells::keep_state(const NodeVector& u, bool stressed) {
+  if (is_at(u) && (is_stressed_ || !stressed)) return;
+  is_stressed_ = stressed;
+  state_ = u;
+  positive_.clear();
+  single_is_current_ = false;
+  if (saves_memory_) return;
+  frames_.resize(mesh_.batches().size());
+  mesh_.for_each_batch([&](std::size_t b) { rotate_batch(b, frames_[b]); });
+}
+
+void CorotationalCells::move_to(const NodeVector& u) { keep_state(u, true); }
+
+void CorotationalCells::linearize(const NodeVector& u, double projection) {
+  keep_state(u, projection != Hessian::without_stress);
+  projection_ = projection;
+  if (projection > Hessian::exact && projection <= Hessian::projected)
+    project();
+  else
+    positive_.clear();
+}
+
+void CorotationalCells::project() {
+  if (!positive_.empty()) return;
+  positive_.resize(mesh_.batches().size());
+  mesh_.for_each_batch([&](std::size_t b) {
+    const Mesh::Batch& batch = mesh_.batches()[b];
+    RotatedCells<double> space;
+    const RotatedCells<double>& cells = rotated(b, space);
+    for (std::size_t lane = 0; lane < batch.count; ++lane) {
+      const std::size_t c = batch.first + lane;
+      PositivePart part;
+      if (rotates(c)) part = positive_part(stress_term(unpacked(cells, lane), model(c).mean_gradient));
+      pack(part, positive_[b], lane);
+    }
+  });
+}
+
+CorotationalFrame CorotationalCells::frame_of_state(std::size_t cell) const {
+  if (!rotates(cell)) return unrotated_frame(cell, state_);
+  CorotationalFrame f = frame(cell, state_);
+  if (is_stressed_) f.a = stress_matrix(f);
+  return f;
+}
+
+bool CorotationalCells::rotates_somewhere(std::size_t batch) const {
+  const Mesh::Batch& cells = mesh_.batches()[batch];
+  for (std::size_t c = cells.first; c < cells.first + cells.count; ++c)
+    if (rotates(c)) return true;
+  return false;
+}
+
+void CorotationalCells::rotate_batch(std::size_t batch, RotatedCells<double>& cells) const {
+  const Mesh::Batch& of = mesh_.batches()[batch];
+  unsigned left = (1U << lanes) - 1;
+  if (rotates_somewhere(batch))
+    left = rotate_cells(models_of_batch<double>(batch), is_stressed_, nodes_of_batch(mesh_, batch), rest_.data(),
+                        state_.data(), cells);
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    const std::size_t cell = of.first + std::min(lane, of.count - 1);
+    if (left >> lane & 1U || !rotates(cell)) pack(frame_of_state(cell), cells, lane);
+  }
+}
+
+const RotatedCells<double>& CorotationalCells::rotated(std::size_t batch, RotatedCells<double>& space) const {
+  if (!saves_memory_) return frames_[batch];
+  rotate_batch(batch, space);
+  return space;
+}
+
+const RotatedCells<float>& CorotationalCells::rotated(std::size_t batch, RotatedCells<float>& /*space*/) const {
+  return single_frames_[batch];
+}
+
+void CorotationalCells::keep_single_frames() const {
+  if (single_is_current_) return;
+  static_assert(sizeof(RotatedCells<double>) == 2 * sizeof(RotatedCells<float>));
+  constexpr std::size_t numbers = sizeof(RotatedCells<float>) / sizeof(float);
+  single_frames_.resize(mesh_.batches().size());
+  mesh_.for_each_batch([&](std::size_t b) {
+    RotatedCells<double> space;
+    const double* from = rotated(b, space).y[0].data();
+    float* to = single_frames_[b].y[0].data();
+    for (std::size_t n = 0; n < numbers; ++n) to[n] = static_cast<float>(from[n]);
+  });
+  single_is_current_ = true;
+}
+
+template <class Real>
+LaneModels<Real> CorotationalCells::models_of_batch(std::size_t number) const {
+  const Mesh::Batch& batch = mesh_.batches()[number];
+  LaneModels<Real> models;
+  const auto cell_of = [&](std::size_t lane) {
+    return batch.first + std::min(lane, batch.count - 1);  // the last again if there are fewer
+  };
+  if constexpr (std::is_same_v<Real, double>) {
+    bool alike = true;
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      const ElementModel& m = model(cell_of(lane));
+      models.stiffness[lane] = m.stiffness.data();
+      models.mean_gradient[lane] = m.mean_gradient.data();
+      alike = alike && models.stiffness[lane] == models.stiffness[0];
+    }
+    if (alike) models.alike = models.stiffness[0];
+  } else {
+    const SingleModels& single = single_models();
+    models.alike = single.stiffness.alike(number);
+    if (!models.alike) models.packed = &single.stiffness.packed(number);
+    for (std::size_t lane = 0; lane < lanes; ++lane)
+      models.mean_gradient[lane] = single.mean_gradient[elements_[cell_of(lane)]].data();
+  }
+  return models;
+}
+
+template <class Vector>
+void CorotationalCells::add_product_of(const Vector& x, Vector& y) const {
+  using Real = typename Vector::Scalar;
+  if (std::is_same_v<Real, float>) {
+    single_models();
+    keep_single_frames();
+  }
+  mesh_.for_each_batch([&](std::size_t b) {
+    RotatedCells<Real> space;
+    fetch(kept_frames<Real>(), b + 1);
+    add_rotated_product(models_of_batch<Real>(b), rotated(b, space), projection_ == Hessian::exact,
+                        positive_.empty() ? nullptr : &positive_[b], nodes_of_batch(mesh_, b), x.data(), y.data());
+  });
+}
+
+void CorotationalCells::add_product(const NodeVector& x, NodeVector& y) const { add_product_of(x, y); }
+void CorotationalCells::add_product(const FloatNodeVector& x, FloatNodeVector& y) const { add_product_of(x, y); }
+
+std::size_t CorotationalCells::bytes() const {
+  return ElasticCells::bytes() + hexmesh::bytes_of(frames_) + hexmesh::bytes_of(single_frames_) +
+         hexmesh::bytes_of(positive_) + sizeof(double) * static_cast<std::size_t>(state_.size());
+}
+
+void CorotationalCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
+  hexsolver::add_diagonal(rotates(cell) ? kept_frame(cell).r : Mat3(Mat3::Identity()), model(cell).stiffness, blocks);
+}
+
+/// b . Q v = b . R^T v: the part of Q from the change of R has no trace.
+Dilatation CorotationalCells::dilatation(std::size_t cell) const {
+  return rotated_dilatation(cell, rotates(cell) ? kept_frame(cell).r : Mat3(Mat3::Identity()));
+}
+
+void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) const {
+  const CellMatrix& k = model(cell).stiffness;
+  if (!rotates(cell)) {
+    hessian += k;
+    return;
+  }
+  const CorotationalFrame f = kept_frame(cell);
+  const StressTerm e = stress_term(f, model(cell).mean_gradient);
+  Eigen::Matrix<double, 24, 3> y, ky;  // w x y_a = (Y w)_a
+  for (int a = 0; a < 8; ++a) y.block<3, 3>(3 * a, 0) = -cross_matrix(f.y.segment<3>(3 * a));
+  for (int column = 0; column < 3; ++column) ky.col(column) = times(k, y.col(column));
+  // (1 - Y T)^T K (1 - Y T) = K - B^T - B with B = T^T (Y^T K - Y^T K Y T / 2)
+  const Mat3 yky = y.transpose().lazyProduct(ky);
+  const Rows t = e.t;
+  Rows inner = (0.5 * yky).lazyProduct(e.t) - ky.transpose();
+  if (projection_ == Hessian::exact) inner += e.l + (0.5 * e.a).lazyProduct(e.t);
+  Rows z;
+  if (!positive_.empty()) {
+    const PositivePart part = unpacked(positive_[mesh_.batch_of(cell)], mesh_.lane_of(cell));
+    z = part.b.transpose().lazyProduct(e.t) + part.c.transpose().lazyProduct(e.l);
+  }
+  add_rotated_hessian(k.data(), t.data(), inner.data(), positive_.empty() ? nullptr : z.data(), f.r.data(),
+                      hessian.data());
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "terms/corotational_frame.h"
+#include "terms/elastic.h"
+
+namespace hexsolver {
+
+/// W(x) = 1/2 (R^T x - X)^T K (R^T x - X), R = polar(F), F = grad x averaged over the filled part of the cell.
+///
+/// In a full cell F is the paper's average of the four edges per direction; in a partly filled one it is the rotation
+/// of the material rather than of corners far from it, which the energy is hardly aware of.
+/// Gradient and Hessian are exact, with R a function of x, so the forces of a cell have no net force and no net torque.
+/// The Hessian is Q^T K Q + E with E of rank 6, three of its eigenvalues negative or zero; projected keeps E's positive
+/// part. Derivation: THEORY.md, "Co-rotational cells". Source of W with R held: Nesme, Faure, Payan 2010.
+/// Cells that do not rotate, if so chosen, keep R = 1 and cost what Cauchy's do.
+class CorotationalCells final : public ElasticCells {
+public:
+  /// @param rotating      which cells rotate; empty = all
+  /// @param saves_memory  keep no frames in double precision: energies, forces and products find them again
+  CorotationalCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models,
+                    std::vector<bool> rotating = {}, bool saves_memory = false)
+      : ElasticCells(mesh, std::move(elements), std::move(models)),
+        rotating_(std::move(rotating)),
+        saves_memory_(saves_memory) {}
+  explicit CorotationalCells(const ElasticCells& same) : ElasticCells(same) {}
+
+  /// Let cells rotate that are rotated by more than `on` [rad], and no longer those rotated by less than `off`.
+  /// @returns how many rotate
+  std::size_t choose_rotating(const NodeVector& u, double on, double off);
+  const std::vector<bool>& rotating() const noexcept { return rotating_; }
+  void set_rotating(const std::vector<bool>& rotating) {
+    rotating_ = rotating;
+    forget_state();
+  }
+
+  double energy(const NodeVector& u) const override;
+  double cell_energy(std::size_t cell, const NodeVector& u) const override;
+  Mat3 stress(std::size_t cell, const NodeVector& u) const override;
+  void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
+  bool is_linear() const override { return false; }
+  void move_to(const NodeVector& u) override;
+  void linearize(const NodeVector& u, double projection) override;
+  void add_product(const NodeVector& x, NodeVector& y) const override;
+  void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
+  void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
+  void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;  ///< that of R K R^T
+  Dilatation dilatation(std::size_t cell) const override;
+  std::int32_t shared_hessian(std::size_t cell) const override { return rotates(cell) ? own_hessian : elements_[cell]; }
+  std::size_t bytes() const override;
+
+private:
+  using Rows = Eigen::Matrix<double, 3, 24, Eigen::RowMajor>;
+
+  bool is_at(const NodeVector& u) const { return u.size() == state_.size() && u == state_; }
+  void keep_state(const NodeVector& u, bool stressed);
+  void forget_state() {
+    state_.resize(0);
+    positive_.clear();
+    single_is_current_ = false;
+  }
+  void project();
+  bool rotates(std::size_t cell) const { return rotating_.empty() || rotating_[cell]; }
+  bool rotates_somewhere(std::size_t batch) const;
+  CorotationalFrame frame(std::size_t cell, const NodeVector& u) const;
+  CorotationalFrame unrotated_frame(std::size_t cell,
+                                    const NodeVector& u) const;  ///< of a cell that does not rotate, R = 1 and M^-1 = 0
+  CorotationalFrame kept_frame(std::size_t cell) const;          ///< at the state, without s
+  CorotationalFrame frame_of_state(std::size_t cell) const;
+  void rotate_batch(std::size_t batch, RotatedCells<double>& cells) const;
+  void keep_single_frames() const;
+  const RotatedCells<double>& rotated(std::size_t batch, RotatedCells<double>& space) const;
+  const RotatedCells<float>& rotated(std::size_t batch, RotatedCells<float>& space) const;
+  template <class Real>
+  const std::vector<RotatedCells<Real>>& kept_frames() const {
+    if constexpr (std::is_same_v<Real, double>)
+      return frames_;
+    else
+      return single_frames_;
+  }
+  template <class Real>
+  LaneModels<Real> models_of_batch(std::size_t number) const;
+  template <class Vector>
+  void add_product_of(const Vector& x, Vector& y) const;
+
+  std::vector<bool> rotating_;
+  NodeVector state_;         ///< of the last move_to() or linearize(): energy and forces there follow from its frames
+  bool is_stressed_ = true;  ///< frames have A
+  bool saves_memory_ = false;
+  std::vector<RotatedCells<double>> frames_;  ///< at the state, by Mesh::batches(); none if memory is saved
+  mutable std::vector<RotatedCells<float>> single_frames_;  ///< copies, made when first asked for
+  mutable bool single_is_current_ = false;
+  std::vector<PositiveParts> positive_;  ///< by Mesh::batches(); empty where the Hessian is not projected
+  double projection_ = Hessian::exact;   ///< of the last linearize()
+};
+
+}  // namespace hexsolver

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "terms/elastic.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <limits>
+
+#include "hexmesh/core/bytes.h"
+#include "kernels/cell_vectors.h"
+#include "terms/single_models.h"
+
+namespace hexsolver {
+
+ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
+                                Volumetric volumetric) {
+  ElementModel model;
+  model.stiffness =
+      volumetric == Volumetric::mean ? matrices.mean_dilatation_stiffness(element) : matrices.stiffness(element);
+  const CellVector b = matrices.divergence(element) / element.volume();
+  for (int a = 0; a < 8; ++a) model.mean_gradient.row(a) = b.segment<3>(3 * a);
+  model.mean_shape = matrices.mean_shape(element);
+  model.volume = element.volume();
+  model.shear = element.total_shear() / model.volume;
+  model.bulk = element.total_bulk() / model.volume;
+  model.mean_dilatation = volumetric == Volumetric::mean;
+  return model;
+}
+
+Mat3 hooke_stress(const ElementModel& model, const Mat3& strain) {
+  return 2 * model.shear * strain + (model.bulk - 2.0 / 3 * model.shear) * strain.trace() * Mat3::Identity();
+}
+
+ElasticCells::ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models)
+    : mesh_(mesh),
+      elements_(std::move(elements)),
+      models_(std::make_shared<const std::vector<ElementModel>>(std::move(models))) {
+  for (int a = 0; a < 8; ++a) {
+    Vec3 corner;
+    for (int d = 0; d < 3; ++d) corner[d] = hexmesh::corner_bit(a, d) - 0.5;
+    rest_.segment<3>(3 * a) = mesh.edges() * corner;
+  }
+  NodeVector sum = NodeVector::Zero(mesh.num_dofs());
+  std::vector<CellVector> of_model;
+  for (const ElementModel& m : *models_) of_model.push_back(m.stiffness.cwiseAbs() * rest_.cwiseAbs());
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c) mesh.scatter_add(c, of_model[elements_[c]], sum);
+  rounding_ = 50 * std::numeric_limits<double>::epsilon() * sum.norm();
+}
+
+std::size_t ElasticCells::model_bytes() const { return hexmesh::bytes_of(*models_); }
+std::size_t ElasticCells::bytes() const {
+  return hexmesh::bytes_of(elements_) + model_bytes() + hexmesh::bytes_of(energies_) +
+         (single_models_ ? single_models_->stiffness.bytes() + hexmesh::bytes_of(single_models_->mean_gradient) : 0);
+}
+
+const ElasticCells::SingleModels& ElasticCells::single_models() const {
+  if (!single_models_) {
+    auto single = std::make_shared<SingleModels>(SingleModels{CellMatrices<float>(mesh_, elements_), {}});
+    single->stiffness.set_shared([&](std::int32_t n) { return (*models_)[n].stiffness; });
+    for (const ElementModel& m : *models_) single->mean_gradient.emplace_back(m.mean_gradient.cast<float>());
+    single_models_ = std::move(single);
+  }
+  return *single_models_;
+}
+
+Dilatation ElasticCells::rotated_dilatation(std::size_t cell, const Mat3& rotation) const {
+  const ElementModel& m = model(cell);
+  if (!m.mean_dilatation) return {};
+  Dilatation out{CellVector::Zero(), m.bulk, m.volume, m.shear};
+  for (int a = 0; a < 8; ++a)
+    out.divergence.segment<3>(3 * a) = m.volume * rotation * m.mean_gradient.row(a).transpose();
+  return out;
+}
+
+double ElasticCells::energy(const NodeVector& u) const {
+  energies_.resize(mesh_.num_cells());
+  mesh_.for_each_cell([&](std::size_t c) { energies_[c] = cell_energy(c, u); });
+  return sum_of_energies();
+}
+
+double ElasticCells::sum_of_energies() const {
+  return Eigen::Map<const Eigen::VectorXd>(energies_.data(), static_cast<Eigen::Index>(energies_.size())).sum();
+}
+
+ElasticCells::Size ElasticCells::size_in_material(const NodeVector& field, const std::vector<bool>& left_out) const {
+  Size size;
+  double volume = 0;
+  for (std::size_t c = 0; c < mesh_.num_cells(); ++c) {
+    if (!left_out.empty() && left_out[c]) continue;
+    const ElementModel& m = model(c);
+    const CellVector v = mesh_.gather(c, field);
+    Vec3 average = Vec3::Zero();
+    for (int a = 0; a < 8; ++a) average += m.mean_shape[a] * v.segment<3>(3 * a);
+    size.mean += m.volume * average.norm();
+    size.largest = std::max(size.largest, average.norm());
+    volume += m.volume;
+  }
+  size.mean /= volume;
+  return size;
+}
+
+Mat3 ElasticCells::mean_gradient(std::size_t cell, const NodeVector& u) const {
+  const CellVector v = mesh_.gather(cell, u);
+  return Mat3::Identity() + Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * model(cell).mean_gradient;
+}
+
+double ElasticCells::least_jacobian(std::size_t cell, const NodeVector& u) const {
+  return mean_gradient(cell, u).determinant();
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "hexmesh/lattice/element.h"
+#include "hexsolver/scene/law.h"
+#include "terms/term.h"
+
+namespace hexsolver {
+
+/// What cells alike share.
+struct ElementModel {
+  CellMatrix stiffness;          ///< K [N/mm]
+  NodeGradients mean_gradient;   ///< of N_a over the filled part, b / V [1/mm]
+  NodeWeights mean_shape;        ///< N_a over the filled part
+  double volume = 0;             ///< of the filled part [mm^3]
+  double shear = 0, bulk = 0;    ///< mean moduli over the filled part [MPa]
+  bool mean_dilatation = false;  ///< K resists change of volume by (bulk / volume) b b^T
+};
+
+/// sigma = 2 mu dev(strain) + kappa tr(strain)  [MPa]
+Mat3 hooke_stress(const ElementModel& model, const Mat3& strain);
+
+ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
+                                Volumetric volumetric);
+
+/// The elastic energy of all cells of one level.
+class ElasticCells : public Term {
+public:
+  /// @param mesh      must outlive this
+  /// @param elements  number of the model of each cell
+  ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models);
+
+  EffectKind effect() const override { return EffectKind::elasticity; }
+  double energy(const NodeVector& u) const override;
+  double rounding() const override { return rounding_; }  ///< 50 eps |sum over cells of |K| |X||
+  std::size_t bytes() const override;
+  std::size_t model_bytes() const;  ///< of these shared with those made of these cells
+  virtual double cell_energy(std::size_t cell, const NodeVector& u) const = 0;  ///< [N mm]
+
+  struct Size {
+    double mean = 0, largest = 0;
+  };
+  /// Length of a field [its unit], averaged over the filled part of each cell first: nodes of slivers, which move
+  /// without meaning, count as little as their material.
+  /// @param left_out  cells that do not count; empty = none
+  Size size_in_material(const NodeVector& field, const std::vector<bool>& left_out = {}) const;
+
+  /// What the law cannot bear in a state; empty if it can.
+  /// @param nearly  also where it is close to that, for one who asks why there is no solution
+  virtual std::string limit_reached(const NodeVector& /*u*/, bool /*nearly*/) const { return {}; }
+
+  /// det F of a cell, F the mean gradient over its filled part; the least of its points where it has them.
+  virtual double least_jacobian(std::size_t cell, const NodeVector& u) const;
+
+  virtual Mat3 stress(std::size_t cell, const NodeVector& u) const = 0;  ///< mean Cauchy stress [MPa]
+  Mat3 mean_gradient(std::size_t cell, const NodeVector& u) const;       ///< F over the filled part
+
+  const Mesh& mesh() const noexcept { return mesh_; }
+  const ElementModel& model(std::size_t cell) const { return (*models_)[elements_[cell]]; }
+
+protected:
+  /// What products in single precision take from the models, made when it is first asked for.
+  struct SingleModels;
+  const SingleModels& single_models() const;
+
+  Dilatation rotated_dilatation(std::size_t cell, const Mat3& rotation) const;
+
+  const Mesh& mesh_;
+  std::vector<std::int32_t> elements_;
+  std::shared_ptr<const std::vector<ElementModel>> models_;
+  CellVector rest_;  ///< X, corners relative to the cell's centre
+
+  double sum_of_energies() const;
+  mutable std::vector<double> energies_;  ///< space for energy(): parts to be summed up in this order
+
+private:
+  double rounding_ = 0;
+  mutable std::shared_ptr<const SingleModels> single_models_;
+};
+
+}  // namespace hexsolver

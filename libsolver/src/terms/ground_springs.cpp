@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "terms/ground_springs.h"
+
+#include <algorithm>
+
+namespace hexsolver {
+
+double GroundSprings::of_cell(std::size_t cell) const {
+  const auto found = std::lower_bound(stiffness_.begin(), stiffness_.end(), cell, [](const auto& s, std::size_t c) {
+    return static_cast<std::size_t>(s.first) < c;
+  });
+  return found != stiffness_.end() && static_cast<std::size_t>(found->first) == cell ? found->second : 0;
+}
+
+double GroundSprings::energy(const NodeVector& u) const {
+  double sum = 0;
+  for (const auto& [cell, k] : stiffness_) sum += k / 2 * mesh_.gather(cell, u).squaredNorm();
+  return sum;
+}
+
+void GroundSprings::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
+  for (const auto& [cell, k] : stiffness_) {
+    const CellVector force = k * mesh_.gather(cell, u);
+    mesh_.scatter_add(cell, force, gradient);
+    mesh_.scatter_add(cell, force.cwiseAbs(), magnitude);
+  }
+}
+
+template <class Vector>
+void GroundSprings::add_product_of(const Vector& x, Vector& y) const {
+  for (const auto& [cell, k] : stiffness_)
+    mesh_.scatter_add(cell, static_cast<typename Vector::Scalar>(k) * mesh_.gather(cell, x), y);
+}
+
+void GroundSprings::add_product(const NodeVector& x, NodeVector& y) const { add_product_of(x, y); }
+void GroundSprings::add_product(const FloatNodeVector& x, FloatNodeVector& y) const { add_product_of(x, y); }
+
+void GroundSprings::add_cell_hessian(std::size_t cell, CellMatrix& h) const { h.diagonal().array() += of_cell(cell); }
+
+std::int32_t GroundSprings::shared_hessian(std::size_t cell) const {
+  return of_cell(cell) > 0 ? own_hessian : no_hessian;
+}
+
+Vec3 GroundSprings::force(const NodeVector& u) const {
+  Vec3 sum = Vec3::Zero();
+  for (const auto& [cell, k] : stiffness_) {
+    const CellVector v = mesh_.gather(cell, u);
+    sum -= k * Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()).rowwise().sum();
+  }
+  return sum;
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "terms/loads.h"
+
+#include <fmt/format.h>
+
+#include "terms/inertia.h"
+
+namespace hexsolver {
+namespace {
+
+/// Sums what comes to each node.
+class NodeForces {
+public:
+  explicit NodeForces(const Mesh& mesh) : mesh_(mesh), sum_(NodeVector::Zero(mesh.num_dofs())) {}
+
+  void add(std::size_t cell, const NodeWeights& weights, const Vec3& force) {
+    for (int a = 0; a < 8; ++a) sum_.segment<3>(3 * mesh_.node(cell, a)) += weights[a] * force;
+  }
+
+  std::vector<DeadLoad::NodeForce> nonzero() const {
+    std::vector<DeadLoad::NodeForce> out;
+    for (std::size_t n = 0; n < mesh_.num_nodes(); ++n)
+      if (const Vec3 f = sum_.segment<3>(3 * n); f != Vec3::Zero()) out.push_back({static_cast<std::int32_t>(n), f});
+    return out;
+  }
+
+private:
+  const Mesh& mesh_;
+  NodeVector sum_;
+};
+
+std::unique_ptr<DeadLoad> surface_force(const Force& force, const Mesh& mesh, Selector& selector) {
+  const std::string what = fmt::format("force '{}' ({})", force.name, force.where);
+  const std::vector<SurfacePoint> points = selector.select(force.selection, what);
+  const bool by_area = force.selection.on == SurfacePoints::faces;
+  double whole = 0;
+  for (const SurfacePoint& p : points) whole += by_area ? p.area.norm() : 1;
+  whole = selector.share().sum(whole);
+  // A force that changes with time is the factor of a unit force along each axis.
+  const Vec3 total = force.history && force.pressure == 0 ? Vec3::Ones() : force.total;
+  NodeForces forces(mesh);
+  for (const SurfacePoint& p : points)
+    forces.add(p.cell, p.weights, (by_area ? p.area.norm() : 1) / whole * total - force.pressure * p.area);
+  return std::make_unique<DeadLoad>(EffectKind::force, load_name(force), forces.nonzero());
+}
+
+std::unique_ptr<DeadLoad> weight(const Vec3& gravity, const hexmesh::Lattice& lattice, int level, const Mesh& mesh) {
+  const std::vector<NodeWeights> masses = lumped_masses(lattice, level);
+  const std::vector<std::int32_t>& element = lattice.levels[level].element;
+  NodeForces forces(mesh);
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c) forces.add(c, masses[element[c]], gravity);
+  return std::make_unique<DeadLoad>(EffectKind::gravity, "gravity", forces.nonzero());
+}
+
+}  // namespace
+
+std::vector<std::unique_ptr<DeadLoad>> make_loads(const Scene& scene, const hexmesh::Lattice& lattice, int level,
+                                                  const Mesh& mesh, Selector& selector) {
+  std::vector<std::unique_ptr<DeadLoad>> loads;
+  for (const Force& force : scene.forces) loads.push_back(surface_force(force, mesh, selector));
+  if (scene.gravity != Vec3::Zero()) loads.push_back(weight(scene.gravity, lattice, level, mesh));
+  return loads;
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "terms/make_elastic_cells.h"
+
+#include "hexmesh/lattice/element_tree.h"
+#include "terms/cauchy.h"
+#include "terms/corotational.h"
+#include "terms/edge_rotation.h"
+#include "terms/hyperelastic.h"
+
+namespace hexsolver {
+namespace {
+
+std::vector<std::vector<hexmesh::MaterialPoint>> form_quadratures(const hexmesh::Lattice& lattice, int level) {
+  std::vector<std::vector<hexmesh::MaterialPoint>> out(lattice.levels[level].filled.size());
+#pragma omp parallel
+  {
+    hexmesh::QuadratureTree tree(lattice);
+#pragma omp for schedule(dynamic, 64)
+    for (std::size_t e = 0; e < out.size(); ++e) out[e] = tree.form(level, static_cast<std::int32_t>(e));
+  }
+  return out;
+}
+
+}  // namespace
+
+std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const hexmesh::Lattice& lattice, int level,
+                                                 const ElasticSettings& settings) {
+  const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
+  std::vector<hexmesh::Element> elements = hexmesh::form_elements(lattice, level);
+  if (settings.stiffness == Stiffness::uniform)
+    for (hexmesh::Element& e : elements) e = hexmesh::spread_evenly(e);
+  std::vector<ElementModel> models(elements.size());
+#pragma omp parallel for schedule(static)
+  for (std::size_t e = 0; e < models.size(); ++e)
+    models[e] = make_element_model(matrices, elements[e], settings.volumetric);
+  std::vector<std::int32_t> element = lattice.levels[level].element;
+
+  if (settings.elasticity == Elasticity::cauchy)
+    return std::make_unique<CauchyCells>(mesh, std::move(element), std::move(models));
+  if (settings.elasticity == Elasticity::corotational && settings.rotation == Rotation::edges)
+    return std::make_unique<EdgeRotatedCells>(mesh, std::move(element), std::move(models));
+  if (settings.elasticity == Elasticity::corotational)
+    return std::make_unique<CorotationalCells>(mesh, std::move(element), std::move(models), settings.rotating,
+                                               settings.saves_memory);
+  std::vector<std::vector<hexmesh::MaterialPoint>> points;
+  if (settings.stiffness == Stiffness::uniform)
+    for (const hexmesh::Element& e : elements)
+      points.push_back(hexmesh::gauss_points(e.volume(), e.total_shear(), e.total_bulk()));
+  else
+    points = form_quadratures(lattice, level);
+  return std::make_unique<HyperelasticCells>(mesh, std::move(element), std::move(models), points, settings.elasticity,
+                                             settings.volumetric);
+}
+
+}  // namespace hexsolver

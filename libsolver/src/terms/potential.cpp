@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "terms/potential.h"
+
+#include <algorithm>
+
+#include "core/parallel.h"
+#include "core/stopwatch.h"
+
+namespace hexsolver {
+
+template <class F>
+void Potential::for_each_term(F&& f) const {
+  for (const Timed& t : terms_) {
+    const Stopwatch watch;
+    f(*t.term);
+    t.seconds += watch.seconds();
+  }
+}
+
+bool Potential::is_linear() const {
+  return std::all_of(terms_.begin(), terms_.end(), [](const Timed& t) { return t.term->is_linear(); });
+}
+
+bool Potential::is_conservative() const {
+  return std::all_of(terms_.begin(), terms_.end(), [](const Timed& t) { return t.term->is_conservative(); });
+}
+
+void Potential::move_to(const NodeVector& u) {
+  for (Timed& t : terms_) {
+    const Stopwatch watch;
+    t.term->move_to(u);
+    t.seconds += watch.seconds();
+    t.linearize_seconds += watch.seconds();
+  }
+}
+
+double Potential::energy(const NodeVector& u) const {
+  double sum = 0;
+  for_each_term([&](const Term& t) { sum += t.energy(u); });
+  return sum;
+}
+
+void Potential::gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
+  gradient.setZero(u.size());
+  magnitude.setZero(u.size());
+  for_each_term([&](const Term& t) { t.add_gradient(u, gradient, magnitude); });
+}
+
+double Potential::rounding() const {
+  double sum = 0;
+  for (const Timed& t : terms_) sum += t.term->rounding();
+  return sum;
+}
+
+void Potential::linearize(const NodeVector& u, double projection) {
+  for (Timed& t : terms_) {
+    const Stopwatch watch;
+    t.term->linearize(u, projection);
+    t.seconds += watch.seconds();
+    t.linearize_seconds += watch.seconds();
+  }
+}
+
+void Potential::apply(const NodeVector& x, NodeVector& y) const {
+  set_zero(y, x.size());
+  for_each_term([&](const Term& t) { t.add_product(x, y); });
+}
+
+void Potential::apply(const FloatNodeVector& x, FloatNodeVector& y) const {
+  set_zero(y, x.size());
+  for_each_term([&](const Term& t) { t.add_product(x, y); });
+}
+
+CellMatrix Potential::cell_hessian(std::size_t cell) const {
+  CellMatrix h = CellMatrix::Zero();
+  for (const Timed& t : terms_) t.term->add_cell_hessian(cell, h);
+  return h;
+}
+
+Dilatation Potential::dilatation(std::size_t cell) const {
+  for (const Timed& t : terms_)
+    if (const Dilatation d = t.term->dilatation(cell); d.bulk > 0) return d;
+  return {};
+}
+
+void Potential::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
+  for (const Timed& t : terms_) t.term->add_diagonal(cell, blocks);
+}
+
+std::int32_t Potential::shared_hessian(std::size_t cell) const {
+  std::int32_t number = Term::no_hessian;
+  for (const Timed& t : terms_) {
+    const std::int32_t n = t.term->shared_hessian(cell);
+    if (n == Term::no_hessian) continue;
+    number = number == Term::no_hessian || number == n ? n : Term::own_hessian;
+  }
+  return number;
+}
+
+std::vector<Potential::Cost> Potential::costs() const {
+  std::vector<Cost> out;
+  for (const Timed& t : terms_)
+    out.push_back({t.term->effect(), t.term->name(), t.seconds, t.linearize_seconds, t.term->bytes()});
+  return out;
+}
+
+}  // namespace hexsolver

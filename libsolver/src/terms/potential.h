@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "terms/term.h"
+
+namespace hexsolver {
+
+/// The potential energy of one level: the sum of its terms.
+class Potential {
+public:
+  explicit Potential(const Mesh& mesh) : mesh_(mesh) {}  ///< `mesh` must outlive this
+
+  void add(std::unique_ptr<Term> term) { terms_.push_back({std::move(term)}); }
+
+  bool is_linear() const;
+  bool is_conservative() const;
+
+  /// Energy, gradient and linearization at u are asked for next; as Term::move_to.
+  void move_to(const NodeVector& u);
+
+  double energy(const NodeVector& u) const;  ///< [N mm]
+
+  /// Gradient and the sum of the absolute values it is made of [N].
+  void gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const;
+
+  double rounding() const;  ///< size of the rounding errors in a gradient [N]
+
+  /// Prepare apply() and cell_hessian() at u.
+  void linearize(const NodeVector& u, double projection);
+
+  void apply(const NodeVector& x, NodeVector& y) const;            ///< y = H x
+  void apply(const FloatNodeVector& x, FloatNodeVector& y) const;  ///< likewise, in single precision
+  CellMatrix cell_hessian(std::size_t cell) const;                 ///< shape (24, 24), symmetric
+  Dilatation dilatation(std::size_t cell) const;                   ///< of the one term that has one
+  void add_diagonal(std::size_t cell, NodeBlocks& blocks) const;   ///< as Term::add_diagonal
+
+  /// Cells of one number share their Hessian; Term::own_hessian where a cell has its own.
+  std::int32_t shared_hessian(std::size_t cell) const;
+
+  const Mesh& mesh() const noexcept { return mesh_; }
+
+  struct Cost {
+    EffectKind effect = EffectKind::elasticity;
+    std::string name;
+    double seconds = 0;            ///< spent in the term since it was made
+    double linearize_seconds = 0;  ///< of these in move_to() and linearize()
+    std::size_t bytes = 0;         ///< of memory, now
+  };
+  std::vector<Cost> costs() const;
+
+private:
+  struct Timed {
+    std::unique_ptr<Term> term;
+    mutable double seconds = 0;
+    double linearize_seconds = 0;
+  };
+  template <class F>
+  void for_each_term(F&& f) const;
+
+  const Mesh& mesh_;
+  std::vector<Timed> terms_;
+};
+
+}  // namespace hexsolver

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "kernels/cell_hessian.h"
+#include "solver/kernels/symmetric_matrix.h"
+
+using namespace hexsolver;
+using namespace testing_support;
+
+TEST(CellProduct, InterpolationFromTheParentIsTrilinear) {
+  for (const Index3& factor : {Index3{2, 2, 2}, Index3{2, 1, 2}, Index3{1, 1, 2}, Index3{1, 1, 1}})
+    for (int slot = 0; slot < 8; ++slot) {
+      // Corners of the child among those of the parent.
+      CellMatrix l = CellMatrix::Zero();
+      for (int a = 0; a < 8; ++a) {
+        Vec3 local;
+        for (int d = 0; d < 3; ++d)
+          local[d] = factor[static_cast<std::size_t>(d)] == 1
+                         ? hexmesh::corner_bit(a, d)
+                         : 0.5 * (hexmesh::corner_bit(slot, d) + hexmesh::corner_bit(a, d));
+        const NodeWeights weights = hexmesh::shape_functions(local);
+        for (int b = 0; b < 8; ++b) l.block<3, 3>(3 * a, 3 * b) = weights[b] * Mat3::Identity();
+      }
+      const CellMatrix k = symmetric(7);
+      CellMatrix found = k;
+      interpolate_from_parent(slot, factor, found.data());
+      EXPECT_LT((found - l.transpose() * k * l).norm(), 1e-13 * k.norm()) << slot;
+    }
+}
+
+TEST(CellProduct, TheRotatedHessianIsThatOfItsFormula) {
+  const CellMatrix k = symmetric(8), before = symmetric(9);
+  const NodeVector numbers = noise(216, 1, 10);
+  using Rows = Eigen::Matrix<double, 3, 24, Eigen::RowMajor>;
+  const Rows t = Eigen::Map<const Rows>(numbers.data()), b = Eigen::Map<const Rows>(numbers.data() + 72),
+             z = Eigen::Map<const Rows>(numbers.data() + 144);
+  const Mat3 r = random_rotation(11);
+  CellMatrix rotation_matrix = CellMatrix::Zero();
+  for (int a = 0; a < 24; a += 3) rotation_matrix.block<3, 3>(a, a) = r;
+  for (const bool projected : {false, true}) {
+    CellMatrix found = before;
+    add_rotated_hessian(k.data(), t.data(), b.data(), projected ? z.data() : nullptr, r.data(), found.data());
+    CellMatrix inner = k + t.transpose() * b + b.transpose() * t;
+    if (projected) inner += z.transpose() * z;
+    const CellMatrix expected = before + rotation_matrix * inner * rotation_matrix.transpose();
+    EXPECT_LT((found - expected).norm(), 1e-13 * expected.norm());
+  }
+}
+
+TEST(CellProduct, ProductsOfRowsAreAdded) {
+  const NodeVector numbers = noise(2 * 9 * 24, 1, 17);
+  using Nine = Eigen::Matrix<double, 9, 24, Eigen::RowMajor>;
+  const Nine a = Eigen::Map<const Nine>(numbers.data()), b = Eigen::Map<const Nine>(numbers.data() + 9 * 24);
+  CellMatrix found = symmetric(18);
+  const CellMatrix expected = found + a.transpose() * b;
+  add_products24(a.data(), b.data(), found.data());
+  EXPECT_LT((found - expected).norm(), 1e-14 * expected.norm());
+}

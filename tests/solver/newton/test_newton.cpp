@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+
+#include "newton/minimize.h"
+#include "support/bodies.h"
+
+using namespace hexsolver;
+using namespace testing_support;
+
+namespace {
+
+struct Solved {
+  NewtonReport report;
+  NodeVector u;
+};
+
+/// Hold nodes at a field and solve from rest.
+Solved solve(const Lattice& lattice, int level, Elasticity elasticity, const std::function<bool(const Vec3&)>& where,
+             const std::function<Vec3(const Vec3&)>& field, double tolerance = 1e-10) {
+  Body body(lattice, level, elasticity);
+  const Hierarchy hierarchy(body.mesh, lattice.corner(), 300);
+  const Constraints constraints(body.mesh, hold_nodes(body.mesh, where, field));
+  Solved out{{}, NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()))};
+  NewtonOptions options;
+  options.tolerance = tolerance;
+  out.report = minimize(hierarchy, body.potential, constraints, options, out.u);
+  return out;
+}
+
+}  // namespace
+
+class PatchTest : public testing::TestWithParam<int> {};
+
+TEST_P(PatchTest, ALinearFieldOnTheSupportsIsReproducedInsideACutLattice) {
+  // One material: a linear field is then in equilibrium whatever part of the cells is filled.
+  const hexmesh::LabelVolume volume = make_volume({16, 16, 16}, {1, 1, 1}, [](const Index3& v) {
+    return Vec3(v[0] - 7.3, v[1] - 7.9, v[2] - 7.1).norm() < 7.2 || v[0] < 3;
+  });
+  const Lattice lattice = hexmesh::build_lattice(
+      volume, {{volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0, ""}}, {4, {1, 0, 1}});
+  Mat3 gradient;
+  gradient << 0.01, -0.02, 0.005, 0.015, 0.02, -0.01, 0.007, 0.004, -0.015;
+  const auto field = [&](const Vec3& x) -> Vec3 { return gradient * x + Vec3(1, 2, 3); };
+  // Faces on the surface carry traction in this field: hold all nodes of cells that are not full.
+  const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(GetParam())];
+  const Body body(lattice, GetParam(), Elasticity::cauchy);
+  std::vector<int> full(body.mesh.num_nodes());
+  for (std::size_t c = 0; c < body.mesh.num_cells(); ++c)
+    for (const std::int32_t n : body.mesh.cell_nodes()[c]) full[static_cast<std::size_t>(n)] += !level.is_boundary(c);
+  std::size_t inside = 0;
+  for (const int n : full) inside += n == 8;
+  ASSERT_GT(inside, 0U);
+  const auto boundary = [&](const Vec3& x) {
+    for (std::size_t n = 0; n < body.mesh.num_nodes(); ++n)
+      if ((body.mesh.position(n) - x).norm() < 1e-9) return full[n] < 8;
+    return false;
+  };
+  const Solved solved = solve(lattice, GetParam(), Elasticity::cauchy, boundary, field);
+  EXPECT_TRUE(solved.report.converged) << solved.report.reason;
+  EXPECT_LT((solved.u - sample(body.mesh, field)).lpNorm<Eigen::Infinity>(), 1e-8);
+}
+
+INSTANTIATE_TEST_SUITE_P(Levels, PatchTest, testing::Values(0, 1));
+
+TEST(Newton, AStretchedBarHasTheForceAndTheNarrowingOfHookesLaw) {
+  const Lattice lattice = box({12, 4, 4}, {1, 1, 1}, 100, 0.3);
+  // Ends moved along x only, one edge and one node held against rigid motion: uniaxial stress.
+  Body body(lattice, 0, Elasticity::cauchy);
+  auto points = hold_nodes(
+      body.mesh, [](const Vec3& x) { return x[0] < -0.4 || x[0] > 11.4; },
+      [](const Vec3& x) { return Vec3(x[0] > 5 ? 0.12 : 0, 0, 0); });
+  for (ConstraintPoint& p : points) p.axes = {true, false, false};
+  for (const auto& [corner, axes] : {std::pair{Vec3(-0.5, -0.5, -0.5), std::array{false, true, true}},
+                                     std::pair{Vec3(-0.5, 3.5, -0.5), std::array{false, false, true}}})
+    for (ConstraintPoint p : hold_nodes(
+             body.mesh, [&, &c = corner](const Vec3& x) { return (x - c).norm() < 1e-9; },
+             [](const Vec3&) { return Vec3::Zero(); })) {
+      p.axes = axes;
+      points.push_back(p);
+    }
+  const Hierarchy hierarchy(body.mesh, lattice.corner(), 100);
+  const Constraints constraints(body.mesh, points);
+  NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()));
+  NewtonOptions options;
+  options.tolerance = 1e-11;
+  const NewtonReport report = minimize(hierarchy, body.potential, constraints, options, u);
+  ASSERT_TRUE(report.converged) << report.reason;
+  EXPECT_EQ(report.iterations, 1);  // a linear problem is solved at once, and not more sharply than asked
+  EXPECT_GT(report.relative_residual, 1e-3 * options.tolerance);
+  const NodeVector expected = sample(body.mesh, [](const Vec3& x) -> Vec3 {
+    const Vec3 q = x + Vec3::Constant(0.5);
+    return {0.01 * q[0], -0.003 * q[1], -0.003 * q[2]};
+  });
+  EXPECT_LT((u - expected).lpNorm<Eigen::Infinity>(), 1e-8);
+  EXPECT_NEAR(body.potential.energy(u), 0.5 * 0.1 * 0.01 * 0.01 * 12 * 16, 1e-9);
+}
+
+TEST(Newton, ABodyTurnedByItsSupportsStoresNoEnergy) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  const Mat3 r = Eigen::AngleAxisd(2.5, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  const Solved solved = solve(
+      lattice, 1, Elasticity::corotational, [](const Vec3& x) { return x[0] < 16; },
+      [&](const Vec3& x) -> Vec3 { return r * x - x; });
+  EXPECT_TRUE(solved.report.converged) << solved.report.reason;
+  Body body(lattice, 1, Elasticity::corotational);
+  const NodeVector expected = sample(body.mesh, [&](const Vec3& x) -> Vec3 { return r * x - x; });
+  EXPECT_LT((solved.u - expected).lpNorm<Eigen::Infinity>(), 1e-5);
+}
+
+TEST(Newton, TheTailIsQuadratic) {
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  for (int level = 0; level < 3; ++level) {
+    const Solved solved = solve(
+        lattice, level, Elasticity::corotational, [](const Vec3& x) { return x[0] < 14 || x[0] > 24; },
+        [&](const Vec3& x) -> Vec3 { return x[0] > 20 ? Vec3(4, 6, 0) : Vec3(0, 0, 0); }, 1e-11);
+    EXPECT_TRUE(solved.report.converged) << solved.report.reason;
+    EXPECT_LE(solved.report.iterations, 12) << "level " << level;
+  }
+}
+
+TEST(Newton, MissingSupportsAreNoSuccess) {
+  // Held at two points: free to turn about the line between them; nothing drives it, so a load is needed to see it.
+  const Lattice lattice = box({4, 4, 4}, {1, 1, 1});
+  Body body(lattice, 0, Elasticity::cauchy);
+  const Hierarchy hierarchy(body.mesh, lattice.corner(), 50);
+  const Constraints constraints(body.mesh, {});
+  NodeVector u = noise(body.mesh.num_dofs(), 0.1, 3);
+  const NewtonReport report = minimize(hierarchy, body.potential, constraints, {}, u);
+  if (report.converged) {
+    NodeVector g, magnitude;
+    body.potential.gradient(u, g, magnitude);
+    EXPECT_LT(g.norm(), 1e-7 * std::max(magnitude.norm(), 1e-3));
+  }
+}
+
+TEST(Multigrid, PlatesOneVoxelApartTakeTheIterationsOfOne) {
+  // Held together at one end. Where coarse cells tie them they take three times as many.
+  const auto iterations = [](int num_plates) {
+    constexpr int pitch = 8;
+    const Lattice lattice = one_material({40, num_plates * pitch - 1, 12}, {1, 1, 1},
+                                         [&](const Index3& i) { return i[1] % pitch != pitch - 1 || i[0] < 6; });
+    const Solved solved = solve(
+        lattice, 0, Elasticity::cauchy, [](const Vec3& x) { return x[0] < 0 || x[0] > 39; },
+        [](const Vec3& x) { return Vec3(0, x[0] > 0 ? 1 : 0, 0); }, 1e-8);
+    EXPECT_TRUE(solved.report.converged) << solved.report.reason;
+    return solved.report.linear_iterations;
+  };
+  EXPECT_LE(iterations(4), 1.5 * iterations(1));
+}
+
+TEST(Multigrid, SinglePointsTakeFewMoreIterationsThanPatches) {
+  const Lattice lattice = box({40, 24, 24}, {1, 1, 1});
+  const auto iterations = [&](double radius) {
+    Body body(lattice, 0, Elasticity::cauchy);
+    const Hierarchy hierarchy(body.mesh, lattice.corner(), 300);
+    std::vector<ConstraintPoint> points;
+    for (const Vec3& at :
+         {Vec3(3.5, 3.5, -0.5), Vec3(36.5, 3.5, -0.5), Vec3(3.5, 19.5, -0.5), Vec3(36.5, 19.5, 23.5)}) {
+      const auto condition = points.empty() ? 0 : points.back().condition + 1;
+      for (ConstraintPoint p : hold_nodes(
+               body.mesh, [&](const Vec3& x) { return (x - at).norm() <= radius; },
+               [](const Vec3& x) { return Vec3(0, 0, x[2] > 10 ? 3 : 0); })) {
+        p.condition = condition;
+        points.push_back(p);
+      }
+    }
+    const Constraints constraints(body.mesh, points);
+    NewtonOptions options;
+    options.tolerance = 1e-8;
+    NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()));
+    const NewtonReport report = minimize(hierarchy, body.potential, constraints, options, u);
+    EXPECT_TRUE(report.converged) << report.reason;
+    return report.linear_iterations;
+  };
+  const int points = iterations(0.1), patches = iterations(4);
+  RecordProperty("points", points);
+  RecordProperty("patches", patches);
+  EXPECT_LE(points, 1.5 * patches);
+}
+
+TEST(Multigrid, IsSymmetricAndFewIterationsSolveALinearBody) {
+  const Lattice lattice = bitten_ball({0.8, 0.8, 2.5});
+  Body body(lattice, 0, Elasticity::cauchy);
+  Hierarchy hierarchy(body.mesh, lattice.corner(), 300);
+  ASSERT_GE(hierarchy.meshes.size(), 3U);
+  const Constraints constraints(
+      body.mesh, hold_nodes(
+                     body.mesh, [](const Vec3& x) { return x[0] < 14; }, [](const Vec3&) { return Vec3::Zero(); }));
+  NodeVector a = noise(body.mesh.num_dofs(), 1, 1), b = noise(body.mesh.num_dofs(), 1, 2), ma, mb;
+  constraints.project(a);
+  constraints.project(b);
+  for (const bool in_double : {false, true}) {
+    hierarchy.in_double = in_double;
+    const Multigrid multigrid(hierarchy, body.potential, constraints);
+    ASSERT_TRUE(multigrid.is_positive());
+    multigrid.apply(a, ma);
+    multigrid.apply(b, mb);
+    EXPECT_NEAR(a.dot(mb), b.dot(ma), (in_double ? 1e-12 : 1e-5) * std::sqrt(a.dot(ma) * b.dot(mb)));
+    EXPECT_GT(a.dot(ma), 0);
+  }
+}

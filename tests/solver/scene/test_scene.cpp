@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "hexsolver/scene/scene.h"
+#include "support/files.h"
+
+using namespace hexsolver;
+using namespace testing_support;
+using hexmesh::ErrorKind;
+
+namespace {
+
+constexpr const char* good = R"([solve]
+strain = "cauchy"
+level = 2
+[material.liver]
+young_kpa = 3
+[[fix]]
+name = "hilum"
+point_mm = [-80.1, 45.0, 120]
+radius_mm = 12
+axes = "xz"
+[[fix]]
+halfspace = { point_mm = [0, 0, 110], normal = [0, 0, -2] }
+on = "nodes"
+[[displace]]
+box_mm = [0, 1, 2, 4, 5, 9]
+by_mm = [12, 20.5, -32]
+)";
+
+std::string error_of(const std::string& text, const std::vector<std::string>& settings = {}) {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", text);
+  return message_of(settings.empty() ? ErrorKind::input : ErrorKind::usage,
+                    [&] { read_scene(folder / "s.toml", "s.toml", settings); });
+}
+
+Scene scene_of(const std::string& text, const std::vector<std::string>& settings = {}) {
+  const TemporaryFolder folder;
+  write_text(folder / "s.toml", text);
+  return read_scene(folder / "s.toml", "s.toml", settings);
+}
+
+}  // namespace
+
+TEST(Scene, ReadsEveryTable) {
+  const Scene scene = scene_of(good);
+  EXPECT_EQ(scene.elasticity, Elasticity::cauchy);
+  EXPECT_EQ(scene.level, 2);
+  EXPECT_EQ(scene.materials.at("liver").young_kpa, 3);
+  ASSERT_EQ(scene.conditions.size(), 3U);
+  EXPECT_EQ(scene.conditions[0].name, "hilum");
+  EXPECT_EQ(scene.conditions[0].axes, (std::array<bool, 3>{true, false, true}));
+  EXPECT_EQ(scene.conditions[0].selection.balls[0].radius, 12);
+  EXPECT_EQ(scene.conditions[1].selection.halfspace->normal, Vec3(0, 0, -1));
+  EXPECT_EQ(scene.conditions[1].selection.on, SurfacePoints::nodes);
+  EXPECT_EQ(scene.conditions[2].by, Vec3(12, 20.5, -32));
+  EXPECT_EQ(scene.conditions[2].selection.box->center, Vec3(0.5, 3, 7));
+}
+
+TEST(Scene, ATypoInAKeyIsNamedWithItsPlaceAndTheKeysThatExist) {
+  EXPECT_EQ(error_of("[solve]\nlevl = 2\n"),
+            "s.toml:2:1: unknown key 'solve.levl', expected one of: kind, strain, law, rotation, volumetric, "
+            "stiffness, level, accuracy_mm, budget_s, "
+            "tolerance, islands, conflicts");
+  EXPECT_EQ(error_of("[[fix]]\npoint_mm = [0, 0, 0]\n  radius = 3\n").substr(0, 34),
+            "s.toml:3:3: unknown key 'fix.radiu");
+}
+
+TEST(Scene, AWrongValueIsNamedWithItsPlaceAndWhatWasExpected) {
+  EXPECT_EQ(error_of("[solve]\n\nstrain = \"cauchi\"\n"),
+            "s.toml:3:10: solve.strain is 'cauchi', expected \"cauchy\" or \"linear\" or \"corotational\" or "
+            "\"green-lagrange\" or "
+            "\"auto\"");
+  EXPECT_EQ(error_of("[[fix]]\npoint_mm = [1, 2]\n"),
+            "s.toml:2:12: fix.point_mm is [ 1, 2 ], expected three numbers [x, y, z], LPS, mm");
+  EXPECT_EQ(error_of("[[fix]]\npoint_mm = [1, 2, nan]\n"),
+            "s.toml:2:19: fix.point_mm is nan, expected three numbers [x, y, z], LPS, mm");
+  EXPECT_EQ(error_of("[solve]\nlevel = -1\n"),
+            "s.toml:2:9: solve.level is -1, expected a level of the lattice, 0 or more");
+}
+
+TEST(Scene, BrokenTomlIsNamedWithItsPlace) {
+  EXPECT_EQ(error_of("[solve]\nlevel = = 2\n").substr(0, 10), "s.toml:2:9");
+}
+
+TEST(Scene, AConditionSelectsInExactlyOneWay) {
+  EXPECT_NE(error_of("[[fix]]\nname = \"a\"\n").find("selects in 0 ways"), std::string::npos);
+  EXPECT_NE(error_of("[[fix]]\npoint_mm = [0,0,0]\nbox_mm = [0,1,0,1,0,1]\n").find("selects in 2 ways"),
+            std::string::npos);
+  EXPECT_NE(error_of("[[displace]]\npoint_mm = [0,0,0]\n").find("by_mm"), std::string::npos);
+}
+
+TEST(Scene, SettingsOverrideTheFile) {
+  const Scene scene = scene_of(
+      good, {"solve.strain=corotational", "solve.level=0", "displace.0.by_mm=[1,2,3]", "material.liver.poisson=0.4"});
+  EXPECT_EQ(scene.elasticity, Elasticity::corotational);
+  EXPECT_EQ(scene.level, 0);
+  EXPECT_EQ(scene.conditions[2].by, Vec3(1, 2, 3));
+  EXPECT_EQ(scene.materials.at("liver").poisson, 0.4);
+  EXPECT_NE(error_of(good, {"solve"}).find("expected key=value"), std::string::npos);
+  EXPECT_NE(error_of(good, {"fix.7.name=x"}).find("--set 'fix.7.name=x'"), std::string::npos);
+}
+
+TEST(Scene, ALineMarkupIsADisplacement) {
+  const TemporaryFolder folder;
+  write_text(folder / "line.mrk.json",
+             R"({"markups":[{"type":"Line","controlPoints":[{"position":[1,2,3]},{"position":[4,6,8]}]}]})");
+  write_text(folder / "s.toml", "[[displace]]\nmarkup = \"line.mrk.json\"\n");
+  const Scene scene = read_scene(folder / "s.toml", "s.toml");
+  EXPECT_EQ(scene.conditions[0].by, Vec3(3, 4, 5));
+  EXPECT_EQ(scene.conditions[0].selection.balls[0].center, Vec3(1, 2, 3));
+}
+
+TEST(Scene, ForcesAndGravityAreReadInTheirUnits) {
+  const TemporaryFolder folder;
+  write_text(
+      folder / "s.toml",
+      "[[force]]\npoint_mm = [0, 0, 0]\nnewton = [1, 2, 3]\n[[force]]\nname = 'probe'\n"
+      "halfspace = { point_mm = [0, 0, 0], normal = [0, 0, 1] }\npressure_kpa = 4\n[gravity]\nm_s2 = [0, 9.81, 0]\n");
+  const Scene scene = read_scene(folder / "s.toml", "s.toml");
+  ASSERT_EQ(scene.forces.size(), 2U);
+  EXPECT_EQ(scene.forces[0].name, "force 1");
+  EXPECT_EQ(scene.forces[0].total, Vec3(1, 2, 3));
+  EXPECT_DOUBLE_EQ(scene.forces[1].pressure, 4e-3);
+  EXPECT_DOUBLE_EQ(scene.gravity[1], 9810);
+  EXPECT_NE(error_of("[[force]]\npoint_mm = [0, 0, 0]\n").find("s.toml:1:1: [[force]] expects one of newton"),
+            std::string::npos);
+  EXPECT_NE(error_of("[[force]]\npoint_mm = [0, 0, 0]\non = 'nodes'\npressure_kpa = 1\n").find("on = \"faces\""),
+            std::string::npos);
+  EXPECT_NE(error_of("[gravity]\nmm_s2 = [0, 0, 1]\n").find("unknown key 'gravity.mm_s2'"), std::string::npos);
+}
+
+TEST(Scene, LawsCarryTheirOwnStrain) {
+  EXPECT_EQ(scene_of("[solve]\nstrain = \"green-lagrange\"\n").elasticity, Elasticity::green_lagrange);
+  EXPECT_EQ(scene_of("[solve]\nstrain = \"green-lagrange\"\n").volumetric, Volumetric::full);
+  EXPECT_EQ(scene_of("[solve]\nlaw = \"neo-hookean\"\n").elasticity, Elasticity::neo_hookean);
+  EXPECT_EQ(scene_of("[solve]\nlaw = \"stable-neo-hookean\"\nstrain = \"auto\"\n").elasticity,
+            Elasticity::stable_neo_hookean);
+  EXPECT_FALSE(scene_of("[solve]\nlaw = \"neo-hookean\"\nstrain = \"auto\"\n").finds_strain);
+  EXPECT_EQ(scene_of("[solve]\nstrain = \"linear\"\n").elasticity, Elasticity::cauchy);  // another word for it
+  EXPECT_EQ(error_of("[solve]\nlaw = \"neo-hookean\"\nstrain = \"cauchy\"\n"),
+            "s.toml:3:10: strain goes with law = \"hooke\", expected none or \"auto\": this law has its own");
+  EXPECT_EQ(error_of("[solve]\nstrain = \"green-lagrange\"\nvolumetric = \"mean\"\n"),
+            "s.toml:3:14: volumetric = \"mean\" goes with other strains than \"green-lagrange\", expected \"full\"");
+}
+
+TEST(Scene, AMotionHasStepsDampingAndTables) {
+  const std::string dynamics = "[solve]\nkind = \"dynamics\"\n[dynamics]\nstep_s = 0.02\nduration_s = 1\n";
+  const Scene scene = scene_of(dynamics + R"([damping]
+mass_per_s = 2
+stiffness_s = 0.01
+[[displace]]
+point_mm = [0, 0, 0]
+table = [[0, 0, 0, 0], [0.5, 1, 2, 3]]
+[[displace]]
+point_mm = [0, 0, 0]
+velocity_mm_s = [10, 0, 0]
+[[displace]]
+point_mm = [0, 0, 0]
+rotate = { axis = [0, 0, 2], about_mm = [1, 0, 0] }
+table = [[0, 0], [1, 180]]
+[[force]]
+point_mm = [0, 0, 0]
+table = [[0, 0, 0, 0], [1, 0, 0, 4]]
+[[force]]
+point_mm = [0, 0, 0]
+pressure_kpa = 2
+table = [[0, 0], [1, 1]]
+[[contact]]
+plane = { point_mm = [0, 0, 0], normal = [0, 0, 1] }
+stiffness_n_mm = 1
+velocity_mm_s = [0, 0, 5]
+)");
+  ASSERT_TRUE(scene.dynamics);
+  EXPECT_EQ(scene.dynamics->num_steps(), 50);
+  EXPECT_EQ(scene.dynamics->newton_iterations, 0);
+  EXPECT_EQ(scene.damping.mass_per_s, 2);
+  EXPECT_EQ(prescribed_displacement(scene.conditions[0], Vec3(9, 9, 9), {0.25, 0.25}), Vec3(0.5, 1, 1.5));
+  EXPECT_EQ(prescribed_displacement(scene.conditions[0], Vec3(9, 9, 9), {1, 7}), Vec3(1, 2, 3));
+  EXPECT_NEAR(prescribed_displacement(scene.conditions[1], Vec3(9, 9, 9), {0.5, 0.5})[0], 5, 1e-12);
+  EXPECT_LT((prescribed_displacement(scene.conditions[2], Vec3(2, 0, 4), {1, 1}) - Vec3(-2, 0, 0)).norm(), 1e-12);
+  EXPECT_EQ(scene.forces[0].history->at(0.5), Vec3(0, 0, 2));
+  EXPECT_EQ(scene.forces[1].history->at(0.5), Vec3(0.5, 0.5, 0.5));
+  EXPECT_EQ(scene.contacts[0].history->at(1), Vec3(0, 0, 5));
+  EXPECT_EQ(scene_of(dynamics + "solver_iterations = 10\n").dynamics->newton_iterations, 1);
+  const Scene still = scene_of("[dynamics]\nstep_s = 0.02\nduration_s = 1\n");
+  EXPECT_FALSE(still.dynamics);
+  ASSERT_EQ(still.warnings.size(), 1U);
+  EXPECT_EQ(still.warnings[0].find("[dynamics] has no effect"), 0U);
+}
+
+TEST(Scene, WhatGoesWithAMotionAloneIsNamed) {
+  const std::string displace = "[[displace]]\npoint_mm = [0, 0, 0]\n";
+  const std::string dynamics = "[solve]\nkind = \"dynamics\"\n[dynamics]\nstep_s = 0.02\nduration_s = 1\n";
+  const auto expect = [](const std::string& text, const std::string& words) {
+    EXPECT_NE(error_of(text).find(words), std::string::npos) << error_of(text);
+  };
+  expect("[solve]\nkind = \"dynamics\"\n", "s.toml:2:8: kind is \"dynamics\", expected a table [dynamics]");
+  expect("[solve]\nkind = \"dynamics\"\n[dynamics]\nstep_s = 0.1\n", "has no duration_s");
+  expect(displace + "table = [[0, 0, 0, 0]]\n", "s.toml:3:9: table goes with solve.kind = \"dynamics\"");
+  expect(displace + "velocity_mm_s = [0, 0, 0]\n", "velocity_mm_s goes with solve.kind = \"dynamics\"");
+  expect(dynamics + displace + "table = [[0, 0, 0, 0], [0, 1, 1, 1]]\n", "table has 0 s after 0 s");
+  expect(dynamics + displace + "table = [[0, 0, 0]]\n", "expected rows [[t, x, y, z], ...]");
+  expect(dynamics + displace + "table = [[0, 0, 0, 0]]\nby_mm = [0, 0, 1]\n", "[[displace]] expects one of");
+  expect("[solve]\nkind = \"dynamics\"\naccuracy_mm = 1\n", "accuracy_mm and budget_s go with");
+  expect(dynamics + "solver_iterations = 5\nnewton_iterations = 0\n", "newton_iterations = 0 solves to the tolerance");
+  expect(dynamics + displace + "table = [[-1, 0, 0, 0]]\n", "table begins at -1 s, expected 0 or later");
+  expect(dynamics + "start = \"none.hexresult\"\n", "dynamics.start is 'none.hexresult', expected a file");
+  expect("[solve]\nkind = \"dynamics\"\n[dynamics]\nsteps_s = 0.1\nduration_s = 1\n", "unknown key 'dynamics.steps_s'");
+  expect(dynamics + "step = 5\n", "unknown key 'dynamics.step'");
+}
+
+TEST(Scene, AContactIsAPlaneOrASphere) {
+  const Scene scene = scene_of(
+      "[[contact]]\nplane = { point_mm = [1, 2, 3], normal = [0, 0, 2] }\nstiffness_n_mm = 0.5\nby_mm = [0, 0, 4]\n"
+      "[[contact]]\nname = \"probe\"\nsphere = { center_mm = [1, 2, 3], radius_mm = 7 }\nstiffness_n_mm = 1\n");
+  ASSERT_EQ(scene.contacts.size(), 2U);
+  EXPECT_EQ(scene.contacts[0].name, "contact 1");
+  EXPECT_EQ(std::get<HalfSpace>(scene.contacts[0].obstacle).normal, Vec3(0, 0, 1));
+  EXPECT_EQ(scene.contacts[0].by, Vec3(0, 0, 4));
+  EXPECT_EQ(scene.contacts[0].stiffness, 0.5);
+  EXPECT_EQ(scene.contacts[1].name, "probe");
+  EXPECT_EQ(std::get<Ball>(scene.contacts[1].obstacle).radius, 7);
+  EXPECT_EQ(error_of("[[contact]]\nstiffness_n_mm = 1\n"),
+            "s.toml:1:1: [[contact]] has neither plane nor sphere, expected one of them");
+  EXPECT_EQ(error_of("[[contact]]\nsphere = { center_mm = [1, 2, 3], radius_mm = 7 }\n"),
+            "s.toml:1:1: [[contact]] has no stiffness_n_mm, expected the stiffness of each surface point");
+}

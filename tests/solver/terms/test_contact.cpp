@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "hexsolver/equilibrium/equilibrium.h"
+#include "support/bodies.h"
+#include "support/solve.h"
+#include "terms/contact.h"
+
+using namespace hexsolver;
+using namespace testing_support;
+
+namespace {
+
+Contact plane(const Vec3& point, const Vec3& normal, double stiffness) {
+  return {"plane", "test", HalfSpace{point, normal}, Vec3::Zero(), stiffness};
+}
+
+Contact ball(const Vec3& center, double radius, double stiffness) {
+  return {"ball", "test", Ball{center, radius}, Vec3::Zero(), stiffness};
+}
+
+/// Obstacles that cut into the bitten ball, one that moves.
+std::vector<Contact> obstacles(const Mesh& mesh) {
+  Vec3 middle = Vec3::Zero();
+  for (std::size_t n = 0; n < mesh.num_nodes(); ++n) middle += mesh.position(n) / static_cast<double>(mesh.num_nodes());
+  std::vector<Contact> out = {plane(middle, Vec3(0.2, -0.1, 1).normalized(), 0.3),
+                              ball(middle + Vec3(6, -3, 5), 8, 0.7)};
+  out[1].by = {-3, 1, 2};
+  return out;
+}
+
+class Obstacles : public testing::TestWithParam<std::size_t> {
+protected:
+  const Lattice lattice = bitten_ball({1, 1, 2.5}, {0, 1, 0});
+  Mesh mesh{lattice.levels[1].cells, lattice.cell_edges(1), lattice.corner()};
+  Potential potential{mesh};
+  PenaltyContact* contact = nullptr;
+  const NodeVector u = noise(mesh.num_dofs(), 0.3, 4), direction = noise(mesh.num_dofs(), 1, 5);
+
+  Obstacles() {
+    Selector selector(lattice, 1, mesh);
+    auto term = std::make_unique<PenaltyContact>(obstacles(mesh)[GetParam()], mesh, selector.whole_surface());
+    contact = term.get();
+    potential.add(std::move(term));
+    contact->set_progress({0.5});
+  }
+  NodeVector gradient(const NodeVector& at) const {
+    NodeVector g, magnitude;
+    potential.gradient(at, g, magnitude);
+    return g;
+  }
+};
+
+}  // namespace
+
+TEST_P(Obstacles, ForcesAndHessianAreDerivativesOfTheEnergy) {
+  ASSERT_GT(contact->state(u).points, 20U);
+  constexpr double h = 1e-6;  // few points touch or leave within that
+  const double measured = (potential.energy(u + h * direction) - potential.energy(u - h * direction)) / (2 * h);
+  EXPECT_NEAR(gradient(u).dot(direction), measured, 1e-7 * gradient(u).norm() * direction.norm());
+  potential.linearize(u, Hessian::exact);
+  NodeVector claimed, added = NodeVector::Zero(direction.size());
+  potential.apply(direction, claimed);
+  const NodeVector difference = (gradient(u + h * direction) - gradient(u - h * direction)) / (2 * h);
+  EXPECT_LT((claimed - difference).norm(), 1e-5 * claimed.norm());
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    mesh.scatter_add(c, potential.cell_hessian(c) * mesh.gather(c, direction), added);
+  EXPECT_LT((claimed - added).norm(), 1e-12 * claimed.norm());
+  EXPECT_LT(error_of_single_precision(potential, direction), 1e-6);
+  potential.linearize(u, Hessian::projected);
+  potential.apply(direction, claimed);
+  EXPECT_GT(claimed.dot(direction), 0);
+}
+
+TEST_P(Obstacles, TheForceOnTheBodyIsThatOfItsReport) {
+  const NodeVector g = gradient(u);
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t n = 0; n < mesh.num_nodes(); ++n) sum -= g.segment<3>(3 * static_cast<Eigen::Index>(n));
+  EXPECT_LT((sum - contact->state(u).force).norm(), 1e-12 * sum.norm());
+}
+
+INSTANTIATE_TEST_SUITE_P(PlaneAndBall, Obstacles, testing::Values(0, 1));
+
+namespace {
+
+constexpr double young = 0.1, stiffness = 0.02, press = 1.5;
+const Vec3 size(5, 6, 22);
+
+/// A bar along z from z = -1 on, without lateral contraction, held below; an obstacle comes down on its top.
+Scene pressed_bar(Contact obstacle, Elasticity elasticity) {
+  Scene scene;
+  scene.elasticity = elasticity;
+  scene.tolerance = 1e-11;
+  Condition bottom;
+  bottom.name = "bottom";
+  bottom.selection.halfspace = HalfSpace{{0, 0, -1}, {0, 0, -1}};
+  bottom.selection.on = SurfacePoints::nodes;
+  scene.conditions = {bottom};
+  obstacle.by = {0, 0, -press};
+  obstacle.stiffness = stiffness;
+  scene.contacts = {obstacle};
+  return scene;
+}
+
+}  // namespace
+
+TEST(Contact, ABarPressedByAPlaneIsTwoSpringsInARow) {
+  const Lattice lattice = box({5, 6, 11}, {1, 1, 2}, young * 1e3, 0);
+  const double bar = young * size[0] * size[1] / size[2], penalty = 30 * stiffness;  // 30 faces on top
+  const double force = press / (1 / bar + 1 / penalty);
+  for (int level = 0; level < 3; ++level) {
+    SolveReport report;
+    const hexmesh::Result result =
+        solve_equilibrium(lattice, pressed_bar(plane({0, 0, 21}, {0, 0, -1}, 0), Elasticity::cauchy), level, report);
+    ASSERT_TRUE(report.converged) << report.reason;
+    EXPECT_EQ(report.contacts[0].points, 30U);
+    EXPECT_NEAR(report.contacts[0].deepest_mm, force / penalty, 1e-7);
+    EXPECT_LT((report.contacts[0].force_n - Vec3(0, 0, -force)).norm(), 1e-7 * force);
+    EXPECT_LT((report.conditions[0].reaction_n - Vec3(0, 0, force)).norm(), 1e-7 * force);
+  }
+}
+
+TEST(Contact, AHugeBallIsAPlaneAndASmallOneDentsLess) {
+  const Lattice lattice = box({5, 6, 11}, {1, 1, 2}, young * 1e3, 0.3);
+  const auto force = [&](const Contact& c) {
+    SolveReport report;
+    solve_equilibrium(lattice, pressed_bar(c, Elasticity::cauchy), 0, report);
+    EXPECT_TRUE(report.converged) << report.reason;
+    return report.contacts[0].force_n[2];
+  };
+  const double by_plane = force(plane({0, 0, 21}, {0, 0, -1}, 0));
+  EXPECT_NEAR(force(ball({2, 2.5, 21 + 1e4}, 1e4, 0)), by_plane, 1e-3 * std::abs(by_plane));
+  const double by_ball = force(ball({2, 2.5, 23}, 2, 0));
+  EXPECT_LT(by_ball, -0.01 * std::abs(by_plane));
+  EXPECT_GT(by_ball, 0.7 * by_plane);
+}
+
+TEST(Contact, ABallPressesTheWayItMovesHoweverFar) {
+  const Lattice lattice = box({9, 9, 9}, {1, 1, 1}, young * 1e3, 0.3);
+  double before = 0;
+  for (const double by : {1.0, 2.0, 3.0}) {
+    Scene scene = pressed_bar(ball({4, 4, 10.5}, 2, 0), Elasticity::corotational);
+    scene.conditions[0].selection.halfspace = HalfSpace{{0, 0, -0.5}, {0, 0, -1}};
+    scene.contacts[0].by = {0, 0, -by};
+    scene.contacts[0].stiffness = 1;
+    SolveReport report;
+    solve_equilibrium(lattice, scene, 0, report);
+    ASSERT_TRUE(report.converged) << report.reason;
+    EXPECT_LT(report.contacts[0].force_n[2], before) << by;
+    before = report.contacts[0].force_n[2];
+  }
+}
+
+TEST(Contact, ABallThatWentThroughTheSurfaceIsNoSolution) {
+  const Lattice lattice = box({9, 9, 9}, {1, 1, 1}, young * 1e3, 0.3);
+  Scene scene = pressed_bar(ball({4, 4, 11.5}, 2, 0), Elasticity::corotational);
+  scene.conditions[0].selection.halfspace = HalfSpace{{0, 0, -0.5}, {0, 0, -1}};
+  scene.contacts[0].by = {0, 0, -6};
+  scene.contacts[0].stiffness = 1e-6;  // hardly any
+  SolveReport report;
+  solve_equilibrium(lattice, scene, 0, report);
+  EXPECT_FALSE(report.converged);
+  EXPECT_NE(report.reason.find("went through the surface"), std::string::npos) << report.reason;
+}
+
+TEST(Contact, AnObstacleThatIsNotReachedChangesNothing) {
+  const Lattice lattice = box({5, 6, 11}, {1, 1, 2}, young * 1e3, 0.3);
+  Scene scene = pressed_bar(ball({2, 2.5, 200}, 2, 0), Elasticity::cauchy);
+  scene.gravity = {100, 0, -9810};
+  SolveReport with, without;
+  const hexmesh::Result a = solve_equilibrium(lattice, scene, 0, with);
+  scene.contacts.clear();
+  const hexmesh::Result b = solve_equilibrium(lattice, scene, 0, without);
+  EXPECT_EQ(with.contacts[0].points, 0U);
+  for (std::size_t n = 0; n < a.displacement.size(); ++n)
+    EXPECT_LT((a.displacement[n] - b.displacement[n]).norm(), 1e-8);
+}

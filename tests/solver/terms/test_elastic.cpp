@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "solver/terms/large_deformation.h"
+#include "terms/elastic.h"
+
+using namespace hexsolver;
+using namespace testing_support;
+
+namespace {
+
+class ElasticLevels : public testing::TestWithParam<std::tuple<int, Elasticity, Volumetric>> {
+protected:
+  const Lattice lattice = bitten_ball({1, 1, 2.5}, {0, 1, 0}, random_rotation(13));
+  Body body{lattice, std::get<0>(GetParam()), std::get<1>(GetParam()), std::get<2>(GetParam())};
+  const NodeVector u = large_deformation(body.mesh, 0.05);
+  const NodeVector direction = noise(body.mesh.num_dofs(), 1, 33);
+  const bool turns = std::get<1>(GetParam()) != Elasticity::cauchy;
+  /// Cells of large strain keep their Hessians in single precision.
+  const double precision = is_hyperelastic(std::get<1>(GetParam())) ? 1e-6 : 1e-11;
+
+  NodeVector gradient(const NodeVector& at) const {
+    NodeVector g, magnitude;
+    body.potential.gradient(at, g, magnitude);
+    return g;
+  }
+};
+
+}  // namespace
+
+TEST_P(ElasticLevels, GradientMatchesTheDifferenceOfEnergies) {
+  constexpr double h = 1e-5;
+  const double measured =
+      (body.potential.energy(u + h * direction) - body.potential.energy(u - h * direction)) / (2 * h);
+  const double claimed = gradient(u).dot(direction);
+  // Truncation h^2 and rounding eps W / h, both near 1e-9 of the scale.
+  EXPECT_NEAR(claimed, measured, 1e-6 * gradient(u).norm() * direction.norm());
+}
+
+TEST_P(ElasticLevels, HessianMatchesTheDifferenceOfGradients) {
+  constexpr double h = 1e-5;
+  body.potential.linearize(u, Hessian::exact);
+  NodeVector claimed;
+  body.potential.apply(direction, claimed);
+  const NodeVector measured = (gradient(u + h * direction) - gradient(u - h * direction)) / (2 * h);
+  EXPECT_LT((claimed - measured).norm(), 1e-6 * claimed.norm());
+}
+
+TEST_P(ElasticLevels, CellHessiansAddUpToTheOperator) {
+  for (const double clamping : {Hessian::exact, Hessian::projected}) {
+    body.potential.linearize(u, clamping);
+    NodeVector applied, added = NodeVector::Zero(direction.size());
+    body.potential.apply(direction, applied);
+    for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
+      const CellMatrix h = body.potential.cell_hessian(c);
+      EXPECT_LT((h - h.transpose()).norm(), precision * h.norm());
+      body.mesh.scatter_add(c, h * body.mesh.gather(c, direction), added);
+    }
+    EXPECT_LT((applied - added).norm(), precision * applied.norm());
+  }
+}
+
+TEST_P(ElasticLevels, SinglePrecisionIsOffByItsRounding) {
+  for (const double clamping : {Hessian::exact, Hessian::projected}) {
+    body.potential.linearize(u, clamping);
+    EXPECT_LT(error_of_single_precision(body.potential, direction), 1e-6);  // 2^-24 times some ten
+  }
+  body.potential.linearize(u + 0.01 * direction, Hessian::exact);  // copies do not outlive a state
+  EXPECT_LT(error_of_single_precision(body.potential, direction), 1e-6);
+}
+
+TEST_P(ElasticLevels, ARigidMotionGivesNoForce) {
+  const Mat3 r = random_rotation(17);
+  const NodeVector moved = sample(body.mesh, [&](const Vec3& x) -> Vec3 {
+    return turns ? Vec3(r * x - x + Vec3(4, 5, 6)) : Vec3(Vec3(0.1, 0.2, 0.3).cross(x) + Vec3(4, 5, 6));
+  });
+  NodeVector g, magnitude, scale, ignored;
+  body.potential.gradient(moved, g, magnitude);
+  body.potential.gradient(u, ignored, scale);
+  EXPECT_LT(g.norm(), 1e-11 * scale.norm());
+}
+
+TEST_P(ElasticLevels, WhatResistsChangeOfVolumeIsAllThatResistsSwelling) {
+  const Mat3 r = turns ? random_rotation(17) : Mat3(Mat3::Identity());
+  body.potential.linearize(sample(body.mesh, [&](const Vec3& x) -> Vec3 { return r * x - x; }), Hessian::exact);
+  const NodeVector swelling = sample(body.mesh, [&](const Vec3& x) -> Vec3 { return r * x; });
+  const bool tells = std::get<2>(GetParam()) == Volumetric::mean && !is_hyperelastic(std::get<1>(GetParam()));
+  for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
+    const Dilatation d = body.potential.dilatation(c);
+    EXPECT_EQ(d.bulk > 0, tells);
+    if (!tells) continue;
+    const CellVector v = body.mesh.gather(c, swelling);
+    const CellMatrix k = body.potential.cell_hessian(c);
+    EXPECT_NEAR(d.divergence.dot(v), 3 * d.volume, 1e-12 * v.norm() * d.divergence.norm());
+    EXPECT_LT(((k - d.hessian()) * v).norm(), 1e-11 * k.norm() * v.norm());
+  }
+}
+
+TEST_P(ElasticLevels, ForcesHaveNoResultantAndThoseOfCellsThatTurnNoTorque) {
+  NodeVector g, magnitude;
+  body.potential.gradient(u, g, magnitude);
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+  for (std::size_t n = 0; n < body.mesh.num_nodes(); ++n) {
+    const Vec3 f = g.segment<3>(3 * static_cast<Eigen::Index>(n));
+    force += f;
+    torque += Vec3(body.mesh.position(n) + u.segment<3>(3 * static_cast<Eigen::Index>(n))).cross(f);
+  }
+  EXPECT_LT(force.norm(), 1e-11 * magnitude.sum());
+  if (turns) {
+    EXPECT_LT(torque.norm(), 1e-11 * 40 * magnitude.sum());  // lever arms of up to 40 mm
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ElasticLevels,
+                         testing::Combine(testing::Values(0, 1, 2),
+                                          testing::Values(Elasticity::cauchy, Elasticity::corotational),
+                                          testing::Values(Volumetric::mean, Volumetric::full)));
+INSTANTIATE_TEST_SUITE_P(GreenLagrange, ElasticLevels,
+                         testing::Combine(testing::Values(0, 1, 2), testing::Values(Elasticity::green_lagrange),
+                                          testing::Values(Volumetric::full)));
+INSTANTIATE_TEST_SUITE_P(NeoHookean, ElasticLevels,
+                         testing::Combine(testing::Values(0, 1, 2),
+                                          testing::Values(Elasticity::neo_hookean, Elasticity::stable_neo_hookean),
+                                          testing::Values(Volumetric::mean, Volumetric::full)));

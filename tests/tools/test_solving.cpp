@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "hexmesh/file/result_file.h"
+#include "tools_fixture.h"
+
+using namespace testing_support;
+using nlohmann::json;
+
+namespace {
+
+const char* const sway_scene = R"([solve]
+kind = "dynamics"
+[[fix]]
+point_mm = [-101, -6, -8]
+radius_mm = 20
+[gravity]
+m_s2 = [0, 0, -9.81]
+[dynamics]
+step_s = 0.02
+duration_s = 0.2
+output_every = 4
+solver = "jacobi"
+solver_iterations = 10
+)";
+
+/// The stream's last frame is the surface of the result.
+void expect_last_frame(const std::string& stream_of_all, const hexmesh::Result& result) {
+  std::istringstream stream(stream_of_all);
+  std::string word;
+  std::size_t points = 0, triangles = 0;
+  stream >> word >> word >> word >> points >> word >> triangles;
+  EXPECT_EQ(points, result.surface.points.size());
+  const std::size_t frame = 8 + 12 * points, head = stream_of_all.find("\n\n") + 2 + 12 * triangles;
+  ASSERT_EQ(stream_of_all.size(), head + 11 * frame);
+  double time = 0;
+  std::vector<float> positions(3 * points);
+  std::memcpy(&time, &stream_of_all[head + 10 * frame], 8);
+  std::memcpy(positions.data(), &stream_of_all[head + 10 * frame + 8], 12 * points);
+  EXPECT_EQ(time, result.times.back());
+  for (std::size_t p = 0; p < points; ++p)
+    for (int d = 0; d < 3; ++d)
+      ASSERT_NEAR(positions[3 * p + static_cast<std::size_t>(d)],
+                  result.surface.points[p][d] + result.surface_displacement[p][d], 1e-4);
+}
+
+}  // namespace
+
+TEST_F(Tools, TheReportHasTheKeysThatScriptsRelyOn) {
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 3 --report keys.json -o keys.hexresult").exit_code, 0);
+  const auto report = nlohmann::json::parse(read_text(*folder / "keys.json"));
+  for (const char* key : {"converged",
+                          "reason",
+                          "newton_iterations",
+                          "linear_iterations",
+                          "relative_residual",
+                          "load_fraction",
+                          "constraint_violation_mm",
+                          "conditions",
+                          "strain_energy_n_mm",
+                          "min_jacobian",
+                          "inverted_cells",
+                          "lattice",
+                          "levels",
+                          "seconds",
+                          "peak_memory_mb",
+                          "memory_mb",
+                          "effects",
+                          "warnings",
+                          "free_modes",
+                          "error_estimate_mm"})
+    EXPECT_TRUE(report.contains(key)) << key;
+  EXPECT_EQ(report["conditions"].size(), 4U);
+  EXPECT_LE(report["constraint_violation_mm"].get<double>(), 1e-6);
+}
+
+TEST_F(Tools, AnAccuracyEndsAtTheFirstLevelThatIsGoodEnough) {
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --accuracy 0.7 --report acc.json -o acc.hexresult").exit_code, 0);
+  const json report = json::parse(read_text(*folder / "acc.json"));
+  EXPECT_LE(report["error_estimate_mm"]["mean"], 0.7);
+  EXPECT_LE(report["error_estimate_mm"]["algebraic"], 0.07);
+  EXPECT_GT(report["lattice"]["level"], 0);
+  const json& levels = report["levels"];
+  ASSERT_GE(levels.size(), 2U);
+  EXPECT_GT(levels[levels.size() - 2]["error_mm"]["mean"], 0.7);
+  EXPECT_EQ(hexmesh::read_result(*folder / "acc.hexresult").level, report["lattice"]["level"].get<int>());
+
+  // Finer than the scan: the finest level, and no success.
+  const CommandResult tight = run("hexsolve liver.hexmesh liver.toml --accuracy 1e-6 -o tight.hexresult");
+  EXPECT_EQ(tight.exit_code, 5);
+  EXPECT_NE(tight.errors.find("accuracy not reached: the estimated error of level 0 is"), std::string::npos)
+      << tight.errors;
+  for (const char* value : {"nan", "inf", "0", "-1"})
+    expect_failure(fmt::format("hexsolve liver.hexmesh liver.toml --accuracy {} -o no.hexresult", value), 2,
+                   {"expected a number > 0"});
+  // One point has no limit.
+  expect_failure("hexsolve liver.hexmesh liver.toml --set displace.0.radius_mm=0 --accuracy 1 -o point.hexresult", 3,
+                 {"single points", "radius > 0"});
+}
+
+TEST_F(Tools, ABudgetGivesTheBestLevelThatThereIsTimeFor) {
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --budget 1000 --report much.json -o much.hexresult").exit_code, 0);
+  EXPECT_EQ(json::parse(read_text(*folder / "much.json"))["lattice"]["level"], 0);
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --budget 0.001 --report none.json -o none.hexresult").exit_code, 0);
+  const json none = json::parse(read_text(*folder / "none.json"));
+  EXPECT_EQ(none["levels"].size(), 1U);
+  EXPECT_NE(none["warnings"].dump().find("budget_s"), std::string::npos);
+  expect_failure("hexsolve liver.hexmesh liver.toml --budget 1 --level 2 -o x.hexresult", 2, {"--budget", "--level"});
+}
+
+TEST_F(Tools, WhereMemoryIsShortItTakesLongerOrIsRefused) {
+  const CommandResult plan = run("hexsolve liver.hexmesh liver.toml --level 1 --plan --report -");
+  ASSERT_EQ(plan.exit_code, 0) << plan.errors;
+  const double expected = json::parse(plan.output)["levels"].back()["memory_mb"];
+  const CommandResult fast = run("hexsolve liver.hexmesh liver.toml --level 1 -o fast.hexresult --report -");
+  const CommandResult lean = run(fmt::format(
+      "hexsolve liver.hexmesh liver.toml --level 1 -o lean.hexresult --report - --max-memory {}", 0.95 * expected));
+  ASSERT_EQ(fast.exit_code, 0) << fast.errors;
+  ASSERT_EQ(lean.exit_code, 0) << lean.errors;
+  EXPECT_NE(lean.errors.find("to save memory it takes longer"), std::string::npos) << lean.errors;
+  const json of_fast = json::parse(fast.output), of_lean = json::parse(lean.output);
+  const double frames_mb = of_fast["lattice"]["cells"].get<double>() * 72 * sizeof(double) / (1 << 20);
+  EXPECT_LE(of_lean["memory_mb"]["elasticity"].get<double>(),
+            of_fast["memory_mb"]["elasticity"].get<double>() - frames_mb);
+  EXPECT_NEAR(of_lean["strain_energy_n_mm"].get<double>(), of_fast["strain_energy_n_mm"].get<double>(),
+              1e-8 * of_fast["strain_energy_n_mm"].get<double>());
+  expect_failure(
+      fmt::format("hexsolve liver.hexmesh liver.toml --level 1 -o refused.hexresult --max-memory {}", 0.1 * expected), 3,
+      {"--max-memory", "coarser level"});
+}
+
+TEST_F(Tools, CheckAndPlanSolveNothing) {
+  const auto before = listing();
+  const CommandResult check = run("hexsolve liver.hexmesh liver.toml --level 1 --check");
+  EXPECT_EQ(check.exit_code, 0) << check.errors;
+  EXPECT_NE(check.output.find("condition 'back': "), std::string::npos) << check.output;
+  const json plan = json::parse(run("hexsolve liver.hexmesh liver.toml --level 1 --plan --report -").output);
+  EXPECT_EQ(plan["levels"].back()["level"], 1);
+  EXPECT_GT(plan["levels"].back()["seconds"], 0);
+  const auto active = [](const json& effects, const std::string& name) {
+    for (const json& e : effects)
+      if (e["name"] == name) return e["active"].get<bool>();
+    ADD_FAILURE() << name;
+    return false;
+  };
+  EXPECT_TRUE(active(plan["effects"], "rotation"));
+  EXPECT_FALSE(active(plan["effects"], "gravity"));
+  EXPECT_EQ(listing(), before);
+  // The plan's choice of levels is the solution's.
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 1 --report did.json -o did.hexresult").exit_code, 0);
+  const json did = json::parse(read_text(*folder / "did.json"));
+  ASSERT_EQ(did["levels"].size(), plan["levels"].size());
+  for (std::size_t n = 0; n < did["levels"].size(); ++n) EXPECT_EQ(did["levels"][n]["dofs"], plan["levels"][n]["dofs"]);
+  EXPECT_FALSE(active(did["effects"], "gravity"));
+}
+
+TEST_F(Tools, ADeckIsTheSameModel) {
+  // As the CalculiX program of Debian solves it, where that is installed.
+  ASSERT_EQ(run("sed 's/^radius_mm = 10$/radius_mm = 10\\non = \"nodes\"/' liver.toml > nodes.toml").exit_code, 0);
+  ASSERT_EQ(run("hexsolve liver.hexmesh nodes.toml --level 0 --set solve.strain=cauchy --set solve.volumetric=full "
+                "-o nodes.hexresult")
+                .exit_code,
+            0);
+  ASSERT_EQ(run("hexexport nodes.hexresult --inp deck.inp").exit_code, 0);
+  const std::string deck = read_text(*folder / "deck.inp");
+  for (const char* word : {"*NODE, NSET=ALL\n", "*ELEMENT, TYPE=C3D8, ELSET=S1_liver\n", "*ELASTIC\n0.1, 0.3\n",
+                           "*STEP\n*STATIC\n*BOUNDARY\n"})
+    EXPECT_NE(deck.find(word), std::string::npos) << word;
+  expect_failure("hexexport nodes.hexresult --inp deck.txt", 2, {".inp"});
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 0 -o faces.hexresult").exit_code, 0);
+  expect_failure("hexexport faces.hexresult --inp faces.inp", 3, {"volumetric"});
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 0 --set solve.strain=cauchy --set solve.volumetric=full "
+                "-o linear.hexresult")
+                .exit_code,
+            0);
+  expect_failure("hexexport linear.hexresult --inp linear.inp", 3, {"condition 'right end'", "on = \"nodes\""});
+  ASSERT_EQ(run("hexsolve liver.hexmesh nodes.toml --level 1 --set solve.strain=cauchy --set solve.volumetric=full "
+                "-o coarse.hexresult")
+                .exit_code,
+            0);
+  expect_failure("hexexport coarse.hexresult --inp coarse.inp", 3, {"partly filled", "level 0"});
+
+  if (run("command -v ccx").exit_code != 0) GTEST_SKIP() << "no ccx on this machine";
+  ASSERT_EQ(run("OMP_NUM_THREADS=1 ccx -i deck").exit_code, 0);
+  const hexmesh::Result ours = hexmesh::read_result(*folder / "nodes.hexresult");
+  std::istringstream rows(read_text(*folder / "deck.dat"));
+  std::string line;
+  std::size_t compared = 0;
+  while (std::getline(rows, line)) {
+    std::istringstream values(line);
+    std::size_t node = 0;
+    hexmesh::Vec3 u;
+    if (!(values >> node >> u[0] >> u[1] >> u[2])) continue;
+    ASSERT_LE(node, ours.nodes.size());
+    EXPECT_LT((ours.displacement[node - 1] - u).norm(), 1e-4) << "node " << node;
+    ++compared;
+  }
+  EXPECT_EQ(compared, ours.nodes.size());
+}
+
+TEST_F(Tools, TheNumberOfThreadsChangesNoDigit) {
+  for (const char* strain : {"cauchy", "corotational"}) {
+    for (const char* threads : {"1", "2"})
+      ASSERT_EQ(run(fmt::format("hexsolve liver.hexmesh liver.toml --level 1 --threads {0} --set solve.strain={1} "
+                                "-o {1}{0}.hexresult",
+                                threads, strain))
+                    .exit_code,
+                0);
+    const hexmesh::Result a = hexmesh::read_result(*folder / fmt::format("{}1.hexresult", strain));
+    const hexmesh::Result b = hexmesh::read_result(*folder / fmt::format("{}2.hexresult", strain));
+    EXPECT_EQ(a.displacement, b.displacement);
+    EXPECT_EQ(a.cell_fields, b.cell_fields);
+  }
+}
+
+TEST_F(Tools, AMotionIsKeptStreamedAndGoesOnFromAResult) {
+  write_text(*folder / "sway.toml", sway_scene);
+  const CommandResult r =
+      run("hexsolve liver.hexmesh sway.toml --level 2 -o sway.hexresult --stream --report sway.json");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  const json report = json::parse(read_text(*folder / "sway.json"));
+  EXPECT_EQ(report["kind"], "dynamics");
+  EXPECT_EQ(report["motion"]["steps"], 10);
+  ASSERT_EQ(report["motion"]["rows"].size(), 4U);  // 0, 4, 8, 10
+  EXPECT_GT(report["motion"]["rows"][3]["kinetic_n_mm"].get<double>(), 0);
+  EXPECT_GT(report["steps_per_second"].get<double>(), 0);
+  const hexmesh::Result result = hexmesh::read_result(*folder / "sway.hexresult");
+  EXPECT_EQ(result.times, (std::vector<double>{0, 0.08, 0.16, 0.2}));
+  EXPECT_EQ(hexmesh::read_step(*folder / "sway.hexresult", result, 3).displacement, result.displacement);
+
+  expect_last_frame(r.output, result);
+
+  ASSERT_EQ(run("hexexport sway.hexresult --surface sway.pvd --lattice cells.pvd").exit_code, 0);
+  EXPECT_NE(read_text(*folder / "sway.pvd").find("timestep=\"0.16\" part=\"0\" file=\"sway/sway_0002.vtp\""),
+            std::string::npos);
+  for (const char* file : {"sway/sway_0003.vtp", "cells/cells_0000.vtu"})
+    EXPECT_TRUE(std::filesystem::exists(*folder / file)) << file;
+
+  ASSERT_EQ(run("hexsolve -q liver.hexmesh sway.toml --level 2 -o - | hexexport -q - --surface piped.vtp").exit_code,
+            0);
+  // Half of it, and the other half from there.
+  ASSERT_EQ(run("hexsolve liver.hexmesh sway.toml --level 2 -o half.hexresult --set dynamics.duration_s=0.1").exit_code,
+            0);
+  ASSERT_EQ(run("hexsolve liver.hexmesh sway.toml --level 2 -o rest.hexresult --set dynamics.duration_s=0.1 "
+                "--set dynamics.start=half.hexresult")
+                .exit_code,
+            0);
+  EXPECT_EQ(hexmesh::read_result(*folder / "rest.hexresult").displacement, result.displacement);
+
+  // A reader that leaves does not take the result with it.
+  const CommandResult left =
+      run("bash -c 'hexsolve liver.hexmesh sway.toml --level 2 --stream -o left.hexresult | head -c 100 > /dev/null; "
+          "exit ${PIPESTATUS[0]}'");
+  EXPECT_EQ(left.exit_code, 0) << left.errors;
+  EXPECT_NE(left.errors.find("the motion goes on to its file"), std::string::npos) << left.errors;
+  EXPECT_EQ(hexmesh::read_result(*folder / "left.hexresult").displacement, result.displacement);
+  expect_failure("hexsolve liver.hexmesh sway.toml --accuracy 1 -o y.hexresult", 2,
+                 {"--accuracy goes with an equilibrium"});
+  expect_failure("hexexport sway.hexresult --inp sway.inp", 3, {"the result is a motion"});
+  expect_failure("hexexport sway.hexresult --lattice z.pvd --surface z.pvd", 2, {"expected two names"});
+  expect_failure("hexsolve liver.hexmesh sway.toml -o y.hexresult --report sway.json", 6, {"sway.json"});
+  expect_failure("hexsolve liver.hexmesh liver.toml --stream", 2, {"--stream goes with a motion"});
+  expect_failure("hexsolve liver.hexmesh sway.toml --level 2 --stream --report -", 2, {"takes standard output"});
+  expect_failure("hexsolve liver.hexmesh sway.toml --level 1 -o x --set dynamics.start=half.hexresult", 3,
+                 {"expected a result of this lattice at level 1"});
+  EXPECT_NE(run("hexsolve liver.hexmesh sway.toml --plan --level 2").output.find("on   inertia"), std::string::npos);
+  EXPECT_NE(run("hexsolve liver.hexmesh sway.toml --check --level 2").output.find("a motion"), std::string::npos);
+}

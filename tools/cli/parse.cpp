@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/parse.h"
+
+#include <fmt/format.h>
+
+#include "hexmesh/core/error.h"
+
+namespace hextools {
+
+std::vector<std::string> split(std::string_view text, char separator) {
+  std::vector<std::string> parts;
+  for (std::size_t end = text.find(separator); end != std::string_view::npos; end = text.find(separator)) {
+    parts.emplace_back(text.substr(0, end));
+    text.remove_prefix(end + 1);
+  }
+  parts.emplace_back(text);
+  return parts;
+}
+
+std::vector<std::string> split_list(std::string_view text, char separator) {
+  std::vector<std::string> parts = split(text, separator);
+  if (parts.back().empty()) parts.pop_back();
+  return parts;
+}
+
+std::pair<std::string, std::string> key_and_value(std::string_view text) {
+  const std::size_t equals = text.find('=');
+  if (equals == std::string_view::npos) return {std::string(text), ""};
+  return {std::string(text.substr(0, equals)), std::string(text.substr(equals + 1))};
+}
+
+std::pair<std::string, std::string> parse_pair(const std::string& option, std::string_view text,
+                                               const std::string& expected) {
+  std::pair<std::string, std::string> pair = key_and_value(text);
+  if (pair.first.empty() || pair.second.empty())
+    throw hexmesh::Error(hexmesh::ErrorKind::usage, fmt::format("{} '{}', expected {}", option, text, expected));
+  return pair;
+}
+
+std::string file_of_pair(std::string_view text) { return std::string(text.substr(text.find('=') + 1)); }
+
+}  // namespace hextools

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <omp.h>
+
+#include <nlohmann/json.hpp>
+
+#include "commands.h"
+#include "hexsolver/plan/plan.h"
+#include "scene_options.h"
+
+namespace hextools {
+namespace {
+
+/// What a V-cycle and its set-up cost in operator products.
+nlohmann::json bench_solver(const SceneOnLevel& on, int repeats) {
+  const hexsolver::SolverTimes t = hexsolver::measure_solver(on.lattice, on.scene, on.level, repeats);
+  return {{"level", on.level},
+          {"cells", t.cells},
+          {"dofs", t.dofs},
+          {"threads", omp_get_max_threads()},
+          {"product_seconds", t.product},
+          {"single_product_seconds", t.single_product},
+          {"cells_per_second", static_cast<double>(t.cells) / t.product},
+          {"linearize_products", t.linearize / t.product},
+          {"linearize_clamped_products", t.clamp / t.product},
+          {"multigrid_set_up_products", t.set_up / t.product},
+          {"cycle_products", t.cycle / t.product}};
+}
+
+}  // namespace
+
+std::function<int()> declare_solver(CLI::App& app, const CommonOptions& common, const Console& /*console*/) {
+  const auto o = add_scene_options(app);
+  return [o, &common] {
+    write_text(o->output, bench_solver(read_scene_on_level(*o, false), o->repeats).dump(2) + "\n", common);
+    return 0;
+  };
+}
+
+}  // namespace hextools

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/tool.h"
+
+namespace hextools {
+
+/// What hexexport is asked for: names of files to write, empty where not asked for.
+struct ExportOptions {
+  std::string input;
+  std::string lattice, surface, conditions, csv, deck, report, html;
+  std::vector<std::string> probes;
+  std::string scan, warped, segmentation, grid, transform, transform_points;
+  int level = -1;
+  bool deformed = false;
+
+  /// All names that are written to.
+  std::vector<std::string> outputs() const;
+  /// Whether something is asked for that only a result has.
+  bool needs_a_result() const;
+};
+
+void add_options(CLI::App& app, ExportOptions& o);
+
+/// @throws Error{usage} naming options that do not go together
+void check_options(const ExportOptions& o);
+
+}  // namespace hextools

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tables.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/csv.h"
+#include "cli/parse.h"
+#include "hexmesh/core/error.h"
+#include "hexmesh/file/markup_file.h"
+#include "hexmesh/file/result_file.h"
+#include "hexmesh/lattice/embedded_points.h"
+
+namespace hextools {
+
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+using hexmesh::Result;
+using hexmesh::Vec3;
+using nlohmann::json;
+
+std::string nodes_csv(const Result& result) {
+  std::string out = "node,x,y,z,ux,uy,uz\n";
+  for (std::size_t n = 0; n < result.nodes.size(); ++n) {
+    const Vec3 &x = result.nodes[n], &u = result.displacement[n];
+    out += fmt::format("{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g}\n", n, x[0], x[1], x[2], u[0], u[1], u[2]);
+  }
+  return out;
+}
+
+std::string report_json(const Result& result) { return json::parse(result.report).dump(2) + "\n"; }
+
+std::string report_csv(const Result& result) {
+  const json flat = json::parse(result.report).flatten();
+  std::string out = "key,value\n";
+  for (const auto& [key, value] : flat.items())
+    out +=
+        csv_field(key.substr(1)) + ',' + csv_field(value.is_string() ? value.get<std::string>() : value.dump()) + '\n';
+  return out;
+}
+
+std::vector<hexmesh::ConditionForce> condition_forces(const Result& result) {
+  std::vector<hexmesh::ConditionForce> out;
+  const json report = json::parse(result.report);
+  for (const json& c : report["conditions"]) {
+    const json& r = c["reaction_n"];
+    out.push_back({c["name"], {r[0].get<double>(), r[1].get<double>(), r[2].get<double>()}});
+  }
+  return out;
+}
+
+std::vector<Probe> read_probes(const std::vector<std::string>& texts) {
+  std::vector<Probe> out;
+  for (const std::string& text : texts) {
+    if (const auto point = parse_numbers<3>(text)) {
+      out.push_back({text, {(*point)[0], (*point)[1], (*point)[2]}});
+      continue;
+    }
+    if (!std::filesystem::exists(text))
+      throw Error(
+          ErrorKind::usage,
+          fmt::format("--probe is '{}', expected x,y,z in mm or the name of a markup file that is there", text));
+    const hexmesh::Markup markup = hexmesh::read_markup(text);
+    if (markup.points.empty())
+      throw Error(ErrorKind::input, fmt::format("markup '{}' has no points, expected those to probe", text));
+    for (std::size_t n = 0; n < markup.points.size(); ++n)
+      out.push_back({fmt::format("{}:{}", std::filesystem::path(text).filename().string(), n + 1), markup.points[n]});
+  }
+  return out;
+}
+
+std::string probe_table(const std::filesystem::path& path, const Result& result, const std::vector<Probe>& probes) {
+  const hexmesh::CellLocator locator(result.voxels, result.voxels_per_cell, result.cells);
+  std::vector<Vec3> points;
+  std::vector<std::string> segments;
+  for (const Probe& probe : probes) {
+    if (locator.locate_position(probe.position).cell < 0)
+      throw Error(ErrorKind::geometry, fmt::format("probe '{}' is more than {:g} mm from the body, expected a point of "
+                                                   "it at rest",
+                                                   probe.name, hexmesh::embedding_reach));
+    points.push_back(probe.position);
+    const std::uint16_t label = hexmesh::label_at(result.voxels, result.labels, probe.position);
+    std::string name;
+    for (const hexmesh::LatticeSegment& s : result.segments)
+      if (s.segment.label == label && s.material) name = s.segment.name;
+    segments.push_back(name);
+  }
+  const hexmesh::EmbeddedPoints embedded(locator, result.cell_nodes, points);
+  std::string out = "probe,time_s,x,y,z,ux,uy,uz,segment\n";
+  const auto add = [&](const std::vector<Vec3>& displacement, const std::string& time) {
+    std::vector<Vec3> u;
+    embedded.interpolate({displacement.front().data(), 3 * displacement.size()}, u);
+    for (std::size_t n = 0; n < points.size(); ++n)
+      out += fmt::format("{},{},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{:.9g},{}\n", csv_field(probes[n].name), time,
+                         points[n][0], points[n][1], points[n][2], u[n][0], u[n][1], u[n][2], csv_field(segments[n]));
+  };
+  for (std::size_t n = 0; n < result.times.size(); ++n)
+    add(hexmesh::read_step(path, result, n).displacement, fmt::format("{:.9g}", result.times[n]));
+  if (result.times.empty()) add(result.displacement, "");
+  return out;
+}
+
+}  // namespace hextools

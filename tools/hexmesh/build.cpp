@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cli/checksum.h"
+#include "cli/parse.h"
+#include "commands.h"
+#include "hexmesh/core/error.h"
+#include "hexmesh/file/lattice_file.h"
+#include "hexmesh/scan/image_io.h"
+#include "hexmesh/volume/resample.h"
+#include "lattice_report.h"
+#include "material_choices.h"
+#include "surface_maker.h"
+
+namespace hextools {
+namespace {
+
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+using hexmesh::Lattice;
+using nlohmann::json;
+
+hexmesh::LabelVolume read_voxels(const BuildOptions& o, Notes& notes, std::vector<std::string>& read,
+                                 const Console& console) {
+  const hexmesh::InputFile file(o.labels);
+  read.push_back(checksum_line(o.labels, file.path()));
+  hexmesh::LabelVolume labels = hexmesh::read_labels(file.path(), {.warn = warning_on(console)});
+  if (o.cell_size == 0) return labels;
+  const auto volume = [](const hexmesh::LabelVolume& v) {
+    std::size_t count = 0;
+    for (const std::size_t n : hexmesh::count_voxels(v)) count += n;
+    return static_cast<double>(count) * v.grid.voxel_volume() / 1000;
+  };
+  const double before = volume(labels);
+  labels = hexmesh::resample_for_cells(labels, o.cell_size);
+  const hexmesh::Vec3& s = labels.grid.spacing();
+  notes.push_back(
+      fmt::format("resampled to voxels of {:.4g} x {:.4g} x {:.4g} mm for cells of {:g} mm: {:.2f} mL of "
+                  "{:.2f} mL",
+                  s[0], s[1], s[2], o.cell_size, volume(labels), before));
+  return labels;
+}
+
+Lattice build(const BuildOptions& o, Notes& notes, std::vector<std::string>& read, const Console& console) {
+  const auto choices = material_choices(o, read);
+  const hexmesh::LabelVolume labels = read_voxels(o, notes, read, console);
+  hexmesh::AssignedMaterials materials = hexmesh::assign_materials(labels, choices);
+  notes.insert(notes.end(), materials.notes.begin(), materials.notes.end());
+  if (materials.rules.empty()) {
+    if (!o.intensity.empty())
+      throw Error(ErrorKind::usage,
+                  "--intensity is given but no material follows the grey values, expected a law in "
+                  "--materials");
+    return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice);
+  }
+  if (o.intensity.empty())
+    throw Error(ErrorKind::usage, "a material follows the grey values, expected --intensity SCAN");
+  const hexmesh::InputFile file(o.intensity);
+  read.push_back(checksum_line(o.intensity, file.path()));
+  const hexmesh::IntensityVolume intensity = hexmesh::read_intensity(file.path(), {.warn = warning_on(console)});
+  const hexmesh::GreyMaterials grey{&intensity, std::move(materials.rules)};
+  return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice, &grey);
+}
+
+int level_of_size(const Lattice& lattice, double cell_size) {
+  for (int n = 0; n < static_cast<int>(lattice.levels.size()); ++n)
+    if ((lattice.cell_size(n).array() / cell_size - 1).abs().maxCoeff() < 1e-9) return n;
+  throw Error(ErrorKind::geometry, fmt::format("no level has cells of {:g} mm, expected more levels (--levels) or a "
+                                               "smaller cell",
+                                               cell_size));
+}
+
+int run_build(const BuildOptions& o, const CommonOptions& common, const Console& console) {
+  const double start = omp_get_wtime();
+  std::vector<std::string> inputs = {o.labels, o.materials_file, o.intensity};
+  for (const std::string& text : o.embedded) inputs.push_back(file_of_pair(text));
+  const auto output = open_output(o.output, "", common, inputs);
+  Notes notes;
+  std::vector<std::string> read;  // checksum lines
+  Lattice lattice = build(o, notes, read, console);
+  if (o.cell_size > 0)
+    notes.push_back(fmt::format("level {} has cells of {:g} mm", level_of_size(lattice, o.cell_size), o.cell_size));
+  const double levels_done = omp_get_wtime();
+  const SurfaceMaker surfaces(o, lattice);
+  lattice.surface = surfaces.make(notes);
+  for (const std::string& file : surfaces.files()) read.push_back(checksum_line(file, file));
+  const double surfaces_done = omp_get_wtime();
+  lattice.history.push_back(history_entry(read));
+  hexmesh::write_lattice(lattice, output->path());
+  output->commit();
+
+  json report = describe(lattice);
+  report["seconds"] = {{"levels", levels_done - start},
+                       {"surfaces", surfaces_done - levels_done},
+                       {"write", omp_get_wtime() - surfaces_done},
+                       {"total", omp_get_wtime() - start}};
+  report["peak_memory_mb"] = peak_memory_mb();
+  for (const std::string& line : notes) console.note(line);
+  console.note(fmt::format("{} levels in {:.2f} s, {:.0f} MB\n{}", lattice.levels.size(), omp_get_wtime() - start,
+                           peak_memory_mb(), table(report)));
+  note_joined(report, console);
+  if (!o.report.empty()) write_text(o.report, report.dump(2) + "\n", common);
+  return 0;
+}
+
+}  // namespace
+
+std::function<int()> declare_build(CLI::App& app, const CommonOptions& common, const Console& console) {
+  const auto o = std::make_shared<BuildOptions>();
+  app.add_option("labels", o->labels, "Labelled volume (NRRD, NIfTI, MetaImage); - is standard input")->required();
+  add_repeated(app, "--material", o->materials,
+               "SEGMENT:young_kpa=E,poisson=NU,density_kg_m3=RHO, or SEGMENT:none for one that only serves "
+               "boundary conditions; SEGMENT * means all others. Without it the segment's name chooses a tissue");
+  app.add_option("--materials", o->materials_file,
+                 "Materials file (TOML): numbers, tissues, and laws that follow the grey values");
+  app.add_option("--intensity", o->intensity,
+                 "Scan whose grey values the laws of --materials follow (NRRD, NIfTI, MetaImage)");
+  app.add_option("--levels", o->lattice.num_levels, "Number of levels; 0 = until at most 16 cells are left")
+      ->check(CLI::Range(0, 20))
+      ->capture_default_str();
+  app.add_option("--cell-size", o->cell_size,
+                 "Edge of cubic cells that some level has exactly [mm]; the voxels are resampled once for "
+                 "it. Without it nothing is resampled")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--offset", o->lattice.offset, "i,j,k: shift of the lattice against the body [voxels]")
+      ->delimiter(',')
+      ->check(CLI::Range(0, 4096));
+  add_repeated(app, "--surface", o->surfaces, "SEGMENT=TRIANGLES: decimate the segment's picture surface; 0 = none");
+  add_repeated(app, "--embed", o->embedded,
+               "SEGMENT=FILE: picture surface from a file instead (.obj .stl .ply .off .vtp; LPS, mm)");
+  app.add_option("--report", o->report, "Write a JSON report; - is standard output");
+  add_output(app, o->output, "Lattice file (.hexmesh, HDF5)");
+  return [o, &common, &console] { return run_build(*o, common, console); };
+}
+
+}  // namespace hextools

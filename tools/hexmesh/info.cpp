@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "commands.h"
+#include "hexmesh/file/lattice_file.h"
+#include "lattice_report.h"
+
+namespace hextools {
+namespace {
+
+int run_info(const std::string& lattice, bool as_json) {
+  const hexmesh::InputFile file(lattice);
+  const nlohmann::json report = describe(hexmesh::read_lattice(file.path()));
+  fmt::print("{}", as_json ? report.dump(2) + "\n" : table(report));
+  return 0;
+}
+
+}  // namespace
+
+std::function<int()> declare_info(CLI::App& app, const CommonOptions& /*common*/, const Console& /*console*/) {
+  const auto lattice = std::make_shared<std::string>();
+  const auto as_json = std::make_shared<bool>(false);
+  app.add_option("lattice", *lattice, "Lattice file; - is standard input")->required();
+  app.add_flag("--json", *as_json, "As JSON");
+  return [=] { return run_info(*lattice, *as_json); };
+}
+
+}  // namespace hextools

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gather.h"
+
+#include <fmt/format.h>
+
+#include "cli/parse.h"
+#include "hexmesh/core/error.h"
+#include "hexmesh/surface/surface_file.h"
+#include "hexmesh/surface/voxelize.h"
+
+namespace hextools {
+namespace {
+
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+using hexmesh::Grid;
+using hexmesh::Segmentation;
+
+/// One segment of all that a file labels; an empty one where it labels nothing.
+void merge_segments(Segmentation& segmentation, const std::string& name) {
+  if (segmentation.segments.empty()) segmentation.segments.push_back({{}, 0, 1});
+  for (hexmesh::LayeredSegment& s : segmentation.segments) {
+    s.segment.label = 1;
+    s.segment.name = name;
+    s.segment.color = segmentation.segments.front().segment.color;
+  }
+}
+
+/// Labels without a name, one file beside others: "liver.nii.gz" holds "liver", or "liver_1" and "liver_2".
+void name_after_file(Segmentation& segmentation, const std::filesystem::path& path) {
+  const std::string file = path.filename().string(), stem = file.substr(0, file.find('.'));
+  for (hexmesh::LayeredSegment& s : segmentation.segments)
+    if (s.segment.name == fmt::format("label_{}", s.value))
+      s.segment.name = segmentation.segments.size() == 1 ? stem : fmt::format("{}_{}", stem, s.value);
+}
+
+/// All inputs before they share a grid.
+struct Sources {
+  std::vector<Segmentation> volumes;
+  std::vector<hexmesh::Shape> shapes;
+  std::vector<std::string> shape_names;
+};
+
+Sources read_sources(const ScanOptions& o, const hexmesh::ReadOptions& options) {
+  Sources out;
+  std::vector<std::unique_ptr<hexmesh::InputFile>> files;  // standard input stays until all is read
+  const auto open = [&](const std::string& name) {
+    files.push_back(std::make_unique<hexmesh::InputFile>(name));
+    return files.back()->path();
+  };
+  const auto add_shape = [&](const std::string& name, const std::filesystem::path& path) {
+    out.shapes.push_back(hexmesh::read_shape(path));
+    out.shape_names.push_back(name);
+  };
+  std::vector<std::filesystem::path> dicom;
+  for (const std::string& input : o.inputs) {
+    const std::filesystem::path path = open(input);
+    if (hexmesh::is_surface_name(path)) {
+      add_shape(path.stem().string(), path);
+    } else if (hexmesh::is_dicom(path)) {
+      dicom.push_back(path);
+    } else {
+      out.volumes.push_back(hexmesh::read_segmentation({path}, options));
+      if (o.inputs.size() > 1) name_after_file(out.volumes.back(), path);
+    }
+  }
+  if (!dicom.empty()) out.volumes.insert(out.volumes.begin(), hexmesh::read_segmentation(dicom, options));
+  for (const std::string& text : o.named_inputs) {
+    const auto [name, file] = parse_pair("--input", text, "NAME=FILE");
+    const std::filesystem::path path = open(file);
+    if (hexmesh::is_surface_name(path)) {
+      add_shape(name, path);
+      continue;
+    }
+    out.volumes.push_back(hexmesh::read_segmentation({path}, options));
+    merge_segments(out.volumes.back(), name);
+  }
+  return out;
+}
+
+/// Where shapes go beside label volumes: voxels of their size around them.
+std::vector<Grid> grids_of_shapes(const ScanOptions& o, const Sources& sources) {
+  if (sources.volumes.empty() && o.spacing == 0)
+    throw Error(ErrorKind::usage, "surfaces have no voxels of their own, expected --spacing MM");
+  if (!sources.volumes.empty() && o.spacing != 0)
+    throw Error(
+        ErrorKind::usage,
+        fmt::format("--spacing {} goes with surfaces alone, the voxels of the label volume are used", o.spacing));
+  if (sources.shapes.empty()) return {};
+  return {hexmesh::grid_around(
+      sources.shapes, sources.volumes.empty() ? o.spacing : sources.volumes.front().grid.spacing().minCoeff())};
+}
+
+void report_shape(const std::string& name, const hexmesh::Voxelization& v, const Grid& grid, const Console& console) {
+  const double ml = static_cast<double>(v.voxels.size()) * grid.voxel_volume() / 1000;
+  console.note(
+      fmt::format("surface '{}': {} closed parts filled ({:.4g} mL enclosed), {} open ones as shells: {} voxels, "
+                  "{:.4g} mL",
+                  name, v.closed_parts, v.enclosed_ml, v.open_parts, v.voxels.size(), ml));
+  if (v.mended_parts > 0)
+    console.warning(
+        fmt::format("surface '{}': the triangles of {} parts face both ways; they are filled by what they "
+                    "enclose",
+                    name, v.mended_parts));
+  for (const auto& [open, all] : v.nearly_closed)
+    console.warning(
+        fmt::format("surface '{}': a part with {} open edges of {} counts as a sheet and is not filled, "
+                    "expected holes closed if it is a body",
+                    name, open, all));
+  constexpr double lost = 0.9;
+  if (v.open_parts == 0 && ml < lost * v.enclosed_ml)
+    console.warning(
+        fmt::format("surface '{}' encloses {:.4g} mL, its voxels {:.4g} mL: parts thinner than a voxel are "
+                    "lost, expected a smaller --spacing",
+                    name, v.enclosed_ml, ml));
+}
+
+}  // namespace
+
+Segmentation gather(const ScanOptions& o, const hexmesh::ReadOptions& options, const Console& console) {
+  Sources sources = read_sources(o, options);
+  const std::vector<Grid> around = grids_of_shapes(o, sources);
+  Segmentation out = sources.volumes.empty() ? Segmentation{around.front(), {}, {}}
+                                             : hexmesh::join(std::move(sources.volumes), around, options.warn);
+  for (std::size_t n = 0; n < sources.shapes.size(); ++n) {
+    const std::string& name = sources.shape_names[n];
+    const hexmesh::Voxelization voxels = hexmesh::voxelize(sources.shapes[n], out.grid);
+    report_shape(name, voxels, out.grid, console);
+    Segmentation added{out.grid, {}, {}};
+    hexmesh::add_segment(added, {1, name, hexmesh::distinct_color(n), ""}, voxels.voxels);
+    out = hexmesh::combine(std::move(out), std::move(added));
+  }
+  return out;
+}
+
+}  // namespace hextools

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/core/error.h"
+#include "options.h"
+#include "scan_report.h"
+
+namespace hextools {
+namespace {
+
+int run_info(const ScanOptions& o, bool as_json, const CommonOptions& common, const Console& console) {
+  std::vector<std::string> warnings;
+  hexmesh::ReadOptions options = read_options(o, console);
+  options.warn = [&](const std::string& message) { warnings.push_back(message); };
+  std::vector<std::unique_ptr<hexmesh::InputFile>> files;
+  std::vector<std::filesystem::path> paths;
+  for (const std::string& input : o.inputs) {
+    files.push_back(std::make_unique<hexmesh::InputFile>(input));
+    paths.push_back(files.back()->path());
+  }
+  if (paths.empty()) throw hexmesh::Error(hexmesh::ErrorKind::usage, "no input, expected a file or folder");
+  const std::string text = describe_scans(paths, options, warnings, as_json);
+  write_text("-", text, common);
+  if (!as_json)
+    for (const std::string& warning : warnings) console.warning(warning);
+  return 0;
+}
+
+}  // namespace
+
+std::function<int()> declare_info(CLI::App& app, const std::shared_ptr<ScanOptions>& o, const CommonOptions& common,
+                                  const Console& console) {
+  const auto as_json = std::make_shared<bool>(false);
+  app.add_option("inputs", o->inputs, "Any input of hexscan, or a scan")->required();
+  app.add_flag("--json", *as_json, "As JSON");
+  return [=, &common, &console] { return run_info(*o, *as_json, common, console); };
+}
+
+}  // namespace hextools

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "options.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "cli/parse.h"
+#include "hexmesh/core/error.h"
+
+namespace hextools {
+
+hexmesh::ReadOptions read_options(const ScanOptions& o, const Console& console) {
+  hexmesh::ReadOptions options;
+  options.fraction = o.fraction;
+  options.series = o.series;
+  options.max_memory = static_cast<std::size_t>(1e6 * (o.max_memory_mb > 0 ? o.max_memory_mb : default_memory_mb()));
+  options.warn = warning_on(console);
+  return options;
+}
+
+void note_segments(const hexmesh::LabelVolume& volume, const Console& console) {
+  const std::vector<std::size_t> counts = hexmesh::count_voxels(volume);
+  if (std::count(counts.begin(), counts.end(), 0U) == static_cast<std::ptrdiff_t>(counts.size()))
+    console.warning("no voxel has a label");
+  for (std::size_t s = 0; s < counts.size(); ++s)
+    console.note(fmt::format("segment {} '{}': {} voxels, {:.1f} mL", volume.segments[s].label, volume.segments[s].name,
+                             counts[s], static_cast<double>(counts[s]) * volume.grid.voxel_volume() / 1000));
+}
+
+std::unique_ptr<hexmesh::OutputFile> open_volume(const std::string& name, const ScanOptions& o,
+                                                 const CommonOptions& common) {
+  for (const char* other : {".nii", ".nii.gz", ".mha", ".mhd", ".vti", ".dcm", ".stl", ".obj"})
+    if (name.ends_with(other))
+      throw hexmesh::Error(hexmesh::ErrorKind::usage,
+                           fmt::format("output '{}' would hold an NRRD, expected a name in .nrrd", name));
+  std::vector<std::string> inputs = o.inputs;
+  for (const std::string& named : o.named_inputs) inputs.push_back(file_of_pair(named));
+  inputs.push_back(o.intensity);
+  return open_output(name, ".nrrd", common, inputs);
+}
+
+}  // namespace hextools

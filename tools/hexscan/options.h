@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "cli/tool.h"
+#include "hexmesh/scan/image_io.h"
+
+namespace hextools {
+
+/// What hexscan is asked for; its subcommands share the inputs, how they are read and the outputs.
+struct ScanOptions {
+  std::vector<std::string> inputs, named_inputs, segments, priority;
+  std::string series, roi_markup, intensity, intensity_output, output;
+  std::string roi;
+  double fraction = 0.5, spacing = 0, margin = -1, max_memory_mb = 0;
+  double open = 0, close = 0, specks_ml = 0;
+  bool fill_cavities = false, largest_component = false;
+};
+
+hexmesh::ReadOptions read_options(const ScanOptions& o, const Console& console);
+
+/// @throws Error{usage} for a name of another format than NRRD, or that of an input; Error{output}
+std::unique_ptr<hexmesh::OutputFile> open_volume(const std::string& name, const ScanOptions& o,
+                                                 const CommonOptions& common);
+
+/// Say how many voxels each segment has.
+void note_segments(const hexmesh::LabelVolume& volume, const Console& console);
+
+/// The job without a subcommand: segmentations to one labelled volume. @returns as Declare does
+std::function<int()> declare_conversion(CLI::App& app, const std::shared_ptr<ScanOptions>& o,
+                                        const CommonOptions& common, const Console& console);
+
+/// hexscan phantom
+std::function<int()> declare_phantom(CLI::App& app, const std::shared_ptr<ScanOptions>& o, const CommonOptions& common,
+                                     const Console& console);
+
+/// hexscan info
+std::function<int()> declare_info(CLI::App& app, const std::shared_ptr<ScanOptions>& o, const CommonOptions& common,
+                                  const Console& console);
+
+}  // namespace hextools

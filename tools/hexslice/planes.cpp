@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "cli/result_state.h"
+#include "commands.h"
+#include "hexmesh/file/result_file.h"
+#include "pictures.h"
+
+namespace hextools {
+namespace {
+
+using hexmesh::Canvas;
+
+int run_planes(PlaneOptions& o, const CommonOptions& common, const Console& console) {
+  check_options(o);
+  const hexmesh::InputFile input(o.input);
+  const hexmesh::Result result = hexmesh::read_result(input.path());
+  warn_of_state(result, console);
+  const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, o.scan, console);
+  const hexmesh::SliceRenderer renderer(result, scan ? &*scan : nullptr, o.slice);
+  const std::vector<PlaneStack> stacks = make_stacks(o, result);
+  const std::string note = state_note(result);
+
+  std::vector<std::string> names;
+  for (const PlaneStack& stack : stacks) {
+    if (o.contact_sheet) names.push_back(stack.name + ".png");
+    for (std::size_t n = 1; n <= stack.planes.size() && !o.contact_sheet; ++n)
+      names.push_back(fmt::format("{}_{}.png", stack.name, n));
+  }
+  const Pictures pictures(o, common, names);
+  auto name = names.begin();
+  for (const PlaneStack& stack : stacks) {
+    std::vector<Canvas> sheet;
+    for (const hexmesh::SlicePlane& plane : stack.planes) {
+      Canvas picture = renderer.draw(plane, note);
+      if (o.contact_sheet)
+        sheet.push_back(std::move(picture));
+      else
+        pictures.write(*name++, picture);
+    }
+    if (o.contact_sheet) pictures.write(*name++, hexmesh::contact_sheet(sheet));
+  }
+  console.note(fmt::format("wrote {} pictures into {}", pictures.size(), o.output));
+  return 0;
+}
+
+}  // namespace
+
+std::function<int()> declare_planes(CLI::App& app, const CommonOptions& common, const Console& console) {
+  const auto o = std::make_shared<PlaneOptions>();
+  add_options(app, *o);
+  CLI::Option* every =
+      app.add_option("--every", o->every, "A slice every so many mm")->check(CLI::PositiveNumber)->check(finite_number);
+  app.add_option("--count", o->count, "Slices per axis")
+      ->check(CLI::Range(1, 500))
+      ->capture_default_str()
+      ->excludes(every);
+  return [o, &common, &console] { return run_planes(*o, common, console); };
+}
+
+}  // namespace hextools

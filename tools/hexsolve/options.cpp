@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "options.h"
+
+namespace hextools {
+
+void add_options(CLI::App& app, SolveOptions& o) {
+  app.add_option("lattice", o.lattice, "Lattice file of hexmesh build; - is standard input")->required();
+  app.add_option("scene", o.scene, "Scene file (TOML)");
+  CLI::Option* level = app.add_option(
+      "--level", o.level,
+      "Mechanical level, 0 = voxels; without it and what the scene says the finest of at most 20000 cells");
+  CLI::Option* accuracy = app.add_option("--accuracy", o.accuracy,
+                                         "Solve to the first level whose estimated mean error is at most this, in mm");
+  CLI::Option* budget =
+      app.add_option("--budget", o.budget, "Solve as many levels, coarse to fine, as this many seconds allow");
+  app.add_option("--max-memory", o.max_memory_mb,
+                 "Take longer rather than more memory than this, or refuse [MB]; default: four fifths of the "
+                 "machine's")
+      ->check(CLI::PositiveNumber);
+  level->check(CLI::Range(0, 30))->excludes(accuracy)->excludes(budget);
+  accuracy->check(positive_number)->excludes(budget);
+  budget->check(positive_number);
+  add_repeated(app, "--set", o.settings, "KEY=VALUE: override a key of the scene, e.g. solve.strain=cauchy");
+  app.add_flag("--example", o.example, "Print a scene for this lattice: three places held, a fourth pulled by 40 mm");
+  CLI::Option* check =
+      app.add_flag("--check", o.check, "Only say what each condition selects and whether every part is held");
+  CLI::Option* plan =
+      app.add_flag("--plan", o.plan, "Only say which effects are on, why, and what the solution is expected to cost")
+          ->excludes(check);
+  app.add_flag("--stream", o.stream,
+               "Write the moving surface of a motion to standard output, step by step (FORMATS.md, \"Stream\")")
+      ->excludes(check)
+      ->excludes(plan);
+  app.add_option("--report", o.report, "Write a JSON report; - is standard output");
+  app.add_option("-o,--output", o.output, "Result file (.hexresult, HDF5); - is standard output");
+}
+
+}  // namespace hextools

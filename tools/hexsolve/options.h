@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/tool.h"
+
+namespace hextools {
+
+/// What hexsolve is asked for.
+struct SolveOptions {
+  std::string lattice, scene, output, report;
+  std::vector<std::string> settings;
+  std::optional<int> level;
+  std::optional<double> accuracy, budget;
+  double max_memory_mb = 0;
+  bool example = false, check = false, plan = false, stream = false;
+};
+
+void add_options(CLI::App& app, SolveOptions& o);
+
+}  // namespace hextools

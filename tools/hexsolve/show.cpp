@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "show.h"
+
+#include <fmt/format.h>
+
+#include "cli/solve_report.h"
+
+namespace hextools {
+
+using nlohmann::json;
+
+int show_check(const hexsolver::SceneCheck& check, const SolveOptions& o, const CommonOptions& common,
+               const Console& console) {
+  json out = {{"level", check.level},
+              {"conditions", json::array()},
+              {"forces", to_json(check.forces)},
+              {"contacts", to_json(check.contacts)},
+              {"dropped_cells", check.dropped_cells},
+              {"held_cells", check.held_cells},
+              {"warnings", check.warnings}};
+  for (const hexsolver::ConditionReport& c : check.conditions) out["conditions"].push_back(to_json(c));
+  if (!o.report.empty()) write_text(o.report, out.dump(2) + "\n", common);
+  for (const std::string& w : check.warnings) console.warning(w);
+  std::string text;
+  for (const hexsolver::ConditionReport& c : check.conditions)
+    text += fmt::format("condition '{}': {} points, {} directions held\n", c.name, c.points, c.kept);
+  for (const hexsolver::ForceReport& f : check.forces)
+    text += fmt::format("force '{}': [{:.4g}, {:.4g}, {:.4g}] N\n", f.name, f.total_n[0], f.total_n[1], f.total_n[2]);
+  for (const hexsolver::ContactReport& c : check.contacts)
+    text += fmt::format("contact '{}': {:.3g} mm from the surface at rest\n", c.name, c.nearest_mm);
+  if (check.dropped_cells > 0) text += fmt::format("islands left out: {} cells\n", check.dropped_cells);
+  if (check.held_cells > 0) text += fmt::format("islands held by springs: {} cells\n", check.held_cells);
+  text += fmt::format("level {}: {}\n", check.level,
+                      check.needs_supports ? "every part is held" : "a motion, in which nothing need be held");
+  if (o.report != "-") fmt::print("{}", text);
+  return 0;
+}
+
+int show_plan(const hexsolver::SolvePlan& plan, const SolveOptions& o, const CommonOptions& common) {
+  json out = {{"effects", to_json(plan.effects)}, {"levels", json::array()}};
+  add_effect_seconds(out["effects"], plan.effects);
+  std::string text;
+  for (const hexsolver::Effect& e : plan.effects)
+    text += fmt::format("{:3}  {}: {}\n", e.active ? "on" : "off", e.name, e.why);
+  for (const hexsolver::SolvePlan::Level& l : plan.levels) {
+    out["levels"].push_back({{"level", l.level},
+                             {"cells", l.cells},
+                             {"dofs", l.dofs},
+                             {"seconds", l.seconds},
+                             {"memory_mb", megabytes(l.bytes)}});
+    text += fmt::format("level {}: {} cells, {} dofs, about {:.2g} s and {:.3g} MB\n", l.level, l.cells, l.dofs,
+                        l.seconds, megabytes(l.bytes));
+  }
+  if (!o.report.empty()) write_text(o.report, out.dump(2) + "\n", common);
+  if (o.report != "-") fmt::print("{}", text);
+  return 0;
+}
+
+}  // namespace hextools
