@@ -53,9 +53,8 @@ void SharedConstraints::put(const NodeVector& values, Vec field) const {
 void SharedConstraints::project(Vec v) const {
   NodeVector values;
   owners_copies_.get(v, values);
-  if (own_.empty()) return;
-  constraints_->project(values);
-  put(values, v);
+  if (!own_.empty()) constraints_->project(values);
+  put(values, v);  // by all: PETSc keeps norms of vectors that a process says it has not touched, and others then wait
 }
 
 }  // namespace hexsolver::mpi
