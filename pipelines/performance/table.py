@@ -67,7 +67,7 @@ def operator(folder, rows, limits):
             rows.add(group, "set-up of the cycle, in linear products", s["multigrid_set_up_products"] * in_products, "")
             if strain == "corotational":
                 rows.add(group, "linearizing, in linear products", s["linearize_products"] * in_products, "")
-                rows.add(group, "linearizing clamped, in linear products", s["linearize_clamped_products"] * in_products, "")
+                rows.add(group, "linearizing with projection, in linear products", s["linearize_projected_products"] * in_products, "")
     return linear_product[0]
 
 

@@ -21,7 +21,7 @@ nlohmann::json bench_solver(const SceneOnLevel& on, int repeats) {
           {"single_product_seconds", t.single_product},
           {"cells_per_second", static_cast<double>(t.cells) / t.product},
           {"linearize_products", t.linearize / t.product},
-          {"linearize_clamped_products", t.clamp / t.product},
+          {"linearize_projected_products", t.project / t.product},
           {"multigrid_set_up_products", t.set_up / t.product},
           {"cycle_products", t.cycle / t.product}};
 }

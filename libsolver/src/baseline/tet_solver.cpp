@@ -3,12 +3,11 @@
 
 #include <Eigen/CholmodSupport>
 #include <Eigen/IterativeLinearSolvers>
-#include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include "baseline/tet_system.h"
 #include "core/stopwatch.h"
+#include "equilibrium/load_steps.h"
 
 namespace hexsolver {
 namespace {
@@ -61,141 +60,125 @@ private:
   Eigen::ConjugateGradient<Matrix, Eigen::Lower, Eigen::IncompleteCholesky<double>> iterative_;
 };
 
-/// Newton's method for the loads of a problem.
-class Newton {
+/// The equations of tetrahedra under a fraction of their loads. Fields have all components; those of held ones are what
+/// is prescribed.
+class TetEquations final : public NewtonProblem<NodeVector> {
 public:
-  Newton(const TetProblem& problem, const TetOptions& options, TetReport& report)
+  TetEquations(const TetProblem& problem, const TetOptions& options)
       : options_(options),
-        report_(report),
         system_(problem, options.law),
         solver_(options.solver),
-        load_(by_component(problem.force)) {
-    Vector pull;
-    const Vector rest = Vector::Zero(load_.size());
-    solver_.analyze(system_.stiffness(rest, 1, rest, pull));
+        load_(by_component(problem.force)),
+        held_step_(Vector::Zero(load_.size())) {
+    solver_.analyze(system_.stiffness(held_step_, 1, held_step_, pull_));
   }
 
-  /// From u to equilibrium under a fraction of the loads.
-  bool solve(double fraction, Vector& u);
+  void set_fraction(double fraction) {
+    fraction_ = fraction;
+    of_.resize(0);
+  }
+  const TetSystem::Forces& forces(const Vector& u) {
+    if (of_.size() != u.size() || of_ != u) {
+      forces_ = system_.forces(u);
+      of_ = u;
+    }
+    return forces_;
+  }
+
+  Vector make_field() const override { return Vector::Zero(load_.size()); }
+  bool is_linear() const override { return options_.law == TetLaw::cauchy; }
+  bool is_conservative() const override { return options_.law != TetLaw::corotational_qr; }
+  double energy(const Vector& u) override { return forces(u).energy - fraction_ * load_.dot(u); }
+  double gradient(const Vector& u, Vector& gradient) override {
+    gradient = forces(u).gradient - fraction_ * load_;
+    return (forces(u).magnitude + fraction_ * load_.cwiseAbs()).norm();
+  }
+  double rounding() const override { return 0; }
+  double rounding(const Vector& /*u*/) const override { return 0; }
+  void project(Vector& v) const override { v = system_.only_free(system_.free_part(v)); }
+  bool lift(const Vector& u, Vector& step) override {
+    held_step_ = system_.held_step(u, fraction_);
+    step = held_step_;
+    return largest(step) <= 1e-15 * largest(u);
+  }
+  void linearize(const Vector& u, double projection, bool /*is_near*/) override {
+    matrix_ = &system_.stiffness(u, projection, held_step_, pull_);
+  }
+  /// Of the step that lift() found: Newton's method asks for no other.
+  void apply(const Vector& /*held_step*/, Vector& y) const override { y = system_.only_free(-pull_); }
+  LinearOutcome solve(const Vector& right_side, const LinearGoal<Vector>& goal, Vector& step) override;
 
 private:
-  struct State {
-    TetSystem::Forces forces;
-    double energy = 0;    ///< with the loads
-    Vector residual;      ///< of the free components
-    double relative = 0;  ///< its size
-  };
-  State state(const Vector& u, double fraction) const;
-  std::optional<Vector> find_step(const Vector& u, const State& now, const Vector& held_step, double& clamping);
-  bool search_line(Vector& u, State& now, const Vector& step, double fraction) const;
-
   const TetOptions& options_;
-  TetReport& report_;
   TetSystem system_;
   LinearSolver solver_;
   Vector load_;
+  double fraction_ = 1;
+  Vector held_step_, pull_;
+  const Matrix* matrix_ = nullptr;
+  Vector of_;  ///< what forces_ belong to
+  TetSystem::Forces forces_;
 };
 
-Newton::State Newton::state(const Vector& u, double fraction) const {
-  State s{system_.forces(u)};
-  s.energy = s.forces.energy - fraction * load_.dot(u);
-  s.residual = system_.free_part(s.forces.gradient - fraction * load_);
-  const double scale = (s.forces.magnitude + fraction * load_.cwiseAbs()).norm();
-  s.relative = scale > 0 ? s.residual.norm() / scale : 0;
-  return s;
-}
-
-std::optional<Vector> Newton::find_step(const Vector& u, const State& now, const Vector& held_step, double& clamping) {
-  const bool supports_move = !held_step.isZero(0);
-  // As sharply as the next residual can use, as for cells.
-  const double tolerance = options_.law == TetLaw::cauchy ? options_.tolerance
-                           : supports_move
-                               ? std::max(1e-3, 0.1 * options_.tolerance)
-                               : std::max(std::min(10 * now.relative, 0.05), 0.1 * options_.tolerance / now.relative);
-  for (;; clamping = Hessian::projected) {
-    Vector pull;
-    const Matrix& k = system_.stiffness(u, clamping, held_step, pull);
-    std::optional<Vector> step = solver_.solve(k, pull - now.residual, tolerance, report_.linear_iterations);
-    if (step || clamping == Hessian::projected) return step;
-  }
-}
-
-bool Newton::search_line(Vector& u, State& now, const Vector& step, double fraction) const {
-  const bool has_energy = options_.law != TetLaw::corotational_qr;
-  const double slope = now.residual.dot(step);
-  for (double length = 1; length >= 1e-4; length /= 2) {
-    Vector trial = u;
-    system_.add_free(length * step, trial);
-    State next = state(trial, fraction);
-    const bool good = has_energy ? next.energy <= now.energy + 1e-4 * length * slope + 1e-12 * std::abs(now.energy)
-                                 : next.residual.norm() < (1 - 1e-4 * length) * now.residual.norm();
-    if (!good) continue;
-    u = std::move(trial);
-    now = std::move(next);
-    return true;
-  }
-  return false;
-}
-
-bool Newton::solve(double fraction, Vector& u) {
-  State now = state(u, fraction);
-  double clamping = Hessian::projected;
-  for (int n = 0; n < options_.max_iterations; ++n) {
-    const Vector held_step = system_.held_step(u, fraction);
-    const bool supports_move = !held_step.isZero(0);
-    report_.relative_residual = now.relative;
-    report_.strain_energy = now.forces.energy;
-    report_.min_jacobian = now.forces.min_jacobian;
-    if (!supports_move && now.relative <= options_.tolerance) return true;
-    const std::optional<Vector> step = find_step(u, now, held_step, clamping);
-    ++report_.newton_iterations;
-    if (!step) {
-      report_.reason = "the stiffness matrix is not positive definite";
-      return false;
+LinearOutcome TetEquations::solve(const Vector& right_side, const LinearGoal<Vector>& goal, Vector& step) {
+  const Vector b = system_.free_part(right_side);
+  LinearOutcome out;
+  for (double tolerance = goal.relative_tolerance;;) {
+    const std::optional<Vector> free = solver_.solve(*matrix_, b, tolerance, out.iterations);
+    if (!free) {
+      step.setZero();
+      out.end = LinearEnd::negative_curvature;
+      return out;
     }
-    if (supports_move) {
-      u += held_step;
-      system_.add_free(*step, u);
-      now = state(u, fraction);
-      if (!std::isfinite(now.energy)) {
-        report_.reason = "tetrahedra would turn inside out";
-        return false;
-      }
-    } else if (!search_line(u, now, *step, fraction)) {
-      report_.reason = "no step lowers the energy";
-      return false;
-    }
-    clamping = now.relative < 1e-2 ? Hessian::exact : Hessian::projected;
+    step = system_.only_free(*free);
+    const double excess = goal.excess ? goal.excess(step) : 0;
+    if (!(excess > 1) || tolerance < 1e-15) return out;
+    tolerance *= 0.5 / excess;
   }
-  report_.reason = "too many Newton iterations";
-  return false;
 }
+
+/// What solve_in_load_steps() asks of a level.
+class TetLevel {
+public:
+  using Vector = NodeVector;
+  TetLevel(const TetProblem& problem, const TetOptions& options) : equations_(problem, options) {}
+
+  TetEquations& equations() { return equations_; }
+  NodeVector make_zero() const { return equations_.make_field(); }
+  double largest_load_step() const { return 1; }
+  void set_progress(const Progress& progress) { equations_.set_fraction(progress.fraction); }
+  NewtonOutcome minimize(const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress) {
+    return hexsolver::minimize(equations_, options, u, progress);
+  }
+  std::string limit_reached(const NodeVector& /*u*/, bool /*nearly*/) const { return {}; }
+
+private:
+  TetEquations equations_;
+};
 
 }  // namespace
 
 std::vector<Vec3> solve_tets(const TetProblem& problem, const TetOptions& options, TetReport& report) {
   report = {};
   const Stopwatch setup;
-  Newton newton(problem, options, report);
+  TetLevel level(problem, options);
   report.setup_seconds = setup.seconds();
   const Stopwatch solve;
-  constexpr double least_part = 1.0 / 64;
-  Vector u = Vector::Zero(3 * static_cast<Eigen::Index>(problem.mesh->points.size()));
-  double part = 1;
-  while (report.load_fraction < 1 && part >= least_part) {
-    const double next = std::min(1.0, report.load_fraction + part);
-    Vector trial = u;
-    if (newton.solve(next, trial)) {
-      u = std::move(trial);
-      report.load_fraction = next;
-    } else {
-      part /= 2;
-    }
-  }
-  report.converged = report.load_fraction == 1;
-  if (report.converged) report.reason = "residual below tolerance";
+  NewtonOptions newton;
+  newton.tolerance = options.tolerance;
+  newton.max_iterations = options.max_iterations;
+  const LoadedState<NodeVector> state = solve_in_load_steps(level, newton, std::optional<NodeVector>(), {});
   report.solve_seconds = solve.seconds();
-  return by_node(u);
+  report.converged = state.newton.converged;
+  report.reason = state.newton.reason;
+  report.load_fraction = state.load_fraction;
+  report.newton_iterations = state.newton.iterations;
+  report.linear_iterations = state.newton.linear_iterations;
+  report.relative_residual = state.newton.relative_residual;
+  const TetSystem::Forces& forces = level.equations().forces(state.u);
+  report.strain_energy = forces.energy;
+  report.min_jacobian = forces.min_jacobian;
+  return by_node(state.u);
 }
 
 class TetMotion::Integrator {
@@ -221,8 +204,7 @@ public:
     const double of_k = 1 + damping_.stiffness_s / h_, of_mass = 1 / (h_ * h_) + damping_.mass_per_s / h_;
     const Vector b = mass_.cwiseProduct(system_.free_part(v_)) / h_ + of_k * pull -
                      system_.free_part(system_.forces(u_).gradient - load_);
-    Vector d = held_step;
-    system_.add_free(conjugate_gradients(k, of_k, of_mass, b), d);
+    const Vector d = held_step + system_.only_free(conjugate_gradients(k, of_k, of_mass, b));
     u_ += d;
     v_ = d / h_;
   }

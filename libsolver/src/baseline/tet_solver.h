@@ -18,7 +18,7 @@ struct TetOptions {
   TetLaw law = TetLaw::corotational;
   TetLinearSolver solver = TetLinearSolver::cholesky;
   double tolerance = 1e-8;  ///< on |residual| / |sum of absolute forces of tetrahedra and loads|, as for cells
-  int max_iterations = 50;  ///< of Newton for each load
+  int max_iterations = 50;  ///< of Newton's method for each load step
 };
 
 struct TetReport {
@@ -33,8 +33,8 @@ struct TetReport {
   double solve_seconds = 0;
 };
 
-/// Static equilibrium of tetrahedra: Newton on an assembled matrix, clamped where it is not positive, line search, the
-/// load cut back where that fails. 4 nodes: one point of integration, 10 nodes: four. On one thread but for CHOLMOD.
+/// Static equilibrium of tetrahedra: Newton's method and load steps are those of cells, on an assembled matrix. 4
+/// nodes: one point of integration, 10 nodes: four. On one thread but for CHOLMOD.
 /// @returns displacements of the nodes [mm], those of the last load that converged
 std::vector<Vec3> solve_tets(const TetProblem& problem, const TetOptions& options, TetReport& report);
 

@@ -115,7 +115,8 @@ TetSystem::Forces TetSystem::forces(const Vector& u) const {
   return out;
 }
 
-const TetSystem::Matrix& TetSystem::stiffness(const Vector& u, double clamping, const Vector& held_step, Vector& pull) {
+const TetSystem::Matrix& TetSystem::stiffness(const Vector& u, double projection, const Vector& held_step,
+                                              Vector& pull) {
   const hexmesh::TetMesh& mesh = *problem_.mesh;
   const int size = 3 * nodes_each_;
   double* values = matrix_.valuePtr();
@@ -131,7 +132,7 @@ const TetSystem::Matrix& TetSystem::stiffness(const Vector& u, double clamping, 
       const Point& point = points_[t * static_cast<std::size_t>(points_each_) + static_cast<std::size_t>(p)];
       Tangent tangent = tet_state(law_, deformation(t, point, u), edges_[t], shear, lambda).tangent;
       const bool may_be_negative = law_ == TetLaw::corotational || law_ == TetLaw::green_lagrange;
-      if (clamping > 0 && may_be_negative) tangent = projected(tangent, clamping);
+      if (projection > 0 && may_be_negative) tangent = projected(tangent, projection);
       const Eigen::Matrix<double, 9, 9> of_gradient = point.volume * tangent_matrix(tangent);
       for (int b = 0; b < nodes_each_; ++b)
         stress.middleCols<3>(3 * b) = of_gradient.leftCols<3>() * point.gradients(b, 0) +
@@ -165,9 +166,10 @@ TetSystem::Vector TetSystem::free_part(const Vector& all) const {
   return out;
 }
 
-void TetSystem::add_free(const Vector& free, Vector& all) const {
-  for (std::size_t n = 0; n < free_.size(); ++n)
-    if (free_[n] >= 0) all[static_cast<Eigen::Index>(n)] += free[free_[n]];
+TetSystem::Vector TetSystem::only_free(const Vector& free) const {
+  Vector out(static_cast<Eigen::Index>(free_.size()));
+  for (std::size_t n = 0; n < free_.size(); ++n) out[static_cast<Eigen::Index>(n)] = free_[n] < 0 ? 0 : free[free_[n]];
+  return out;
 }
 
 TetSystem::Vector TetSystem::held_step(const Vector& u, double fraction) const {

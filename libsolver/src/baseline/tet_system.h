@@ -29,12 +29,13 @@ public:
   Forces forces(const Vector& u) const;
 
   /// Lower triangle of the derivative of the gradient at u.
+  /// @param projection  of negative curvature, see HessianProjection
   /// @param held_step  of all components: where held ones are to go; receives -K held_step of the free ones
   /// @param pull       shape (num_free())
-  const Matrix& stiffness(const Vector& u, double clamping, const Vector& held_step, Vector& pull);
+  const Matrix& stiffness(const Vector& u, double projection, const Vector& held_step, Vector& pull);
 
   Vector free_part(const Vector& all) const;                 ///< shape (num_free())
-  void add_free(const Vector& free, Vector& all) const;      ///< all += free ones
+  Vector only_free(const Vector& free) const;                ///< of all components: these free ones, 0 for held ones
   Vector held_step(const Vector& u, double fraction) const;  ///< to where they are prescribed; 0 for free ones
 
 private:

@@ -169,8 +169,8 @@ SolverTimes measure_solver(const hexmesh::Lattice& lattice, const Scene& scene, 
   problem.constraints().project(x);
   // Far enough from rest that no two linearizations are the same.
   int n = 0;
-  const auto linearize_anew = [&](double clamping) { potential.linearize(u + 1e-3 * ++n * x, clamping); };
-  times.clamp = median_seconds(repeats, [&] { linearize_anew(Hessian::projected); });
+  const auto linearize_anew = [&](double projection) { potential.linearize(u + 1e-3 * ++n * x, projection); };
+  times.project = median_seconds(repeats, [&] { linearize_anew(Hessian::projected); });
   times.linearize = median_seconds(repeats, [&] { linearize_anew(Hessian::exact); });
   times.product = median_seconds(repeats, [&] { potential.apply(x, y); });
   const FloatNodeVector single_x = x.cast<float>();

@@ -47,7 +47,7 @@ struct SolverTimes {
   double product = 0;         ///< H x, medians [s]
   double single_product = 0;  ///< likewise, in single precision
   double linearize = 0;       ///< prepare H
-  double clamp = 0;           ///< prepare the clamped H
+  double project = 0;         ///< prepare the projected H
   double set_up = 0;          ///< of the multigrid levels
   double cycle = 0;           ///< one V-cycle
 };
