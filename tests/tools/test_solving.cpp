@@ -51,6 +51,21 @@ void expect_last_frame(const std::string& stream_of_all, const hexmesh::Result& 
 
 }  // namespace
 
+TEST_F(Tools, ThreadsWaitWithoutSpinningUnlessTold) {
+  for (const char* tool : {"hexscan", "hexmesh", "hexsolve", "hexexport", "hexslice"}) {
+    const std::string asks = std::string(tool) + " --version";
+    const auto spins = [&](const std::string& environment) {
+      const std::string said =
+          run("env -u OMP_WAIT_POLICY -u GOMP_SPINCOUNT OMP_DISPLAY_ENV=verbose " + environment + " " + asks).errors;
+      const std::size_t at = said.find("GOMP_SPINCOUNT = '");
+      return at == std::string::npos ? -1.0 : std::stod(said.substr(at + 18));
+    };
+    EXPECT_EQ(spins(""), 1000) << tool;
+    EXPECT_EQ(spins("GOMP_SPINCOUNT=7"), 7) << tool;
+    EXPECT_GT(spins("OMP_WAIT_POLICY=active"), 1e6) << tool;
+  }
+}
+
 TEST_F(Tools, TheReportHasTheKeysThatScriptsRelyOn) {
   ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 3 --report keys.json -o keys.hexresult").exit_code, 0);
   const auto report = nlohmann::json::parse(read_text(*folder / "keys.json"));
@@ -130,8 +145,8 @@ TEST_F(Tools, WhereMemoryIsShortItTakesLongerOrIsRefused) {
   EXPECT_NEAR(of_lean["strain_energy_n_mm"].get<double>(), of_fast["strain_energy_n_mm"].get<double>(),
               1e-8 * of_fast["strain_energy_n_mm"].get<double>());
   expect_failure(
-      fmt::format("hexsolve liver.hexmesh liver.toml --level 1 -o refused.hexresult --max-memory {}", 0.1 * expected), 3,
-      {"--max-memory", "coarser level"});
+      fmt::format("hexsolve liver.hexmesh liver.toml --level 1 -o refused.hexresult --max-memory {}", 0.1 * expected),
+      3, {"--max-memory", "coarser level"});
 }
 
 TEST_F(Tools, CheckAndPlanSolveNothing) {

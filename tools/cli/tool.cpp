@@ -14,6 +14,7 @@
 #include <fstream>
 #include <new>
 
+#include "cli/threads.h"
 #include "hexmesh/core/error.h"
 
 namespace hextools {
@@ -104,7 +105,7 @@ int run_tool(int argc, char** argv, const Tool& tool) {
   try {
     const std::function<int()> run = tool.declare(app, common, console);
     app.parse(argc, argv);
-    if (common.threads > 0) omp_set_num_threads(common.threads);
+    omp_set_num_threads(common.threads > 0 ? common.threads : default_threads());
     return run();
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e);

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/threads.h"
+
+#include <omp.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+namespace hextools {
+namespace {
+
+/// Threads of OpenMP that wait at a barrier are to sleep soon: one that spins keeps the one it waits for from running
+/// wherever there are more threads than free processors. The runtime reads this before main(), and is linked statically
+/// so that this comes first. What the user's environment says goes first.
+[[gnu::constructor(101)]] void wait_without_spinning() {
+  if (std::getenv("OMP_WAIT_POLICY") || std::getenv("GOMP_SPINCOUNT")) return;
+  setenv("GOMP_SPINCOUNT", "1000", 0);
+}
+
+/// Quota over period; 0 = no limit.
+double limit_in(const std::filesystem::path& group) {
+  std::string quota;
+  double period = 0;
+  if (std::ifstream both(group / "cpu.max"); both >> quota >> period)  // version 2: "max 100000" or "50000 100000"
+    return period > 0 ? std::max(0, std::atoi(quota.c_str())) / period : 0;
+  double of_quota = 0;
+  std::ifstream first(group / "cpu.cfs_quota_us"), second(group / "cpu.cfs_period_us");  // version 1: -1 for no limit
+  return first >> of_quota && second >> period && of_quota > 0 && period > 0 ? of_quota / period : 0;
+}
+
+}  // namespace
+
+double processors_of_control_group(const char* proc, const char* sys) {
+  namespace fs = std::filesystem;
+  double least = 0;
+  std::ifstream groups(fs::path(proc) / "self/cgroup");
+  for (std::string line; std::getline(groups, line);) {  // "0::/path" or "4:cpu,cpuacct:/path"
+    std::istringstream fields(line);
+    std::string number, controllers, path;
+    std::getline(fields, number, ':');
+    std::getline(fields, controllers, ':');
+    std::getline(fields, path);
+    const bool is_unified = controllers.empty();
+    if (!is_unified && ("," + controllers + ",").find(",cpu,") == std::string::npos) continue;
+    const fs::path root = fs::path(sys) / "fs/cgroup" / (is_unified ? "" : controllers);
+    // The limits of all groups around count. In a container the path may not be there, but the root is the group.
+    for (fs::path group = fs::path(path).relative_path();; group = group.parent_path()) {
+      const double limit = limit_in(root / group);
+      if (limit > 0 && (least == 0 || limit < least)) least = limit;
+      if (group.empty()) break;
+    }
+  }
+  return least;
+}
+
+int default_threads() {
+  const int most = omp_get_max_threads();
+  const double allowed = std::getenv("OMP_NUM_THREADS") ? 0 : processors_of_control_group();
+  return allowed > 0 ? std::clamp(static_cast<int>(std::ceil(allowed)), 1, most) : most;
+}
+
+}  // namespace hextools
