@@ -22,7 +22,7 @@ Distances radii(const Outcome& s) {
   return statistics(r);
 }
 
-struct Published {
+struct PressedCylinder {
   double compression;              ///< of the height
   double ansys;                    ///< the paper's radius
   double linear, neo_hooke;        ///< of axisymmetric quadratic elements, clamped, height 1, nu = 0.49
@@ -30,7 +30,7 @@ struct Published {
 };
 
 // clang-format off
-const std::array<Published, 3> published = {{
+const std::array<PressedCylinder, 3> pressed_cylinders = {{
     {0.1, 0.5331052, 0.529657, 0.5321,
      {0.5435298, 0.5424220, 0.5446057, 0.0008812}, {0.5429189, 0.5412755, 0.5445390, 0.0009428}},
     {0.2, 0.5662103, 0.559314, 0.5692,
@@ -54,9 +54,9 @@ Pressed press(const Lattice& lattice, double compression, Elasticity law, Volume
   return {radii(outcome), outcome.converged};
 }
 
-std::string percent(const Published& p) { return fmt::format("{:.0f} %", 100 * p.compression); }
+std::string percent(const PressedCylinder& p) { return fmt::format("{:.0f} %", 100 * p.compression); }
 
-Row linear_row(const Published& p, double linear) {
+Row linear_row(const PressedCylinder& p, double linear) {
   return {{"case", percent(p) + ", linear, voxels"},
           {"paper", p.ansys},
           {"ours", linear},
@@ -70,7 +70,7 @@ Row linear_row(const Published& p, double linear) {
 
 /// @param name    of the cells and how the lattice fits
 /// @param limit   radius of small co-rotational cells
-Row cells_row(const Published& p, const std::string& name, const Pressed& cells, const Distances& theirs,
+Row cells_row(const PressedCylinder& p, const std::string& name, const Pressed& cells, const Distances& theirs,
               double limit) {
   const Distances& ours = cells.radii;
   Row row = {{"case", fmt::format("{}, {}", percent(p), name)}, {"paper", theirs.mean}};
@@ -95,7 +95,7 @@ std::vector<Row> table1(const Console& console) {
   const Lattice well_fitted = lattice_of(volume, 100, 0.49),
                 badly_fitted = lattice_of(volume, 100, 0.49, {0, {3, 5, 2}});
   std::vector<Row> rows;
-  for (const Published& p : published) {
+  for (const PressedCylinder& p : pressed_cylinders) {
     const Pressed linear = press(well_fitted, p.compression, Elasticity::cauchy, Volumetric::mean, 0);
     rows.push_back(linear_row(p, linear.radii.mean));
     const Pressed fine = press(well_fitted, p.compression, Elasticity::corotational, Volumetric::mean, 1);

@@ -38,13 +38,13 @@ double steps_per_second(const Experiment& e, const Method& method) {
   return 1 / seconds_of_one([&] { motion.step(); });
 }
 
-struct Published {
+struct PulledLiver {
   double mean, min, max, deviation, fps;  ///< distances [mm], and steps per second, 0 if none are given
 };
 
 // By tetrahedra of the mesh and Poisson's ratio: coarse cells, fine cells, co-rotational tetrahedra, Cauchy tetrahedra.
 // clang-format off
-const std::map<std::pair<int, double>, std::array<Published, 4>> published = {
+const std::map<std::pair<int, double>, std::array<PulledLiver, 4>> pulled_livers = {
     {{929, 0.3}, {{{0.64, 0.05, 2.74, 0.5, 70}, {0.61, 0.07, 1.95, 0.38, 15},
                    {0.29, 0.01, 1.08, 0.29, 40}, {1.96, 0.08, 6.42, 1.55, 0}}}},
     {{6725, 0.3}, {{{0.65, 0.04, 1.84, 0.35, 43}, {0.98, 0.04, 1.7, 0.36, 13},
@@ -55,7 +55,7 @@ const std::map<std::pair<int, double>, std::array<Published, 4>> published = {
                     {0.01, 0, 0.02, 0, 5}, {2.08, 0.03, 7.12, 1.73, 0}}}}};
 // clang-format on
 
-/// The methods of the columns of `published`.
+/// The methods of the columns of `pulled_livers`.
 std::array<Method, 4> methods_on(const Experiment& e, const hexmesh::TetMesh& mesh) {
   std::array<Method, 4> methods;
   methods[0].level = level_with(e.lattice, 242);
@@ -81,7 +81,7 @@ void add_rows(std::vector<Row>& rows, const Experiment& e, double poisson, int t
     const std::vector<Vec3> ours = o.at(mesh.points), limit = limits.at(methods[m].law).at(mesh.points);
     const Distances as_published = distances(ours, theirs), of_limit = distances(limit, theirs);
     const double to_limit = distances(ours, limit).mean;
-    const Published& p = published.at({tets, poisson})[m];
+    const PulledLiver& p = pulled_livers.at({tets, poisson})[m];
     Row row = {{"case", fmt::format("nu {}, {} tetrahedra: {} ({}) [mm]", poisson, mesh.size(), names[m], o.elements)},
                {"paper", p.mean},
                {"ours", ansys.converged ? Row(as_published.mean) : Row()},
