@@ -75,7 +75,7 @@ protected:
 
 TEST_F(Effects, ThatAreOffTakeNoInstructions) {
   if (!has_valgrind()) GTEST_SKIP() << "no valgrind";
-  expect_equal(4, [](const std::string& command) {
+  expect_equal(5, [](const std::string& command) {
     return number_after(run("valgrind --tool=callgrind --callgrind-out-file=/dev/null " + command).errors,
                         "Collected : ");
   });
