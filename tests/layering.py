@@ -1,38 +1,90 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Fails where an include points from a room to one that stands above it, or around in a circle.
+"""Fails where an include points from a room to one that stands above it, or where headers include each other in a circle,
+and where a source is longer than 400 lines.
 
-Rooms are listed from the ground up: a file may include its own room's headers and those of rooms before it.
+Rooms are listed from the ground up: a file may include headers of its own room and of those before it.
 """
 import pathlib
 import re
 import sys
 
-SOLVER = ["core", "scene", "report", "mesh", "selection", "kernels", "terms", "constraints", "linear", "multigrid",
-          "newton", "level", "equilibrium", "dynamics", "plan", "baseline", "distributed"]
+ROOMS = {
+    "libhexmesh": ["core", "geometry", "volume", "lattice", "result", "warp", "file", "scan", "surface", "tetra", "view"],
+    "libsolver": ["core", "scene", "report", "mesh", "selection", "kernels", "terms", "constraints", "linear", "multigrid",
+                  "newton", "level", "equilibrium", "dynamics", "plan", "baseline", "distributed"],
+}
+NAMES = {"libhexmesh": "hexmesh", "libsolver": "hexsolver"}  # include/NAME/ROOM/x.h
+MOST_LINES = 400
 
 
-def wrong_includes(root, public, rooms):
-    place = {room: n for n, room in enumerate(rooms)}
-    for path in sorted(root.glob("**/*")):
-        if path.suffix not in (".h", ".cpp"):
+def files_of(library):
+    return sorted(path for path in library.glob("**/*") if path.suffix in (".h", ".cpp"))
+
+
+def key_of(path, library):
+    """ROOM/x.h or ROOM/x.cpp, as rooms know it."""
+    parts = path.relative_to(library).parts
+    return parts[1:] if parts[0] == "src" else parts[2:]
+
+
+def own_includes(path, name):
+    """Line and ROOM/x.h of what a file includes of its own library."""
+    for line, text in enumerate(path.read_text().splitlines(), 1):
+        found = re.match(rf'\s*#include "(?:{name}/)?([a-z_]+)/([a-z_]+\.h)"', text)
+        if found:
+            yield line, (found[1], found[2])
+
+
+def wrong_rooms(library, name, rooms):
+    for path in files_of(library):
+        room = key_of(path, library)[0]
+        if room not in rooms:
+            yield f"{path}: '{room}' is no room, expected one of {', '.join(rooms)}"
             continue
-        relative = path.relative_to(root)
-        parts = relative.parts[1:] if relative.parts[0] == "src" else relative.parts[2:]
-        if parts[0] not in place:
-            yield f"{path}: '{parts[0]}' is no room, expected one of {', '.join(rooms)}"
-            continue
-        for line, text in enumerate(path.read_text().splitlines(), 1):
-            found = re.match(rf'\s*#include "(?:{public}/)?([a-z_]+)/[a-z_]+\.h"', text)
-            if not found or found[1] not in place:
-                continue
-            if place[found[1]] > place[parts[0]]:
-                yield f"{path}:{line}: room {parts[0]} includes {found[1]}, which stands above it"
+        for line, (other, _) in own_includes(path, name):
+            if other in rooms and rooms.index(other) > rooms.index(room):
+                yield f"{path}:{line}: room {room} includes {other}, which stands above it"
+
+
+def circles(library, name):
+    includes = {}
+    for path in files_of(library):
+        if path.suffix == ".h":
+            includes.setdefault(key_of(path, library), set()).update(key for _, key in own_includes(path, name))
+    done = set()
+
+    def visit(key, way):
+        if key in way:
+            yield f"{library}: headers in a circle: " + " -> ".join("/".join(k) for k in way[way.index(key):] + [key])
+        elif key not in done:
+            for other in sorted(includes.get(key, ())):
+                yield from visit(other, way + [key])
+            done.add(key)
+
+    for key in sorted(includes):
+        yield from visit(key, [])
+
+
+def rooms_of_map(library):
+    """Rooms named in the table of the library's README."""
+    return set(re.findall(r"^\| `([a-z]+)/?` \|", (library / "README.md").read_text(), re.MULTILINE))
 
 
 def main():
     source = pathlib.Path(sys.argv[1])
-    wrong = list(wrong_includes(source / "libsolver", "hexsolver", SOLVER))
+    wrong = []
+    for library, rooms in ROOMS.items():
+        wrong += wrong_rooms(source / library, NAMES[library], rooms)
+        wrong += circles(source / library, NAMES[library])
+        missing = set(rooms) - rooms_of_map(source / library)
+        if missing:
+            wrong.append(f"{library}/README.md: no row for the rooms {', '.join(sorted(missing))}")
+    for folder in (*ROOMS, "tools"):
+        for path in files_of(source / folder):
+            lines = len(path.read_text().splitlines())
+            if lines > MOST_LINES:
+                wrong.append(f"{path}: {lines} lines, expected at most {MOST_LINES}")
     for line in wrong:
         print(line)
     sys.exit(1 if wrong else 0)

@@ -5,9 +5,9 @@
 #include "cli/solve_report.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/lattice_file.h"
+#include "hexmesh/file/result_file.h"
 #include "hexsolve/motion.h"
 #include "hexsolve/show.h"
-#include "hexmesh/file/result_file.h"
 
 namespace {
 

@@ -86,10 +86,9 @@ LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std
     const bool from_start = steps.from_start();
     Vector trial = from_start ? std::move(*start) : good ? copy_of(*good) : level.make_zero();
     level.set_progress({target});
-    NewtonOutcomeOf<Vector> outcome =
-        level.minimize(options, trial, [&](int iteration, double residual, int linear) {
-          if (progress) progress(target, iteration, residual, linear);
-        });
+    NewtonOutcomeOf<Vector> outcome = level.minimize(options, trial, [&](int iteration, double residual, int linear) {
+      if (progress) progress(target, iteration, residual, linear);
+    });
     if (outcome.converged)
       good = std::move(trial);
     else if (!outcome.interrupted && !from_start)
