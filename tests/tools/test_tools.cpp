@@ -167,7 +167,7 @@ TEST_F(Tools, GeometryErrorsExit4) {
   write_text(*folder / "both.toml",
              "[[fix]]\nname = 'a'\npoint_mm = [98, -18, 6]\n[[displace]]\nname = 'b'\npoint_mm = [98, -18, 6]\n"
              "by_mm = [0, 0, 5]\n");
-  expect_failure("hexsolve liver.hexmesh both.toml --level 1 -o a", 4, {"contradict", "'a'", "'b'"});
+  expect_failure("hexsolve liver.hexmesh both.toml --level 1 -o a", 4, {"incompatible", "'a'", "'b'"});
 }
 
 TEST_F(Tools, NotConvergedExits5AndTheResultSaysSo) {

@@ -174,6 +174,6 @@ TEST(AutomaticStrain, TurnsCellsWhereThatChangesMoreThanTheAccuracy) {
     const auto rotation = std::find_if(found.report.effects.begin(), found.report.effects.end(),
                                        [](const Effect& e) { return e.name == "rotation"; });
     std::printf("  %s\n", rotation->why.c_str());
-    EXPECT_EQ(rotation->why.find("cells turn") != std::string::npos, turns);
+    EXPECT_EQ(rotation->why.find("cells rotate") != std::string::npos, turns);
   }
 }

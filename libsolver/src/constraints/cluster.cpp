@@ -93,6 +93,7 @@ std::vector<std::vector<std::size_t>> split_into_clusters(const Mesh& mesh, cons
   std::map<std::int32_t, std::vector<std::size_t>> members;
   for (std::size_t n = 0; n < used.size(); ++n) members[partition.root(first[n])].push_back(used[n]);
   std::vector<std::vector<std::size_t>> clusters;
+  clusters.reserve(members.size());
   for (auto& [root, list] : members) clusters.push_back(std::move(list));
   return clusters;
 }

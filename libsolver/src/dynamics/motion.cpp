@@ -44,7 +44,7 @@ void Motion::explain(std::vector<Effect>& effects) const {
   if (!rotating) return;
   for (Effect& e : effects)
     if (e.kind == EffectKind::rotation)
-      e.why += fmt::format("; at the end {} of {} cells turn", *rotating, mesh().num_cells());
+      e.why += fmt::format("; at the end {} of {} cells rotate", *rotating, mesh().num_cells());
 }
 
 std::vector<std::string> Motion::check() const {

@@ -204,7 +204,7 @@ void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level
   const RotatingCells rotating = next.level->build(report_.elasticity, coarser.converged() ? &from : nullptr, *start_);
   if (rotating)
     explain_rotation(
-        fmt::format("; on level {} {} of {} cells turn", next.level->level(), *rotating, next.level->num_cells()), {});
+        fmt::format("; on level {} {} of {} cells rotate", next.level->level(), *rotating, next.level->num_cells()), {});
 
   NewtonOptions options;
   const bool is_only_a_start = next.level->level() != finest_ && !scene_.budget;
@@ -273,7 +273,7 @@ void NestedIteration<Level>::compare_strains() {
   const bool rotates = !with[1].converged() || change > allowed;
   report_.elasticity = rotates ? Elasticity::corotational : Elasticity::cauchy;
   explain_rotation(
-      fmt::format("solve.strain = \"auto\": on level {} turning cells changes the displacement by {:.2g} mm "
+      fmt::format("solve.strain = \"auto\": on level {} rotating cells changes the displacement by {:.2g} mm "
                   "on average, {} {:.2g} mm",
                   number, change, rotates ? "more than" : "at most", allowed),
       rotates);

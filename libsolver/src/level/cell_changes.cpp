@@ -47,7 +47,7 @@ void report_changes(const CellChanges& changes, SolveReport& report) {
                     100 * part(changes.strained), least_stretch, most_stretch));
   if (report.elasticity == Elasticity::cauchy && part(changes.turned) > allowed_part)
     report.warnings.push_back(fmt::format(
-        "{:.0f} % of the cells turn by more than {:g} degrees, which strain = \"cauchy\" takes for strain; the "
+        "{:.0f} % of the cells rotate by more than {:g} degrees, which strain = \"cauchy\" takes for strain; the "
         "error estimate does not know",
         100 * part(changes.turned), small_degrees));
 }

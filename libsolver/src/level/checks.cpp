@@ -15,7 +15,7 @@ namespace {
 using hexmesh::Error;
 using hexmesh::ErrorKind;
 
-/// Where points cannot come closer than this part of the largest prescribed displacement, conditions contradict.
+/// Where points cannot come closer than this part of the largest prescribed displacement, conditions are incompatible.
 constexpr double conflict_fraction = 0.05;
 double largest_prescribed(const Constraints& constraints) {
   double largest = 0;
@@ -107,7 +107,7 @@ std::vector<std::string> check_conflicts(const Constraints& constraints, int lev
   const std::vector<std::string> conflicts = conflicts_of(constraints, scene);
   if (conflicts.empty()) return {};
   const std::string what =
-      fmt::format("conditions contradict each other at level {}: {}", level, fmt::join(conflicts, " and "));
+      fmt::format("conditions are incompatible at level {}: {}", level, fmt::join(conflicts, " and "));
   if (scene.compromise) return {what + "; they are met by least squares"};
   throw Error(ErrorKind::geometry,
               fmt::format("{}, expected displacements that the cells can follow (a finer level, patches farther apart, "

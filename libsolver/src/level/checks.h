@@ -20,10 +20,10 @@ void check_open_ended(const Scene& scene, const std::vector<std::size_t>& num_ce
 std::vector<std::string> check_conflicts(const Constraints& constraints, int level, const Scene& scene);
 std::vector<std::string> check_contacts_at(const LevelProblem& problem, const NodeVector& u);
 
-/// @returns warnings: of conditions that contradict each other and are to be met by least squares, of surface points
+/// @returns warnings: of incompatible conditions that are to be met by least squares, of surface points
 /// that
 ///          are inside obstacles at rest
-/// @throws Error{geometry} of conditions that contradict each other if they are not, of points that are far inside
+/// @throws Error{geometry} of incompatible conditions if they are not, of points that are far inside
 std::vector<std::string> check_level(const LevelProblem& problem, const Scene& scene);
 
 }  // namespace hexsolver

@@ -129,22 +129,22 @@ double LevelProblem::load_energy(const NodeVector& u) const {
 }
 
 double LevelProblem::largest_load_step() const {
-  double step = largest_turning_step(scene_);
+  double step = largest_rotating_step(scene_);
   for (const PenaltyContact* c : contacts_) step = std::min(step, c->largest_load_step());
   return step;
 }
 
-double largest_turning_step(const Scene& scene) {
+double largest_rotating_step(const Scene& scene) {
   double step = 1;
   for (const Condition& c : scene.conditions)
     if (c.turn && c.turn->radians != 0) step = std::min(step, std::numbers::pi / 2 / std::abs(c.turn->radians));
   return step;
 }
 
-void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> turning) {
+void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rotating) {
   auto elastic = make_elastic_cells(
       mesh(), lattice_, level_,
-      {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(turning), scene_.saves_memory});
+      {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(rotating), scene_.saves_memory});
   elastic_ = elastic.get();
   std::vector<std::pair<std::int32_t, double>> springs;
   for (std::size_t c = 0; c < islands_.size(); ++c)

@@ -27,8 +27,8 @@ public:
   LevelProblem& operator=(const LevelProblem&) = delete;
 
   /// Form the elements; before this there is no potential.
-  /// @param turning  which cells turn; empty = all
-  void build_potential(Elasticity elasticity, std::vector<bool> turning = {});
+  /// @param rotating  which cells rotate; empty = all
+  void build_potential(Elasticity elasticity, std::vector<bool> rotating = {});
 
   /// Add a term to the potential, which is built.
   template <class T>

@@ -33,7 +33,7 @@ bool needs_braess_sarazin(const hexmesh::Lattice& lattice, const Scene& scene) {
 }
 
 /// Linear iterations take more time in nearly incompressible material: 2.5 times from nu = 0.3 to 0.49, or 1.7 times
-/// where smoothers know pressures.
+/// where the Braess-Sarazin smoother has pressures.
 double growth_with_poisson(const hexmesh::Lattice& lattice, const Scene& scene) {
   double largest = 0.3;
   for (const hexmesh::VoxelMaterial& m : lattice.materials) largest = std::max(largest, m.material.poisson);

@@ -40,17 +40,17 @@ Effect effect(EffectKind kind, bool active, const std::string& why) { return {ki
 Effect rotation_effect(const Scene& scene) {
   Effect e = effect(EffectKind::rotation, scene.elasticity != Elasticity::cauchy, "");
   if (scene.finds_strain && scene.dynamics)
-    e.why = "solve.strain = \"auto\": cells turn from 2.6 degrees, and no longer below 1.3";
+    e.why = "solve.strain = \"auto\": cells rotate from 2.6 degrees, and no longer below 1.3";
   else if (scene.finds_strain)
-    e.why = "solve.strain = \"auto\": if turning cells on a coarse level changes more than the accuracy";
+    e.why = "solve.strain = \"auto\": if rotating cells on a coarse level changes more than the accuracy";
   else if (is_hyperelastic(scene.elasticity))
     e.why = "part of large strain";
   else if (scene.elasticity == Elasticity::cauchy)
-    e.why = "solve.strain = \"cauchy\": small strain, no cell turns";
+    e.why = "solve.strain = \"cauchy\": small strain, no cell rotates";
   else if (scene.rotation == Rotation::polar)
-    e.why = "solve.strain = \"corotational\": each cell turns with its material";
+    e.why = "solve.strain = \"corotational\": each cell rotates with its material";
   else
-    e.why = "solve.rotation = \"edges\": each cell turns with its averaged edges";
+    e.why = "solve.rotation = \"edges\": each cell rotates with its averaged edges";
   return e;
 }
 

@@ -146,7 +146,7 @@ TEST(HardConditions, DisplacementsOfEverySize) {
       for (std::size_t n = 0; n < e.result.displacement.size(); ++n)
         off = stability::worst(off, (e.result.displacement[n] / size - one.result.displacement[n]).norm());
     }
-    // With turning cells small ones are as without; by 1e3 mm the ball of 30 mm is either solved or the load cut.
+    // With rotating cells small ones are as without; by 1e3 mm the ball of 30 mm is either solved or the load cut.
     const Solved small = ends(lattice, pulled(1e-9 * Vec3(0.5, 1, 0.2), Elasticity::corotational), level);
     EXPECT_TRUE(small.report.converged) << small.report.reason;
     for (std::size_t n = 0; n < small.result.displacement.size(); ++n)
@@ -162,7 +162,7 @@ TEST(HardConditions, DisplacementsOfEverySize) {
   }
   c.at_most("small strain: displacement over that imposed, off that of 1 mm [mm]", off, 1e-5);
   // Strains of 3e-11 that are differences of places: five digits are left, fewer where the body hardly moves.
-  c.at_most("turning cells, 1e-9 mm: the same", off_small, 1e-2);
+  c.at_most("rotating cells, 1e-9 mm: the same", off_small, 1e-2);
 }
 
 namespace {

@@ -42,7 +42,7 @@ Index3 extent_of(std::span<const Index3> indices);
 /// Node numbers of a cell, in the order of shape.h.
 using CellNodes = std::array<std::int32_t, num_cell_nodes>;
 
-/// The nodes that the cells of a level hang on.
+/// The nodes of the cells of a level.
 struct NodeNumbering {
   std::vector<Index3> nodes;          ///< lattice index of each node, sorted, i fastest
   std::vector<CellNodes> cell_nodes;  ///< shape (num_cells)

@@ -72,7 +72,7 @@ public:
   const Counts& counts() const;
 
   const std::string* ball_inside() const;            ///< name of an obstacle that has gone through the surface, or null
-  void explain(std::vector<Effect>& effects) const;  ///< with strain = "auto": how many cells turn
+  void explain(std::vector<Effect>& effects) const;  ///< with strain = "auto": how many cells rotate
 
   /// Warnings of conditions that are incompatible at any time, and of obstacles that overlap the body and
   /// conditions that are not met at the start.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "hexmesh/file/result_file.h"
+#include "hexmesh/result/result.h"
 #include "hexsolver/report/report.h"
 
 namespace hexsolver {

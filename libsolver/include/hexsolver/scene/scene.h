@@ -101,7 +101,7 @@ struct MaterialOverride {
 enum class Islands {
   error,
   drop,  ///< their voxels are left out
-  hold   ///< springs hold them where they are; those that hang on other parts by an edge or a corner are left out
+  hold   ///< springs hold them where they are; those that touch other parts by an edge or a corner are left out
 };
 
 /// How the linear equations of a step of motion are solved.
@@ -144,7 +144,7 @@ struct Scene {
   double tolerance = 1e-8;
   Islands islands = Islands::error;
   bool saves_memory = false;  ///< rather than time; not a key of the file
-  bool compromise = false;    ///< conditions that contradict each other are met by least squares
+  bool compromise = false;    ///< incompatible conditions are met by least squares
   std::map<std::string, MaterialOverride> materials;
   std::vector<Condition> conditions;
   std::vector<Force> forces;
