@@ -204,7 +204,8 @@ void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level
   const RotatingCells rotating = next.level->build(report_.elasticity, coarser.converged() ? &from : nullptr, *start_);
   if (rotating)
     explain_rotation(
-        fmt::format("; on level {} {} of {} cells rotate", next.level->level(), *rotating, next.level->num_cells()), {});
+        fmt::format("; on level {} {} of {} cells rotate", next.level->level(), *rotating, next.level->num_cells()),
+        {});
 
   NewtonOptions options;
   const bool is_only_a_start = next.level->level() != finest_ && !scene_.budget;
