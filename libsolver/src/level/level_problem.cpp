@@ -129,12 +129,12 @@ double LevelProblem::load_energy(const NodeVector& u) const {
 }
 
 double LevelProblem::largest_load_step() const {
-  double step = largest_rotating_step(scene_);
+  double step = largest_turning_step(scene_);
   for (const PenaltyContact* c : contacts_) step = std::min(step, c->largest_load_step());
   return step;
 }
 
-double largest_rotating_step(const Scene& scene) {
+double largest_turning_step(const Scene& scene) {
   double step = 1;
   for (const Condition& c : scene.conditions)
     if (c.turn && c.turn->radians != 0) step = std::min(step, std::numbers::pi / 2 / std::abs(c.turn->radians));
