@@ -117,7 +117,6 @@ Run::Run(const std::vector<std::string>& petsc_options) : petsc_options_(petsc_o
   int count = static_cast<int>(words.size());
   char** values = pointers.data();
   check(PetscInitialize(&count, &values, nullptr, nullptr));
-  set_default_options();
 }
 
 Run::~Run() { PetscFinalize(); }

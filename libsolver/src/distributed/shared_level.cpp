@@ -4,18 +4,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <numeric>
 
 #include "constraints/select_points.h"
-#include "constraints/support_springs.h"
 #include "constraints/supports.h"
 #include "core/rotation.h"
 #include "hexmesh/lattice/locator.h"
 #include "level/cell_changes.h"
+#include "level/level_problem.h"
 #include "level/make_result.h"
 #include "terms/loads.h"
 #include "terms/make_elastic_cells.h"
@@ -106,8 +105,7 @@ SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& fil
   check_supports();
   constraints_ = std::make_unique<SharedConstraints>(points_, scene, outline.cell_edges(level), outline.corner(),
                                                      *nodes_, pattern_);
-  weigh_supports();
-  make_hierarchy();
+  hold_in_part();
   check(MatCreateShell(all.comm(), 3 * nodes_->num_own(), 3 * nodes_->num_own(), PETSC_DETERMINE, PETSC_DETERMINE, this,
                        product_.address()));
   check(MatSetUp(product_));
@@ -123,11 +121,11 @@ void SharedLevel::build_potential(Elasticity elasticity, std::vector<bool> rotat
   if (potential_ && elasticity == elasticity_ && rotating.empty()) return;
   elasticity_ = elasticity;
   auto elastic = make_elastic_cells(
-      *mesh_, *part_, level_,
+      mesh(), *part_, level_,
       {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(rotating), false});
   elastic_ = elastic.get();
   rounding_ = std::sqrt(all_.sum(elastic->rounding() * elastic->rounding()));
-  potential_ = std::make_unique<Potential>(*mesh_);
+  potential_ = std::make_unique<Potential>(mesh());
   potential_->add(std::move(elastic));
 }
 
@@ -135,17 +133,17 @@ void SharedLevel::build_potential(Elasticity elasticity, std::vector<bool> rotat
 std::vector<bool> SharedLevel::cells_rotated_by(double angle, const SharedLevel& coarser, const Index3& merge,
                                                 Vec u) const {
   coarser.copies_.get(u, coarser.x_);
-  NodeVector flags = NodeVector::Zero(static_cast<Eigen::Index>(coarser.mesh_->num_dofs()));
-  for (std::size_t c = 0; c < coarser.mesh_->num_cells(); ++c) {
+  NodeVector flags = NodeVector::Zero(static_cast<Eigen::Index>(coarser.mesh().num_dofs()));
+  for (std::size_t c = 0; c < coarser.mesh().num_cells(); ++c) {
     const Mat3 f = coarser.elastic_->mean_gradient(c, coarser.x_);
     if (rotation_angle(polar_decomposition(f).rotation) > angle)
-      flags[3 * Eigen::Index{coarser.mesh_->cell_nodes()[c][0]}] = 1;
+      flags[3 * Eigen::Index{coarser.mesh().cell_nodes()[c][0]}] = 1;
   }
   const OwnedVec shared = coarser.make_vector();
   coarser.copies_.raise_to(flags, shared);
 
   std::vector<Index3> parents;
-  for (const Index3& cell : shifted(mesh_->cells(), low_))
+  for (const Index3& cell : shifted(mesh().cells(), low_))
     parents.push_back({cell[0] / merge[0], cell[1] / merge[1], cell[2] / merge[2]});
   std::vector<Index3> keys = parents;
   std::sort(keys.begin(), keys.end(), before);
@@ -160,10 +158,10 @@ std::vector<bool> SharedLevel::cells_rotated_by(double angle, const SharedLevel&
 
 double SharedLevel::diameter() const {
   Vec3 extent = Vec3::Zero();
-  for (const Index3& cell : shifted(mesh_->cells(), low_))
+  for (const Index3& cell : shifted(mesh().cells(), low_))
     extent = extent.cwiseMax(Vec3(cell[0] + 1, cell[1] + 1, cell[2] + 1));
   for (double& e : extent) e = all_.largest(e);
-  return (mesh_->edges().cwiseAbs() * extent).norm();
+  return (mesh().edges().cwiseAbs() * extent).norm();
 }
 
 void SharedLevel::take_part() {
@@ -175,6 +173,8 @@ void SharedLevel::take_part() {
     indices.push_back(sum_of(from.cells[c], {0, 0, piece_->low}));
     own.push_back({indices.back(), from.element[c]});
   }
+  const SharedMerges merges = merges_of_parts(outline_.cell_size(level_), num_cells_, all_.count());
+  for (Index3& index : indices) index = hexmesh::coarser_index(index, merges.block);
   const std::vector<int> goes_to = partition_along_curve(all_, indices);
   std::vector<std::vector<TravellingCell>> to(static_cast<std::size_t>(all_.count()));
   for (std::size_t c = 0; c < own.size(); ++c) to[static_cast<std::size_t>(goes_to[c])].push_back(own[c]);
@@ -186,6 +186,7 @@ void SharedLevel::take_part() {
   if (!cells.empty()) low_ = cells.front().index;
   for (const TravellingCell& c : cells)
     for (std::size_t d = 0; d < 3; ++d) low_[d] = std::min(low_[d], c.index[d]);
+  for (std::size_t d = 0; d < 3; ++d) low_[d] -= low_[d] % merges.block[d];
   part_.emplace(outline_);
   hexmesh::Level& level = part_->levels[n];
   const Index3& size = level.voxels_per_cell;
@@ -198,8 +199,7 @@ void SharedLevel::take_part() {
     level.element.push_back(c.element);
   }
   all_.all_or_none([&] { file_.read_elements(*part_, level_, level.element); });
-  mesh_ = std::make_unique<Mesh>(level.cells, part_->cell_edges(level_), part_->corner());
-  nodes_ = std::make_unique<SharedNodes>(all_, *layers_, shifted(mesh_->nodes(), low_));
+  make_hierarchy(merges);
 }
 
 void SharedLevel::select(const Share& share) {
@@ -234,13 +234,13 @@ void SharedLevel::select(const Share& share) {
   add(make_loads(part, piece_->lattice, level_, *piece_mesh_, selector), *piece_mesh_, of_piece);
   part = scene_;
   part.forces.clear();
-  add(make_loads(part, *part_, level_, *mesh_, selector), *mesh_, copies_);
+  add(make_loads(part, *part_, level_, mesh(), selector), mesh(), copies_);
 }
 
 std::int32_t SharedLevel::own_cell(const Index3& cell) const {
   const Index3 local = {cell[0] - low_[0], cell[1] - low_[1], cell[2] - low_[2]};
-  const auto found = std::lower_bound(mesh_->cells().begin(), mesh_->cells().end(), local, before);
-  return found != mesh_->cells().end() && *found == local ? static_cast<std::int32_t>(found - mesh_->cells().begin())
+  const auto found = std::lower_bound(mesh().cells().begin(), mesh().cells().end(), local, before);
+  return found != mesh().cells().end() && *found == local ? static_cast<std::int32_t>(found - mesh().cells().begin())
                                                           : -1;
 }
 
@@ -252,15 +252,15 @@ std::vector<double> SharedLevel::part_names(const std::vector<std::int32_t>& par
   std::iota(names.begin(), names.end(), 1.0 + static_cast<double>(all_.sum_before(num_parts)));
   // A face is kept with its lowest corner, as the component of its axis.
   const auto for_each_face = [&](auto&& f) {
-    for (std::size_t c = 0; c < mesh_->num_cells(); ++c)
+    for (std::size_t c = 0; c < mesh().num_cells(); ++c)
       for (std::size_t axis = 0; axis < 3; ++axis)
         for (const std::size_t corner : {std::size_t{0}, std::size_t{1} << axis})
-          f(3 * Eigen::Index{mesh_->cell_nodes()[c][corner]} + static_cast<Eigen::Index>(axis),
+          f(3 * Eigen::Index{mesh().cell_nodes()[c][corner]} + static_cast<Eigen::Index>(axis),
             names[static_cast<std::size_t>(part_of_cell[c])]);
   };
   const OwnedVec shared = make_vector();
   for (bool changes = true; changes;) {
-    NodeVector faces = NodeVector::Zero(static_cast<Eigen::Index>(mesh_->num_dofs()));
+    NodeVector faces = NodeVector::Zero(static_cast<Eigen::Index>(mesh().num_dofs()));
     for_each_face([&](Eigen::Index face, double& name) { faces[face] = std::max(faces[face], name); });
     copies_.raise_to(faces, shared);
     copies_.get(shared, faces);
@@ -276,12 +276,12 @@ std::vector<double> SharedLevel::part_names(const std::vector<std::int32_t>& par
 
 void SharedLevel::check_supports() const {
   std::size_t num_parts = 0;
-  const std::vector<std::int32_t> part_of_cell = parts_of(*mesh_, num_parts);
+  const std::vector<std::int32_t> part_of_cell = parts_of(mesh(), num_parts);
   const std::vector<double> names = part_names(part_of_cell, num_parts);
   const auto name_of = [&](std::size_t cell) { return names[static_cast<std::size_t>(part_of_cell[cell])]; };
-  const Vec3 half = mesh_->edges() * Vec3::Constant(0.5);
+  const Vec3 half = mesh().edges() * Vec3::Constant(0.5);
   const auto center_of = [&](std::size_t c) -> Vec3 {
-    return mesh_->position(static_cast<std::size_t>(mesh_->cell_nodes()[c][0])) + half;
+    return mesh().position(static_cast<std::size_t>(mesh().cell_nodes()[c][0])) + half;
   };
 
   struct Sum {
@@ -290,7 +290,7 @@ void SharedLevel::check_supports() const {
   };
   const auto gather = [&](auto&& add) {
     std::map<double, Sum> own;
-    for (std::size_t c = 0; c < mesh_->num_cells(); ++c) {
+    for (std::size_t c = 0; c < mesh().num_cells(); ++c) {
       Sum& share = own[name_of(c)];
       share.name = name_of(c);
       add(share, c);
@@ -319,9 +319,9 @@ void SharedLevel::check_supports() const {
 
   // Nodes where the least and the highest name around differ.
   const double beyond = 1 + static_cast<double>(all_.sum(num_parts));
-  NodeVector extremes = NodeVector::Zero(static_cast<Eigen::Index>(mesh_->num_dofs()));
-  for (std::size_t c = 0; c < mesh_->num_cells(); ++c)
-    for (const std::int32_t n : mesh_->cell_nodes()[c]) {
+  NodeVector extremes = NodeVector::Zero(static_cast<Eigen::Index>(mesh().num_dofs()));
+  for (std::size_t c = 0; c < mesh().num_cells(); ++c)
+    for (const std::int32_t n : mesh().cell_nodes()[c]) {
       const Eigen::Index at = 3 * Eigen::Index{n};
       extremes[at] = std::max(extremes[at], name_of(c));
       extremes[at + 1] = std::max(extremes[at + 1], beyond - name_of(c));
@@ -338,10 +338,10 @@ void SharedLevel::check_supports() const {
     std::array<double, 3> position;
   };
   std::vector<Meeting> meetings;
-  for (std::size_t c = 0; c < mesh_->num_cells(); ++c)
-    for (const std::int32_t n : mesh_->cell_nodes()[c])
+  for (std::size_t c = 0; c < mesh().num_cells(); ++c)
+    for (const std::int32_t n : mesh().cell_nodes()[c])
       if (is_joint(n)) {
-        const Vec3 p = mesh_->position(static_cast<std::size_t>(n));
+        const Vec3 p = mesh().position(static_cast<std::size_t>(n));
         meetings.push_back({nodes_->numbers()[static_cast<std::size_t>(n)], name_of(c), {p[0], p[1], p[2]}});
       }
   std::map<PetscInt, Joint> joints;
@@ -365,11 +365,11 @@ void SharedLevel::check_supports() const {
     const NodeWeights weights = NodeWeights::Map(points_[p].weights.data());
     Eigen::Index corner = 0;
     const bool at_node = weights.maxCoeff(&corner) >= 1;
-    const Vec3 at = mesh_->rest_position(cell, weights);
+    const Vec3 at = mesh().rest_position(cell, weights);
     found.push_back(
         {p,
          name_of(static_cast<std::size_t>(cell)),
-         at_node && is_joint(mesh_->cell_nodes()[static_cast<std::size_t>(cell)][static_cast<std::size_t>(corner)]),
+         at_node && is_joint(mesh().cell_nodes()[static_cast<std::size_t>(cell)][static_cast<std::size_t>(corner)]),
          {at[0], at[1], at[2]}});
   }
   std::vector<HeldPoint> held;
@@ -383,163 +383,42 @@ void SharedLevel::check_supports() const {
   if (!motions.empty()) throw SharedError(ErrorKind::geometry, missing_supports(motions, level_));
 }
 
-void SharedLevel::weigh_supports() {
+void SharedLevel::hold_in_part() {
   const Constraints& constraints = constraints_->local();
-  std::vector<SupportSprings> springs(scene_.conditions.size());
-  for (std::size_t p = 0; p < constraints.held().size(); ++p) {
-    const ConstraintPoint& point = constraints.held()[p];
-    const CellNodes& nodes = constraints_->mesh().cell_nodes()[static_cast<std::size_t>(point.cell)];
-    const std::int32_t cell = own_cell(constraints_->mesh().cells()[static_cast<std::size_t>(point.cell)]);
-    if (cell >= 0) held_in_cell_[cell].push_back(p);
-    springs[static_cast<std::size_t>(point.condition)].add(
-        point, nodes, cell < 0 ? 0 : elastic_->model(static_cast<std::size_t>(cell)).stiffness.trace());
-  }
-  for (SupportSprings& s : springs) {
-    s.raise_stiffness(all_.largest(s.stiffness()));
-    support_weights_.push_back(s.weight());
-  }
-}
-
-void SharedLevel::make_hierarchy() {
-  std::vector<Index3> own;
-  const std::vector<Index3> keys = shifted(mesh_->nodes(), low_);
-  for (std::size_t n = 0; n < keys.size(); ++n)
-    if (nodes_->owns(nodes_->numbers()[n])) own.push_back(keys[n]);
-
-  const SharedNodes* fine = nodes_.get();
-  std::unique_ptr<SharedNodes> kept;
-  Layers layers = *layers_;
-  Vec3 size = outline_.cell_size(level_);
-  while (3 * static_cast<std::size_t>(fine->num_all()) > Hierarchy::usual_coarsest_dofs) {
-    const Index3 factor = hexmesh::merge_factor(size);
-    std::vector<Index3> needed;
-    for (const Index3& key : own)
-      for (const CoarseNode& c : coarse_nodes_of(key, factor)) needed.push_back(c.key);
-    std::sort(needed.begin(), needed.end(), before);
-    needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
-    layers = Layers(layers, factor[2]);
-    auto coarse = std::make_unique<SharedNodes>(all_, layers, needed);
-    if (coarse->num_all() >= fine->num_all()) break;
-
-    OwnedMat& p = interpolations_.emplace_back();
-    check(MatCreateAIJ(all_.comm(), 3 * fine->num_own(), 3 * coarse->num_own(), PETSC_DETERMINE, PETSC_DETERMINE, 8,
-                       nullptr, 8, nullptr, p.address()));
-    for (std::size_t n = 0; n < own.size(); ++n)
-      for (const CoarseNode& c : coarse_nodes_of(own[n], factor)) {
-        const auto at =
-            static_cast<std::size_t>(std::lower_bound(needed.begin(), needed.end(), c.key, before) - needed.begin());
-        for (PetscInt d = 0; d < 3; ++d)
-          check(MatSetValue(p, 3 * (fine->first_own() + static_cast<PetscInt>(n)) + d, 3 * coarse->numbers()[at] + d,
-                            c.weight, INSERT_VALUES));
-      }
-    check(MatAssemblyBegin(p, MAT_FINAL_ASSEMBLY));
-    check(MatAssemblyEnd(p, MAT_FINAL_ASSEMBLY));
-
-    std::vector<Index3> next;
-    for (std::size_t n = 0; n < needed.size(); ++n)
-      if (coarse->owns(coarse->numbers()[n])) next.push_back(needed[n]);
-    own = std::move(next);
-    kept = std::move(coarse);
-    fine = kept.get();
-    for (int d = 0; d < 3; ++d) size[d] *= factor[static_cast<std::size_t>(d)];
-  }
-}
-
-namespace {
-
-/// The direction from corner a of a cell to its corner b as a bit, one of 27.
-std::uint32_t direction_between(int a, int b) {
-  int direction = 0;
-  for (int d = 2; d >= 0; --d) direction = 3 * direction + hexmesh::corner_bit(b, d) - hexmesh::corner_bit(a, d) + 1;
-  return std::uint32_t{1} << direction;
-}
-
-/// Directions from a node to its neighbours, of the cells around it: bit a of `cells` is the one that the node is
-/// corner a of.
-std::uint32_t neighbours_of(unsigned cells) {
-  std::uint32_t out = 0;
-  for (int a = 0; a < 8; ++a)
-    if (cells >> a & 1)
-      for (int b = 0; b < 8; ++b) out |= direction_between(a, b);
-  return out;
-}
-
-}  // namespace
-
-/// Rows of three for each node, with room for its neighbours.
-void SharedLevel::make_matrix() {
-  // Which cells there are around each node: here, and of all processes.
-  NodeVector cells = NodeVector::Zero(static_cast<Eigen::Index>(mesh_->num_dofs()));
-  for (const CellNodes& nodes : mesh_->cell_nodes())
-    for (std::size_t a = 0; a < 8; ++a) cells[3 * Eigen::Index{nodes[a]}] += 1U << a;
-  const OwnedVec shared = make_vector();
-  copies_.add_to(cells, shared);
-  NodeVector all_cells;
-  copies_.get(shared, all_cells);
-  // Of neighbours in cells of this process it is known who owns them.
-  std::vector<std::uint32_t> own_directions(mesh_->num_nodes());
-  for (const CellNodes& nodes : mesh_->cell_nodes())
-    for (std::size_t a = 0; a < 8; ++a)
-      for (std::size_t b = 0; b < 8; ++b)
-        if (nodes_->owns(nodes_->numbers()[static_cast<std::size_t>(nodes[b])]))
-          own_directions[static_cast<std::size_t>(nodes[a])] |=
-              direction_between(static_cast<int>(a), static_cast<int>(b));
-  std::vector<PetscInt> here(static_cast<std::size_t>(3 * nodes_->num_own())), elsewhere(here.size());
-  for (std::size_t n = 0; n < mesh_->num_nodes(); ++n) {
-    const PetscInt number = nodes_->numbers()[n];
-    if (!nodes_->owns(number)) continue;
-    const auto at = 3 * static_cast<Eigen::Index>(n);
-    const int neighbours = std::popcount(neighbours_of(static_cast<unsigned>(all_cells[at])));
-    const int own = std::popcount(own_directions[n]);
-    const bool sees_all = cells[at] == all_cells[at];
-    for (PetscInt d = 0; d < 3; ++d) {
-      const auto row = static_cast<std::size_t>(3 * (number - nodes_->first_own()) + d);
-      here[row] = 3 * (sees_all ? own : neighbours);
-      elsewhere[row] = 3 * (neighbours - own);
+  const std::vector<Index3>& cells = constraints_->mesh().cells();
+  std::vector<ConstraintPoint> own;
+  for (const ConstraintPoint& p : constraints.held())
+    if (const std::int32_t cell = own_cell(cells[static_cast<std::size_t>(p.cell)]); cell >= 0) {
+      own.push_back(p);
+      own.back().cell = cell;
     }
+  std::vector<PartConstraints::Node> nodes;
+  const std::vector<Index3> keys = shifted(constraints_->mesh().nodes(), {-low_[0], -low_[1], -low_[2]});
+  for (std::size_t n = 0; n < keys.size(); ++n) {
+    const auto found = std::lower_bound(mesh().nodes().begin(), mesh().nodes().end(), keys[n], before);
+    if (found == mesh().nodes().end() || *found != keys[n]) continue;
+    const auto of_part = static_cast<std::int32_t>(found - mesh().nodes().begin());
+    nodes.push_back({static_cast<std::int32_t>(n), of_part,
+                     nodes_->owns(nodes_->numbers()[static_cast<std::size_t>(of_part)])});
   }
-  check(MatCreateAIJ(all_.comm(), 3 * nodes_->num_own(), 3 * nodes_->num_own(), PETSC_DETERMINE, PETSC_DETERMINE, 0,
-                     here.data(), 0, elsewhere.data(), assembled_.address()));
-  check(MatSetBlockSize(assembled_, 3));
-  check(MatSetOption(assembled_, MAT_SYMMETRIC, PETSC_TRUE));
-  check(MatSetOption(assembled_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
-
-  // Rigid motions, which algebraic multigrid is to leave alone.
-  const OwnedVec places = make_vector();
-  PetscScalar* to = nullptr;
-  check(VecGetArray(places, &to));
-  for (std::size_t n = 0; n < mesh_->num_nodes(); ++n)
-    if (const PetscInt number = nodes_->numbers()[n]; nodes_->owns(number))
-      Vec3::Map(to + 3 * (number - nodes_->first_own())) = mesh_->position(n);
-  check(VecRestoreArray(places, &to));
-  MatNullSpace rigid = nullptr;
-  check(MatNullSpaceCreateRigidBody(places, &rigid));
-  check(MatSetNearNullSpace(assembled_, rigid));
-  check(MatNullSpaceDestroy(&rigid));
+  held_in_part_ = std::make_unique<PartConstraints>(all_, constraints, constraints_->mesh().cell_nodes(), keys.size(),
+                                                    std::move(own), std::move(nodes));
 }
 
-Mat SharedLevel::matrix() {
-  if (!assembled_) make_matrix();
-  return assembled_;
-}
-
-void SharedLevel::assemble() {
-  matrix();
-  check(MatZeroEntries(assembled_));
-  const std::vector<ConstraintPoint>& held = constraints_->local().held();
-  for (std::size_t c = 0; c < mesh_->num_cells(); ++c) {
-    CellMatrix k = potential_->cell_hessian(c);
-    if (const auto found = held_in_cell_.find(static_cast<std::int32_t>(c)); found != held_in_cell_.end())
-      for (const std::size_t p : found->second)
-        add_spring(held[p], support_weights_[static_cast<std::size_t>(held[p].condition)], k);
-    std::array<PetscInt, 8> at{};
-    for (std::size_t a = 0; a < 8; ++a) at[a] = nodes_->numbers()[static_cast<std::size_t>(mesh_->cell_nodes()[c][a])];
-    check(MatSetValuesBlocked(assembled_, 8, at.data(), 8, at.data(), k.data(), ADD_VALUES));  // symmetric
-  }
-  check(MatAssemblyBegin(assembled_, MAT_FINAL_ASSEMBLY));
-  check(MatAssemblyEnd(assembled_, MAT_FINAL_ASSEMBLY));
-  check(MatAssemblyBegin(product_, MAT_FINAL_ASSEMBLY));  // it has changed too
-  check(MatAssemblyEnd(product_, MAT_FINAL_ASSEMBLY));
+/// One that is as small as the coarsest is PETSc's where several processes have it.
+void SharedLevel::make_hierarchy(const SharedMerges& merges) {
+  const hexmesh::Level& level = part_->levels[static_cast<std::size_t>(level_)];
+  Mesh part(level.cells, part_->cell_edges(level_), part_->corner());
+  nodes_ = std::make_unique<SharedNodes>(all_, *layers_, shifted(part.nodes(), low_));
+  const std::size_t dofs = coarsest_dofs(outline_, scene_);
+  if (all_.count() == 1)
+    hierarchy_ = std::make_unique<Hierarchy>(std::move(part), part_->corner(), dofs);
+  else if (3 * static_cast<std::size_t>(nodes_->num_all()) <= dofs)
+    hierarchy_ = std::make_unique<Hierarchy>(std::move(part));
+  else
+    hierarchy_ = std::make_unique<Hierarchy>(
+        make_part_hierarchy(all_, std::move(part), low_, part_->corner(), outline_.corner(), merges, dofs));
+  hierarchy_->in_double = is_of_high_contrast(outline_);
 }
 
 void SharedLevel::set_progress(const Progress& progress) {
@@ -576,7 +455,7 @@ double SharedLevel::gradient(Vec u, Vec gradient) const {
 }
 
 double SharedLevel::rounding(Vec u) const {
-  const double in_half_edges = norm(u, NORM_INFINITY) / (0.5 * mesh_->edges().colwise().norm().minCoeff());
+  const double in_half_edges = norm(u, NORM_INFINITY) / (0.5 * mesh().edges().colwise().norm().minCoeff());
   return is_linear() ? std::min(1.0, in_half_edges) * rounding_ : rounding_;
 }
 
@@ -600,10 +479,25 @@ void SharedLevel::apply(Vec x, Vec y) const {
   constraints_->project(y);
 }
 
+NodeVector SharedLevel::part_of(Vec field) const {
+  NodeVector values;
+  copies_.get(field, values);
+  return values;
+}
+
+void SharedLevel::put_own(const NodeVector& values, Vec field) const {
+  PetscScalar* to = nullptr;
+  check(VecGetArray(field, &to));
+  for (std::size_t n = 0; n < mesh().num_nodes(); ++n)
+    if (const PetscInt number = nodes_->numbers()[n]; nodes_->owns(number))
+      Vec3::Map(to + 3 * (number - nodes_->first_own())) = values.segment<3>(3 * static_cast<Eigen::Index>(n));
+  check(VecRestoreArray(field, &to));
+}
+
 void SharedLevel::prolongate(const SharedLevel& coarser, const Index3& merge, Vec from, Vec to) const {
   std::vector<std::pair<PetscInt, std::vector<CoarseNode>>> own;
   std::vector<Index3> needed;
-  const std::vector<Index3> keys = shifted(mesh_->nodes(), low_);
+  const std::vector<Index3> keys = shifted(mesh().nodes(), low_);
   for (std::size_t n = 0; n < keys.size(); ++n)
     if (const PetscInt number = nodes_->numbers()[n]; nodes_->owns(number)) {
       own.emplace_back(number - nodes_->first_own(), coarse_nodes_of(keys[n], merge));
@@ -629,8 +523,8 @@ ElasticCells::Size SharedLevel::size_in_material(Vec field) const {
   copies_.get(field, x_);
   ElasticCells::Size size;
   double volume = 0;
-  for (std::size_t c = 0; c < mesh_->num_cells(); ++c) volume += elastic_->model(c).volume;
-  if (mesh_->num_cells() > 0) size = elastic_->size_in_material(x_);
+  for (std::size_t c = 0; c < mesh().num_cells(); ++c) volume += elastic_->model(c).volume;
+  if (mesh().num_cells() > 0) size = elastic_->size_in_material(x_);
   return {all_.sum(volume * size.mean) / all_.sum(volume), all_.largest(size.largest)};
 }
 
@@ -656,9 +550,9 @@ std::string SharedLevel::limit_reached(Vec u, bool nearly) const {
 
 ProcessReport SharedLevel::holding() const {
   const hexmesh::Level& cells = piece_->lattice.levels[static_cast<std::size_t>(level_)];
-  return {mesh_->num_cells(),
+  return {mesh().num_cells(),
           static_cast<std::size_t>(nodes_->num_own()),
-          mesh_->num_nodes() - static_cast<std::size_t>(nodes_->num_own()),
+          mesh().num_nodes() - static_cast<std::size_t>(nodes_->num_own()),
           cells.cells.size(),
           piece_->lattice.labels.size(),
           constraints_->mesh().num_nodes()};

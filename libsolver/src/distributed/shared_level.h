@@ -3,10 +3,11 @@
 
 #include <memory>
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
 #include "constraints/constraints.h"
+#include "distributed/part_constraints.h"
+#include "distributed/part_hierarchy.h"
 #include "distributed/petsc.h"
 #include "distributed/shared_nodes.h"
 #include "hexmesh/file/lattice_reader.h"
@@ -90,10 +91,13 @@ public:
   void apply_unheld(Vec x, Vec y) const;    ///< y = H x
   Mat product() const { return product_; }  ///< P H P to PETSc
 
-  /// H with springs for supports, which preconditioners are made of; formed anew by assemble().
-  Mat matrix();
-  void assemble();
-  const std::vector<OwnedMat>& interpolations() const { return interpolations_; }  ///< [0]: onto this level
+  const Mesh& mesh() const { return hierarchy_->meshes[0]; }  ///< of the part of this process
+  const NodeCopies& copies() const { return copies_; }        ///< of the part's nodes
+  /// Below the part; one level only where several processes have one that is as small as the coarsest.
+  const Hierarchy& hierarchy() const { return *hierarchy_; }
+  const HeldDirections& held_in_part() const { return *held_in_part_; }
+  NodeVector part_of(Vec field) const;                       ///< at the part's nodes
+  void put_own(const NodeVector& values, Vec field) const;  ///< of the part, those that this process owns
 
   /// A field of a level with cells `merge` times as large, on this one.
   void prolongate(const SharedLevel& coarser, const Index3& merge, Vec from, Vec to) const;
@@ -121,9 +125,8 @@ private:
   void select(const Share& share);
   std::vector<double> part_names(const std::vector<std::int32_t>& part_of_cell, std::size_t num_parts) const;
   void check_supports() const;
-  void weigh_supports();
-  void make_hierarchy();
-  void make_matrix();
+  void hold_in_part();
+  void make_hierarchy(const SharedMerges& merges);
   std::int32_t own_cell(const Index3& cell) const;  ///< of the part; -1: another process's
   std::vector<Vec3> surface_displacement(const NodeVector& u, std::size_t& first) const;
 
@@ -140,7 +143,7 @@ private:
 
   Index3 low_{};                          ///< node (0, 0, 0) of the part in the whole
   std::optional<hexmesh::Lattice> part_;  ///< by the curve
-  std::unique_ptr<Mesh> mesh_;            ///< of the part
+  std::unique_ptr<Hierarchy> hierarchy_;
   std::unique_ptr<SharedNodes> nodes_;
   OwnedVec pattern_;
   NodeCopies copies_;  ///< of the part's nodes
@@ -153,10 +156,8 @@ private:
 
   std::vector<SharedConstraints::Point> points_;
   std::unique_ptr<SharedConstraints> constraints_;
-  std::unordered_map<std::int32_t, std::vector<std::size_t>> held_in_cell_;  ///< points, by cell of the part
-  std::vector<double> support_weights_;                                      ///< of each condition [N/mm]
-  std::vector<OwnedMat> interpolations_;
-  OwnedMat assembled_, product_;
+  std::unique_ptr<PartConstraints> held_in_part_;
+  OwnedMat product_;
   mutable OwnedVec projected_;  ///< work space
   mutable NodeVector x_, y_;    ///< of the part, likewise
 };

@@ -28,20 +28,25 @@ void fill_roughly(Vector& v, Eigen::Index size) {
   }
 }
 
+/// x . y of numbers that may be single.
+template <class Vector>
+double dot_in_double(const Vector& x, const Vector& y) {
+  return x.template cast<double>().dot(y.template cast<double>());
+}
+
 /// The largest eigenvalue of S A, both symmetric, S positive: from below after few steps, so more by a margin. Lanczos'
 /// process as conjugate gradients; the power iteration falls short by 10 % after as many steps where slivers make the
 /// largest eigenvalues local. Source: Saad, Iterative Methods for Sparse Linear Systems, 2nd ed. (2003), section 6.7.3.
 /// @param multiply  q = A p
 /// @param scale     z = S r
-template <class Vector, class Multiply, class Scale>
-double largest_eigenvalue(const LanczosSpace<Vector>& space, const Multiply& multiply, const Scale& scale) {
+/// @param dot       x . y, in double precision
+template <class Vector, class Multiply, class Scale, class Dot>
+double largest_eigenvalue(const LanczosSpace<Vector>& space, const Multiply& multiply, const Scale& scale,
+                          const Dot& dot) {
   constexpr int most_steps = 12;
   constexpr double margin = 1.1;
   using Scalar = typename Vector::Scalar;
   auto& [r, z, p, q] = space;
-  const auto dot = [](const Vector& x, const Vector& y) {
-    return x.template cast<double>().dot(y.template cast<double>());
-  };
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_steps, 1> diagonal(most_steps), beside(most_steps);
   double rz = 1, alpha = 1;
   Eigen::Index steps = 0;
