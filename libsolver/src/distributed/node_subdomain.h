@@ -25,6 +25,7 @@ public:
   /// @param names  of the nodes of this process; distinct. `all` must outlive this
   NodeSubdomain(const Processes& all, const std::vector<NodeName>& names);
 
+  int process() const noexcept override { return all_.rank(); }
   void add_up(NodeVector& v) const override;
   void add_up(FloatNodeVector& v) const override;
   void add_up(std::vector<Mat3>& of_nodes) const override;

@@ -51,13 +51,9 @@ PC SharedEquations::preconditioner() const {
   return pc;
 }
 
-/// Our multigrid; of a level too small for that a factor.
+/// Our multigrid.
 void SharedEquations::choose_preconditioner() {
   const PC pc = preconditioner();
-  if (level_.all().count() > 1 && level_.hierarchy().meshes.size() == 1) {
-    check(PCSetType(pc, PCREDUNDANT));
-    return;
-  }
   check(PCSetType(pc, PCSHELL));
   check(PCShellSetContext(pc, this));
   check(PCShellSetName(pc, "multigrid of hexsolve"));

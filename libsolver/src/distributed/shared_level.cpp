@@ -405,16 +405,14 @@ void SharedLevel::hold_in_part() {
                                                     std::move(own), std::move(nodes));
 }
 
-/// One that is as small as the coarsest is PETSc's where several processes have it.
-void SharedLevel::make_hierarchy(const SharedMerges& merges) {
+void SharedLevel::make_hierarchy(SharedMerges merges) {
   const hexmesh::Level& level = part_->levels[static_cast<std::size_t>(level_)];
   Mesh part(level.cells, part_->cell_edges(level_), part_->corner());
   nodes_ = std::make_unique<SharedNodes>(all_, *layers_, shifted(part.nodes(), low_));
   const std::size_t dofs = coarsest_dofs(outline_, scene_);
+  if (3 * static_cast<std::size_t>(nodes_->num_all()) <= dofs) merges.factors = {{1, 1, 1}};
   if (all_.count() == 1)
     hierarchy_ = std::make_unique<Hierarchy>(std::move(part), part_->corner(), dofs);
-  else if (3 * static_cast<std::size_t>(nodes_->num_all()) <= dofs)
-    hierarchy_ = std::make_unique<Hierarchy>(std::move(part));
   else
     hierarchy_ = std::make_unique<Hierarchy>(
         make_part_hierarchy(all_, std::move(part), low_, part_->corner(), outline_.corner(), merges, dofs));

@@ -93,8 +93,7 @@ public:
 
   const Mesh& mesh() const { return hierarchy_->meshes[0]; }  ///< of the part of this process
   const NodeCopies& copies() const { return copies_; }        ///< of the part's nodes
-  /// Below the part; one level only where several processes have one that is as small as the coarsest.
-  const Hierarchy& hierarchy() const { return *hierarchy_; }
+  const Hierarchy& hierarchy() const { return *hierarchy_; }  ///< below the part
   const HeldDirections& held_in_part() const { return *held_in_part_; }
   NodeVector part_of(Vec field) const;                       ///< at the part's nodes
   void put_own(const NodeVector& values, Vec field) const;  ///< of the part, those that this process owns
@@ -126,7 +125,7 @@ private:
   std::vector<double> part_names(const std::vector<std::int32_t>& part_of_cell, std::size_t num_parts) const;
   void check_supports() const;
   void hold_in_part();
-  void make_hierarchy(const SharedMerges& merges);
+  void make_hierarchy(SharedMerges merges);
   std::int32_t own_cell(const Index3& cell) const;  ///< of the part; -1: another process's
   std::vector<Vec3> surface_displacement(const NodeVector& u, std::size_t& first) const;
 

@@ -17,11 +17,12 @@ struct LanczosSpace {
 };
 
 /// v = numbers in [-1/2, 1/2], always the same.
+/// @param process  another one, other numbers
 template <class Vector>
-void fill_roughly(Vector& v, Eigen::Index size) {
+void fill_roughly(Vector& v, Eigen::Index size, int process = 0) {
   using Scalar = typename Vector::Scalar;
   v.resize(size);
-  std::uint32_t state = 12345;
+  std::uint32_t state = 12345U + 2654435769U * static_cast<std::uint32_t>(process);
   for (Scalar& x : v) {
     state = state * 1664525U + 1013904223U;
     x = static_cast<Scalar>(state >> 8) / (1U << 24) - Scalar(0.5);

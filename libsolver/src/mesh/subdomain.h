@@ -19,6 +19,8 @@ public:
 
   const std::vector<std::int32_t>& shared_nodes() const noexcept { return shared_; }  ///< that other processes have too
 
+  virtual int process() const noexcept = 0;  ///< this one's number
+
   /// Of what each process has at a node the sum, for all that have the node: the same to the last bit. Called by all.
   virtual void add_up(NodeVector& v) const = 0;
   virtual void add_up(FloatNodeVector& v) const = 0;

@@ -143,7 +143,7 @@ void BraessSarazinSmoother<Real>::prepare(const std::vector<Block>& inverse) {
   for (HeldCorner& h : held_corners_) h.of_row = rows_.get(h.cell).col(h.corner);
 
   Vector& start = of_cells_[0];
-  fill_roughly(start, start.size());
+  fill_roughly(start, start.size(), part_ ? part_->process() : 0);
   const auto multiply = [&](const Vector& x, Vector& y) {  // y = B P D^-1 P B^T x
     parallel_for(x.size(), [&](Index c) { pressure(c) = x[c]; });
     step({0, 0, 1});

@@ -108,7 +108,7 @@ template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::estimate_eigenvalue(std::size_t level) {
   Level& l = levels_[level];
   Vector& start = l.b;  // free before a cycle
-  fill_roughly(start, static_cast<Index>(hierarchy_.meshes[level].num_dofs()));
+  fill_roughly(start, static_cast<Index>(hierarchy_.meshes[level].num_dofs()), part(level) ? part(level)->process() : 0);
   if (part(level)) {
     part(level)->keep_own(start);
     part(level)->add_up(start);
