@@ -86,10 +86,9 @@ TEST(PartHierarchy, CoarseNodesOverGapsAreThoseOfOneProcess) {
   // Not what merging by index would find: gaps are open, and small parts there were.
   EXPECT_GT(whole.meshes[1].num_nodes(), hexmesh::number_nodes(whole.meshes[1].cells()).nodes.size());
   EXPECT_GT(whole.meshes[2].num_nodes(), hexmesh::number_nodes(whole.meshes[2].cells()).nodes.size());
-  EXPECT_LT(whole.meshes[1].num_nodes(),
-            hexmesh::number_linked_parent_nodes(whole.merges[0], whole.meshes[0].cell_nodes(),
-                                                whole.meshes[0].num_nodes())
-                .nodes.size());
+  EXPECT_LT(whole.meshes[1].num_nodes(), hexmesh::number_linked_parent_nodes(
+                                             whole.merges[0], whole.meshes[0].cell_nodes(), whole.meshes[0].num_nodes())
+                                             .nodes.size());
   for (const int count : {1, 2, 3}) {
     SCOPED_TRACE(count);
     const Hierarchy part = hierarchy_of_part(all, cells, cubic_merges(count));
@@ -160,7 +159,8 @@ TEST(NodeSubdomain, SumsAreTheSameToTheLastBitForAllThatHaveANode) {
     double value;
   };
   std::map<std::uint64_t, double> of_place;
-  for (const Told& t : all.gather(std::vector<Told>{{names[0].place, v[0]}, {names[1].place, v[3]}, {names[2].place, v[6]}}))
+  for (const Told& t :
+       all.gather(std::vector<Told>{{names[0].place, v[0]}, {names[1].place, v[3]}, {names[2].place, v[6]}}))
     EXPECT_EQ(of_place.try_emplace(t.place, t.value).first->second, t.value);
   double sum = 0;
   for (int p = 0; p < all.count(); ++p) sum += 1.0 / (3 + p);

@@ -23,8 +23,8 @@ struct ConstraintCluster;
 class HeldNodes;
 class SupportSprings;
 
-/// What is held of a mesh as its preconditioners see it: of the mesh of one process, which shares nodes with others, what
-/// its cells hold.
+/// What is held of a mesh as its preconditioners see it: of the mesh of one process, which shares nodes with others,
+/// what its cells hold.
 class HeldDirections {
 public:
   virtual ~HeldDirections() = default;

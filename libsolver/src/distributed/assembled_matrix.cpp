@@ -78,8 +78,8 @@ void AssembledMatrix::make_room() {
       elsewhere[row] = 3 * (neighbours - own);
     }
   }
-  check(MatCreateAIJ(level_.all().comm(), 3 * shared_nodes.num_own(), 3 * shared_nodes.num_own(), PETSC_DETERMINE, PETSC_DETERMINE, 0,
-                     here.data(), 0, elsewhere.data(), matrix_.address()));
+  check(MatCreateAIJ(level_.all().comm(), 3 * shared_nodes.num_own(), 3 * shared_nodes.num_own(), PETSC_DETERMINE,
+                     PETSC_DETERMINE, 0, here.data(), 0, elsewhere.data(), matrix_.address()));
   check(MatSetBlockSize(matrix_, 3));
   check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
   check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));

@@ -151,7 +151,7 @@ ParentNodes number_names(const NodeNumbering& nodes, const std::vector<std::uint
   ParentNodes out;
   std::vector<std::int32_t> number(names.size());
   for (const std::size_t n : order) {
-    if (out.names.empty() || out.names.back() != names[n] ) {
+    if (out.names.empty() || out.names.back() != names[n]) {
       out.names.push_back(names[n]);
       out.numbering.nodes.push_back(nodes.nodes[n]);
     }

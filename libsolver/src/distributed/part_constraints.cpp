@@ -34,12 +34,12 @@ void PartConstraints::project(Vector& v, Vector& values) const {
     v.template segment<3>(3 * Eigen::Index{n.of_part}) = values.template segment<3>(3 * Eigen::Index{n.of_held});
 }
 
-void PartConstraints::for_each_held_entry(
-    const std::function<void(Eigen::Index, Eigen::Index, double)>& f) const {
+void PartConstraints::for_each_held_entry(const std::function<void(Eigen::Index, Eigen::Index, double)>& f) const {
   std::vector<Eigen::Index> of_part(static_cast<std::size_t>(num_values_) / 3);
   for (const Node& n : nodes_) of_part[static_cast<std::size_t>(n.of_held)] = n.of_part;
   const auto at = [&](Eigen::Index value) { return 3 * of_part[static_cast<std::size_t>(value / 3)] + value % 3; };
-  whole_.for_each_held_entry([&](Eigen::Index row, Eigen::Index column, double value) { f(at(row), at(column), value); });
+  whole_.for_each_held_entry(
+      [&](Eigen::Index row, Eigen::Index column, double value) { f(at(row), at(column), value); });
 }
 
 void PartConstraints::complete(std::vector<SupportSprings>& of_conditions) const {

@@ -19,7 +19,7 @@ struct Hierarchy {
   /// [l]: with what other processes have of level l; from subdomains.size() on each has the whole. Prolongations and
   /// merges between are of own cells: children of other processes' parents are missing.
   std::vector<std::unique_ptr<const Subdomain>> subdomains;
-  bool in_double = false;                   ///< V-cycles in double precision, for stiffnesses too far apart for single
+  bool in_double = false;  ///< V-cycles in double precision, for stiffnesses too far apart for single
 
   /// @param coarsest_dofs  merge until a level has at most this many; up to Multigrid::most_dense a dense factor is
   /// made

@@ -43,10 +43,10 @@ public:
     return sum(own);
   }
 
-  virtual double sum(double value) const = 0;              ///< of all processes; called by all, as those below
-  virtual double largest(double value) const = 0;          ///< likewise
-  virtual void sum(std::span<double> values) const = 0;    ///< value by value
-  virtual void sum(std::span<float> values) const = 0;     ///< likewise
+  virtual double sum(double value) const = 0;            ///< of all processes; called by all, as those below
+  virtual double largest(double value) const = 0;        ///< likewise
+  virtual void sum(std::span<double> values) const = 0;  ///< value by value
+  virtual void sum(std::span<float> values) const = 0;   ///< likewise
 
 protected:
   std::vector<std::int32_t> shared_, of_others_;  ///< nodes; of_others_: those of shared_ that another process owns

@@ -23,7 +23,12 @@ struct alignas(Mesh::batch_size * sizeof(Real)) Lanes {
 template <class Real>
 BraessSarazinSmoother<Real>::BraessSarazinSmoother(const Mesh& mesh, const HeldDirections* constraints,
                                                    const Subdomain* part)
-    : mesh_(mesh), constraints_(constraints), part_(part), rows_(mesh), schur_complement_(mesh), is_held_(mesh.num_nodes()) {
+    : mesh_(mesh),
+      constraints_(constraints),
+      part_(part),
+      rows_(mesh),
+      schur_complement_(mesh),
+      is_held_(mesh.num_nodes()) {
   const auto num_cells = static_cast<Index>(mesh.num_cells());
   root_.resize(num_cells);
   volume_.resize(num_cells);
@@ -149,12 +154,13 @@ void BraessSarazinSmoother<Real>::prepare(const std::vector<Block>& inverse) {
     step({0, 0, 1});
     parallel_for(x.size(), [&](Index c) { y[c] = -pressure(c); });
   };
-  choose_steps(largest_eigenvalue(LanczosSpace<Vector>{start, of_cells_[1], of_cells_[2], of_cells_[3]}, multiply,
-                                  [](const Vector& r, Vector& z) { z = r; },
-                                  [this](const Vector& x, const Vector& y) {
-                                    const double own = dot_in_double(x, y);
-                                    return part_ ? part_->sum(own) : own;
-                                  }));
+  choose_steps(largest_eigenvalue(
+      LanczosSpace<Vector>{start, of_cells_[1], of_cells_[2], of_cells_[3]}, multiply,
+      [](const Vector& r, Vector& z) { z = r; },
+      [this](const Vector& x, const Vector& y) {
+        const double own = dot_in_double(x, y);
+        return part_ ? part_->sum(own) : own;
+      }));
 }
 
 /// @param largest  eigenvalue of B P D^-1 P B^T

@@ -28,7 +28,8 @@ CellVector passed_to_parent(int slot, const Index3& factor, CellVector v) {
 }
 
 bool has_children(const hexmesh::Merge& merge, std::size_t parent) {
-  return std::any_of(merge.children[parent].begin(), merge.children[parent].end(), [](std::int32_t c) { return c >= 0; });
+  return std::any_of(merge.children[parent].begin(), merge.children[parent].end(),
+                     [](std::int32_t c) { return c >= 0; });
 }
 
 }  // namespace

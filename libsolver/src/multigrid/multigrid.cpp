@@ -41,9 +41,8 @@ Multigrid::CyclesOf<Scalar>::CyclesOf(const Hierarchy& hierarchy, const Potentia
     : hierarchy_(hierarchy), potential_(potential), constraints_(constraints), levels_(hierarchy.meshes.size()) {
   if (levels_.size() > 1 && needs_braess_sarazin())
     for (std::size_t level = 0; level < levels_.size(); ++level)
-      levels_[level].braess_sarazin =
-          std::make_unique<BraessSarazinSmoother<Scalar>>(hierarchy.meshes[level], level == 0 ? &constraints : nullptr,
-                                                          part(level));
+      levels_[level].braess_sarazin = std::make_unique<BraessSarazinSmoother<Scalar>>(
+          hierarchy.meshes[level], level == 0 ? &constraints : nullptr, part(level));
   for (std::size_t p = 0; p < constraints.held().size(); ++p) points_of_cell_[constraints.held()[p].cell].push_back(p);
   choose_support_weights();
   update();
@@ -108,7 +107,8 @@ template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::estimate_eigenvalue(std::size_t level) {
   Level& l = levels_[level];
   Vector& start = l.b;  // free before a cycle
-  fill_roughly(start, static_cast<Index>(hierarchy_.meshes[level].num_dofs()), part(level) ? part(level)->process() : 0);
+  fill_roughly(start, static_cast<Index>(hierarchy_.meshes[level].num_dofs()),
+               part(level) ? part(level)->process() : 0);
   if (part(level)) {
     part(level)->keep_own(start);
     part(level)->add_up(start);
@@ -124,12 +124,10 @@ void Multigrid::CyclesOf<Scalar>::estimate_eigenvalue(std::size_t level) {
     l.braess_sarazin->subtract_product(x, y);
     if (level == 0) constraints_.project(y);
   };
-  l.largest_eigenvalue =
-      hexsolver::largest_eigenvalue(LanczosSpace<Vector>{start, l.x, l.r, l.t}, multiply_shape,
-                                    [&](const Vector& r, Vector& z) { scale_by_diagonal(level, r, z); },
-                                    [&](const Vector& x, const Vector& y) {
-                                      return part(level) ? part(level)->dot(x, y) : dot_in_double(x, y);
-                                    });
+  l.largest_eigenvalue = hexsolver::largest_eigenvalue(
+      LanczosSpace<Vector>{start, l.x, l.r, l.t}, multiply_shape,
+      [&](const Vector& r, Vector& z) { scale_by_diagonal(level, r, z); },
+      [&](const Vector& x, const Vector& y) { return part(level) ? part(level)->dot(x, y) : dot_in_double(x, y); });
 }
 
 /// D is so large that changes of shape come out at most 1 / of_shape times too large.
