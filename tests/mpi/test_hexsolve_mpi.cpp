@@ -363,6 +363,22 @@ TEST_F(HexsolveMpi, MoreProcessesThanLayersAndFarSurfacesFindTheSame) {
   }
 }
 
+TEST_F(HexsolveMpi, ProcessesWithoutCellsFindTheSame) {
+  // Eight cells, which are one process's.
+  ASSERT_EQ(run("hexscan phantom box --spacing 5 --set width=10 --set length=10 --set height=10 -o tiny.nrrd && "
+                "hexmesh build tiny.nrrd --material '*:young_kpa=100,poisson=0.49' -o tiny.hexmesh")
+                .exit_code,
+            0);
+  write_text(*folder / "tiny.toml",
+             "[[fix]]\nhalfspace = { point_mm = [-4.9, 0, 0], normal = [-1, 0, 0] }\n[[displace]]\n"
+             "halfspace = { point_mm = [4.9, 0, 0], normal = [1, 0, 0] }\nby_mm = [0, 1, 1]\n");
+  const std::string sharp = "tiny.hexmesh tiny.toml --level 0 --set solve.tolerance=1e-10 --force ";
+  ASSERT_EQ(run("hexsolve " + sharp + "-o one.hexresult").exit_code, 0);
+  const CommandResult r = run(mpi(4) + sharp + "-o many.hexresult");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  expect_same(result("one.hexresult"), result("many.hexresult"));
+}
+
 TEST_F(HexsolveMpi, SurfacePointsMoveWithTheNearestCellWhoeverHasIt) {
   // The point of the surface over the small box lies in layers of a process that has cells of the large one only.
   ASSERT_EQ(
@@ -441,4 +457,21 @@ TEST_F(HexsolveMpi, ARealLiverAtFullResolution) {
   expect_same_reports(report("one.json"), report("many.json"));
   EXPECT_LE(report("many.json")["linear_iterations"].get<double>(),
             1.2 * report("one.json")["linear_iterations"].get<double>());
+}
+
+TEST_F(HexsolveMpi, ARealLiverWithItsVesselsCutOutTakesAsManyIterationsAsByOne) {
+  const auto scan = shared_data() / "data/derived/liver-medrad-p2.seg.nrrd";
+  if (!std::filesystem::exists(scan)) GTEST_SKIP() << "no shared data beside the project";
+  ASSERT_EQ(run(fmt::format("hexscan '{}' --segment liver --largest-component -o cut.nrrd && "
+                            "hexmesh build cut.nrrd --material liver:young_kpa=10,poisson=0.49 -o cut.hexmesh && "
+                            "hexsolve cut.hexmesh --example -o cut.toml",
+                            scan.string()))
+                .exit_code,
+            0);
+  const std::string arguments = "cut.hexmesh cut.toml --level 2 --set solve.islands=error --set solve.strain=cauchy ";
+  ASSERT_EQ(run("hexsolve " + arguments + "-o cut1.hexresult --report one.json").exit_code, 0);
+  const CommandResult r = run(mpi(2) + arguments + "-o cut2.hexresult --report many.json");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  EXPECT_NEAR(report("many.json")["linear_iterations"].get<int>(), report("one.json")["linear_iterations"].get<int>(),
+              2);
 }
