@@ -138,6 +138,26 @@ TEST_F(HexsolveMpi, AnyNumberOfProcessesFindsWhatOneFinds) {
   EXPECT_EQ(exported.exit_code, 0) << exported.errors;
 }
 
+TEST_F(HexsolveMpi, NearlyIncompressibleBodiesWithGapsTakeAsManyIterationsAsByOne) {
+  ASSERT_EQ(run("hexscan phantom liver --spacing 3 -o vessels.seg.nrrd && "
+                "hexmesh build vessels.seg.nrrd --material '*:young_kpa=10,poisson=0.49' --material vessel:none "
+                "-o vessels.hexmesh && hexsolve vessels.hexmesh --example -o vessels.toml")
+                .exit_code,
+            0);
+  for (const char* strain : {"cauchy", "corotational"}) {
+    const std::string arguments =
+        fmt::format("vessels.hexmesh vessels.toml --level 0 --set solve.strain={} --force ", strain);
+    ASSERT_EQ(run("hexsolve " + arguments + "-o one.hexresult --report one.json").exit_code, 0);
+    const int iterations_of_one = report("one.json")["linear_iterations"].get<int>();
+    for (const int processes : {1, 2, 3, 4}) {
+      SCOPED_TRACE(fmt::format("{}, {} processes", strain, processes));
+      const CommandResult r = run(mpi(processes) + arguments + "-o many.hexresult --report many.json");
+      ASSERT_EQ(r.exit_code, 0) << r.errors;
+      EXPECT_NEAR(report("many.json")["linear_iterations"].get<int>(), iterations_of_one, 2);
+    }
+  }
+}
+
 TEST_F(HexsolveMpi, NoProcessHoldsTheWholeBody) {
   // A long body in many layers: what a process holds is its share, and what lies around it.
   ASSERT_EQ(
@@ -343,6 +363,22 @@ TEST_F(HexsolveMpi, MoreProcessesThanLayersAndFarSurfacesFindTheSame) {
   }
 }
 
+TEST_F(HexsolveMpi, ProcessesWithoutCellsFindTheSame) {
+  // Eight cells, which are one process's.
+  ASSERT_EQ(run("hexscan phantom box --spacing 5 --set width=10 --set length=10 --set height=10 -o tiny.nrrd && "
+                "hexmesh build tiny.nrrd --material '*:young_kpa=100,poisson=0.49' -o tiny.hexmesh")
+                .exit_code,
+            0);
+  write_text(*folder / "tiny.toml",
+             "[[fix]]\nhalfspace = { point_mm = [-4.9, 0, 0], normal = [-1, 0, 0] }\n[[displace]]\n"
+             "halfspace = { point_mm = [4.9, 0, 0], normal = [1, 0, 0] }\nby_mm = [0, 1, 1]\n");
+  const std::string sharp = "tiny.hexmesh tiny.toml --level 0 --set solve.tolerance=1e-10 --force ";
+  ASSERT_EQ(run("hexsolve " + sharp + "-o one.hexresult").exit_code, 0);
+  const CommandResult r = run(mpi(4) + sharp + "-o many.hexresult");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  expect_same(result("one.hexresult"), result("many.hexresult"));
+}
+
 TEST_F(HexsolveMpi, SurfacePointsMoveWithTheNearestCellWhoeverHasIt) {
   // The point of the surface over the small box lies in layers of a process that has cells of the large one only.
   ASSERT_EQ(
@@ -369,7 +405,8 @@ TEST_F(HexsolveMpi, SurfacePointsMoveWithTheNearestCellWhoeverHasIt) {
 
 TEST_F(HexsolveMpi, OptionsThatWouldFindSomethingElseAreRefused) {
   const std::string arguments = "liver.hexmesh liver.toml --level 2 -o none.hexresult -- ";
-  for (const char* option : {"-snes_linesearch_type bt", "-snes_type newtontr", "-pc_mg_levels 2", "-snes_max_it 1"}) {
+  for (const char* option :
+       {"-snes_linesearch_type bt", "-snes_type newtontr", "-pc_mg_levels 2", "-snes_max_it 1", "-pc_type mg"}) {
     const CommandResult r = run(mpi(2) + arguments + option);
     EXPECT_EQ(r.exit_code, 2) << option << r.errors;
     EXPECT_NE(r.errors.find("PETSc's option -"), std::string::npos) << r.errors;
@@ -420,4 +457,21 @@ TEST_F(HexsolveMpi, ARealLiverAtFullResolution) {
   expect_same_reports(report("one.json"), report("many.json"));
   EXPECT_LE(report("many.json")["linear_iterations"].get<double>(),
             1.2 * report("one.json")["linear_iterations"].get<double>());
+}
+
+TEST_F(HexsolveMpi, ARealLiverWithItsVesselsCutOutTakesAsManyIterationsAsByOne) {
+  const auto scan = shared_data() / "data/derived/liver-medrad-p2.seg.nrrd";
+  if (!std::filesystem::exists(scan)) GTEST_SKIP() << "no shared data beside the project";
+  ASSERT_EQ(run(fmt::format("hexscan '{}' --segment liver --largest-component -o cut.nrrd && "
+                            "hexmesh build cut.nrrd --material liver:young_kpa=10,poisson=0.49 -o cut.hexmesh && "
+                            "hexsolve cut.hexmesh --example -o cut.toml",
+                            scan.string()))
+                .exit_code,
+            0);
+  const std::string arguments = "cut.hexmesh cut.toml --level 2 --set solve.islands=error --set solve.strain=cauchy ";
+  ASSERT_EQ(run("hexsolve " + arguments + "-o cut1.hexresult --report one.json").exit_code, 0);
+  const CommandResult r = run(mpi(2) + arguments + "-o cut2.hexresult --report many.json");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  EXPECT_NEAR(report("many.json")["linear_iterations"].get<int>(), report("one.json")["linear_iterations"].get<int>(),
+              2);
 }

@@ -9,13 +9,6 @@
 namespace hexmesh {
 namespace {
 
-/// One number in the order of i_fastest(), which sorts faster. @pre each index
-/// is below 2^21
-std::uint64_t sort_key(const Index3& i) {
-  return static_cast<std::uint64_t>(i[2]) << 42 | static_cast<std::uint64_t>(i[1]) << 21 |
-         static_cast<std::uint64_t>(i[0]);
-}
-
 bool share_a_node(const CellNodes& a, const CellNodes& b) {
   return std::find_first_of(a.begin(), a.end(), b.begin(), b.end()) != a.end();
 }
@@ -30,13 +23,6 @@ std::vector<bool> cells_of_small_parts(std::span<const CellNodes> cell_nodes, st
   std::vector<bool> out(cell_nodes.size());
   for (std::size_t c = 0; c < out.size(); ++c) out[c] = size[as_size(parts.root(cell_nodes[c][0]))] <= most;
   return out;
-}
-
-/// Weights of the nodes of a parent at node `corner` of its child in `slot`.
-NodeWeights weights_in_parent(int slot, int corner, const Index3& factor) {
-  Vec3 place;
-  for (int d = 0; d < 3; ++d) place[d] = static_cast<double>(corner_bit(slot, d) + corner_bit(corner, d)) / factor[d];
-  return shape_functions(place);
 }
 
 /// @param linked  whether two children of one parent are to be merged
@@ -130,6 +116,20 @@ void tie_small_parts(const Merge& merge, std::span<const CellNodes> cell_nodes, 
   }
 }
 
+/// @param nodes  the first corner of each set, and of sets that have been joined since
+NodeNumbering number_sets(const Merge& merge, std::span<const Corner> nodes, Partition& same) {
+  const std::size_t num_corners = 8 * merge.parents.size();
+  NodeNumbering out{{}, std::vector<CellNodes>(merge.parents.size())};
+  std::vector<std::int32_t> number(num_corners);
+  for (const auto& [key, n] : nodes) {
+    if (same.root(n) != n) continue;
+    number[n] = static_cast<std::int32_t>(out.nodes.size());
+    out.nodes.push_back(corner_of(merge.parents[n / 8], n % 8));
+  }
+  for (std::int32_t n = 0; as_size(n) < num_corners; ++n) out.cell_nodes[n / 8][n % 8] = number[as_size(same.root(n))];
+  return out;
+}
+
 }  // namespace
 
 Index3 merge_factor(const Vec3& cell_size) {
@@ -148,21 +148,23 @@ Merge merge_linked_cells(std::span<const Index3> cells, std::span<const CellNode
                      [&](std::int32_t a, std::int32_t b) { return share_a_node(cell_nodes[a], cell_nodes[b]); });
 }
 
+NodeWeights weights_in_parent(int slot, int corner, const Index3& factor) {
+  Vec3 place;
+  for (int d = 0; d < 3; ++d) place[d] = static_cast<double>(corner_bit(slot, d) + corner_bit(corner, d)) / factor[d];
+  return shape_functions(place);
+}
+
+NodeNumbering number_linked_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes,
+                                         std::size_t num_nodes) {
+  Partition same = join_corners(merge, cell_nodes, num_nodes);
+  return number_sets(merge, nodes_in_order(merge, same), same);
+}
+
 NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes) {
   Partition same = join_corners(merge, cell_nodes, num_nodes);
-  std::vector<Corner> nodes = nodes_in_order(merge, same);
+  const std::vector<Corner> nodes = nodes_in_order(merge, same);
   tie_small_parts(merge, cell_nodes, num_nodes, nodes, same);
-
-  const std::size_t num_corners = 8 * merge.parents.size();
-  NodeNumbering out{{}, std::vector<CellNodes>(merge.parents.size())};
-  std::vector<std::int32_t> number(num_corners);
-  for (const auto& [key, n] : nodes) {
-    if (same.root(n) != n) continue;
-    number[n] = static_cast<std::int32_t>(out.nodes.size());
-    out.nodes.push_back(corner_of(merge.parents[n / 8], n % 8));
-  }
-  for (std::int32_t n = 0; as_size(n) < num_corners; ++n) out.cell_nodes[n / 8][n % 8] = number[as_size(same.root(n))];
-  return out;
+  return number_sets(merge, nodes, same);
 }
 
 }  // namespace hexmesh

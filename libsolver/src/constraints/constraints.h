@@ -21,6 +21,29 @@ struct ConstraintPoint {
 
 struct ConstraintCluster;
 class HeldNodes;
+class SupportSprings;
+
+/// What is held of a mesh as its preconditioners see it: of the mesh of one process, which shares nodes with others,
+/// what its cells hold.
+class HeldDirections {
+public:
+  virtual ~HeldDirections() = default;
+
+  /// Points of the mesh's cells.
+  virtual const std::vector<ConstraintPoint>& held() const noexcept = 0;
+
+  /// v <- P v, P the orthogonal projection onto the displacements that leave all kept directions alone. Called by all
+  /// processes at once.
+  virtual void project(NodeVector& v) const = 0;
+  virtual void project(FloatNodeVector& v) const = 0;
+
+  /// Entries of 1 - P, the projection onto what is held: f(row, column, value), rows and columns of a NodeVector.
+  /// @pre no other process has cells of the body
+  virtual void for_each_held_entry(const std::function<void(Eigen::Index, Eigen::Index, double)>& f) const = 0;
+
+  /// Add to the springs of each condition what cells of other processes hold. Called by all processes at once.
+  virtual void complete(std::vector<SupportSprings>& /*of_conditions*/) const {}
+};
 
 /// Prescribed displacements of embedded points, H u = c.
 ///
@@ -32,26 +55,23 @@ class HeldNodes;
 /// `dense_limit` nodes, where the singular vectors are too dear, hold their nodes themselves: those with at least 0.1
 /// of the largest weight sum_p H_pn, each where the affine fit of the prescribed values (plus the mean misfit of its
 /// points) puts it.
-class Constraints {
+class Constraints final : public HeldDirections {
 public:
   static constexpr double cutoff = 0.1;
   static constexpr std::size_t dense_limit = 1000;
 
   Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points);
-  ~Constraints();
+  ~Constraints() override;
 
   /// The points asked for.
   const std::vector<ConstraintPoint>& points() const noexcept { return points_; }
 
   /// What is held in their place: the points of small clusters, the nodes of large ones.
-  const std::vector<ConstraintPoint>& held() const noexcept { return held_; }
+  const std::vector<ConstraintPoint>& held() const noexcept override { return held_; }
 
-  /// v <- P v, P the orthogonal projection onto the displacements that leave all kept directions alone.
-  void project(NodeVector& v) const;
-  void project(FloatNodeVector& v) const;
-
-  /// Entries of 1 - P, the projection onto what is held: f(row, column, value), rows and columns of a NodeVector.
-  void for_each_held_entry(const std::function<void(Eigen::Index, Eigen::Index, double)>& f) const;
+  void project(NodeVector& v) const override;
+  void project(FloatNodeVector& v) const override;
+  void for_each_held_entry(const std::function<void(Eigen::Index, Eigen::Index, double)>& f) const override;
 
   /// Prescribe other displacements of points(), shape (num_points) [mm].
   void prescribe(const std::vector<Vec3>& values);

@@ -38,6 +38,28 @@ private:
   std::unordered_map<std::int32_t, double> weight_of_node_;
 };
 
+/// w of each condition [N/mm]. Called by all processes at once.
+/// @param points_of_cell  cell -> which of constraints.held()
+/// @param trace_of        cell -> trace of its stiffness matrix [N/mm]
+template <class PointsOfCell, class TraceOf>
+std::vector<double> support_weights(const HeldDirections& constraints, const PointsOfCell& points_of_cell,
+                                    const std::vector<CellNodes>& cell_nodes, const TraceOf& trace_of) {
+  std::vector<SupportSprings> springs;
+  for (const auto& [cell, members] : points_of_cell) {
+    const double trace = trace_of(cell);
+    for (const std::size_t m : members) {
+      const ConstraintPoint& p = constraints.held()[m];
+      const auto condition = static_cast<std::size_t>(p.condition);
+      springs.resize(std::max(springs.size(), condition + 1));
+      springs[condition].add(p, cell_nodes[cell], trace);
+    }
+  }
+  constraints.complete(springs);
+  std::vector<double> out;
+  for (const SupportSprings& s : springs) out.push_back(s.weight());
+  return out;
+}
+
 /// k += w H^T H of one point, in its cell.
 inline void add_spring(const ConstraintPoint& point, double w, CellMatrix& k) {
   for (int axis = 0; axis < 3; ++axis) {

@@ -14,6 +14,12 @@ bool is_given(const char* option) {
   return given == PETSC_TRUE;
 }
 
+bool is_type(PC pc, const char* type) {
+  PetscBool out = PETSC_FALSE;
+  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), type, &out));
+  return out == PETSC_TRUE;
+}
+
 [[noreturn]] void refuse(const std::string& option, const std::string& expected) {
   throw SharedError(hexmesh::ErrorKind::usage,
                     "PETSc's option " + option + " is not for hexsolve-mpi, expected " + expected);
@@ -25,11 +31,12 @@ SharedEquations::SharedEquations(SharedLevel& level) : level_(level), age_(agein
   check(KSPCreate(level.all().comm(), ksp_.address()));
   check(KSPSetType(ksp_, KSPCG));
   check(KSPSetNormType(ksp_, KSP_NORM_UNPRECONDITIONED));
-  check(KSPSetOperators(ksp_, level.product(), level.matrix()));
   choose_preconditioner();
   check(KSPSetFromOptions(ksp_));
   check_options();
-  offer_levels();
+  has_own_multigrid_ = is_type(preconditioner(), PCSHELL);
+  if (!has_own_multigrid_) matrix_ = std::make_unique<AssembledMatrix>(level);
+  check(KSPSetOperators(ksp_, level.product(), has_own_multigrid_ ? level.product() : matrix_->get()));
   if (!is_given("-ksp_rtol")) check(KSPSetConvergenceTest(ksp_, test, this, nullptr));
 }
 
@@ -44,17 +51,24 @@ PC SharedEquations::preconditioner() const {
   return pc;
 }
 
-/// Multigrid on our levels; of a level too small for that a factor.
+/// Our multigrid.
 void SharedEquations::choose_preconditioner() {
   const PC pc = preconditioner();
-  const auto& onto = level_.interpolations();
-  if (onto.empty()) {
-    check(PCSetType(pc, level_.all().count() > 1 ? PCREDUNDANT : PCCHOLESKY));
-    return;
-  }
-  check(PCSetType(pc, PCMG));
-  check(PCMGSetLevels(pc, static_cast<PetscInt>(onto.size()) + 1, nullptr));
-  check(PCSetUseAmat(pc, PETSC_TRUE));  // the finest level keeps supports exactly
+  check(PCSetType(pc, PCSHELL));
+  check(PCShellSetContext(pc, this));
+  check(PCShellSetName(pc, "multigrid of hexsolve"));
+  check(PCShellSetApply(pc, [](PC of, Vec residual, Vec step) {
+    SharedEquations* self = nullptr;
+    const PetscErrorCode code = PCShellGetContext(of, &self);
+    if (code == 0) self->cycle(residual, step);
+    return code;
+  }));
+}
+
+void SharedEquations::cycle(Vec residual, Vec step) const {
+  NodeVector z;
+  multigrid_->apply(level_.part_of(residual), z);
+  level_.put_own(z, step);
 }
 
 /// Newton's method is hexsolve's, whatever PETSc has.
@@ -63,35 +77,9 @@ void SharedEquations::check_options() const {
     if (is_given(option)) refuse(option, "Newton's method with our line search");
   for (const char* option : {"-snes_max_it", "-snes_rtol", "-snes_atol", "-snes_stol"})
     if (is_given(option)) refuse(option, "solve.tolerance in the scene");
+  if (const PC pc = preconditioner(); is_type(pc, PCMG))
+    refuse("-pc_type mg", "none for our multigrid, or another of PETSc's");
   if (is_given("-pc_mg_levels")) refuse("-pc_mg_levels", "the levels there are");
-}
-
-/// After PETSc's options, which may have asked for something else.
-void SharedEquations::offer_levels() {
-  const PC pc = preconditioner();
-  check(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(pc), PCMG, &has_our_levels_));
-  if (has_our_levels_ == PETSC_FALSE) return;
-  const auto& onto = level_.interpolations();
-  const auto count = static_cast<PetscInt>(onto.size());
-  for (PetscInt l = 0; l < count; ++l) check(PCMGSetInterpolation(pc, count - l, onto[static_cast<std::size_t>(l)]));
-}
-
-/// Galerkin products of the matrix as it is now.
-void SharedEquations::coarsen() {
-  if (has_our_levels_ == PETSC_FALSE) return;
-  const PC pc = preconditioner();
-  const auto& onto = level_.interpolations();
-  const bool is_first = coarse_.empty();
-  coarse_.resize(onto.size());
-  Mat fine = level_.matrix();
-  for (std::size_t l = 0; l < onto.size(); ++l) {
-    check(MatPtAP(fine, onto[l], is_first ? MAT_INITIAL_MATRIX : MAT_REUSE_MATRIX, 2, coarse_[l].address()));
-    fine = coarse_[l];
-    check(MatSetBlockSize(fine, 3));
-    KSP smoother = nullptr;
-    check(PCMGGetSmoother(pc, static_cast<PetscInt>(onto.size() - 1 - l), &smoother));
-    check(KSPSetOperators(smoother, fine, fine));
-  }
 }
 
 bool SharedEquations::lift(const OwnedVec& u, OwnedVec& step) {
@@ -111,10 +99,13 @@ void SharedEquations::linearize(const OwnedVec& u, double projection, bool is_ne
 
 void SharedEquations::renew() {
   const Stopwatch watch;
-  level_.assemble();
-  coarsen();
-  check(KSPSetOperators(ksp_, level_.product(), level_.matrix()));
-  check(KSPSetReusePreconditioner(ksp_, PETSC_FALSE));
+  if (has_own_multigrid_) {
+    multigrid_.reset();
+    multigrid_ = std::make_unique<Multigrid>(level_.hierarchy(), level_.potential(), level_.held_in_part());
+  } else {
+    matrix_->assemble();
+    check(KSPSetReusePreconditioner(ksp_, PETSC_FALSE));
+  }
   check(KSPSetUp(ksp_));
   check(KSPSetReusePreconditioner(ksp_, PETSC_TRUE));
   is_there_ = true;
@@ -187,7 +178,13 @@ LinearOutcome SharedEquations::solve(const OwnedVec& right_side, const LinearGoa
     const int most =
         is_new ? max_linear_iterations_
                : age_.most_iterations(max_linear_iterations_, goal.relative_tolerance, static_cast<bool>(goal.excess));
-    const LinearOutcome outcome = solve_once(projected, step, most);
+    LinearOutcome outcome{0, LinearEnd::negative_curvature};
+    if (is_positive()) {
+      outcome = solve_once(projected, step, most);
+    } else {
+      check(VecZeroEntries(step));
+      age_.wear_out();
+    }
     sum.iterations += outcome.iterations;
     sum.end = outcome.end;
     is_done = is_new || outcome.end != LinearEnd::negative_curvature;  // it may be that of what was kept
@@ -199,29 +196,10 @@ LinearOutcome SharedEquations::solve(const OwnedVec& right_side, const LinearGoa
 bool SharedEquations::precondition(const OwnedVec& u, double projection, const OwnedVec& residual, OwnedVec& step) {
   level_.linearize(u, is_there_ ? projection : Hessian::projected);
   if (!is_there_) renew();
+  if (!is_positive()) return false;
   check(PCApply(preconditioner(), residual, step));
   level_.project(step);
   return true;
-}
-
-void set_default_options() {
-  PetscBool has_own = PETSC_FALSE;
-  check(PetscOptionsHasName(nullptr, nullptr, "-pc_type", &has_own));
-  if (has_own == PETSC_TRUE) return;  // PETSc knows what goes with it
-  // Chebyshev polynomials of degree 6 over [largest / 80, largest] on 3x3 blocks, as in multigrid.h; the largest by
-  // Lanczos' process, of which ten steps of PETSc's own choice fell short.
-  constexpr std::array<std::array<const char*, 2>, 6> defaults = {
-      {{"-mg_levels_ksp_type", "chebyshev"},
-       {"-mg_levels_ksp_max_it", "6"},
-       {"-mg_levels_ksp_chebyshev_esteig", "0,0.01375,0,1.1"},
-       {"-mg_levels_esteig_ksp_type", "cg"},
-       {"-mg_levels_esteig_ksp_max_it", "16"},
-       {"-mg_levels_pc_type", "pbjacobi"}}};
-  for (const auto& [name, value] : defaults) {
-    PetscBool is_set = PETSC_FALSE;
-    check(PetscOptionsHasName(nullptr, nullptr, name, &is_set));
-    if (is_set == PETSC_FALSE) check(PetscOptionsSetValue(nullptr, name, value));
-  }
 }
 
 }  // namespace hexsolver::mpi

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "distributed/assembled_matrix.h"
 #include "distributed/shared_level.h"
+#include "multigrid/multigrid.h"
 #include "multigrid/preconditioner_age.h"
 #include "newton/newton.h"
 
@@ -30,7 +32,7 @@ inline void set_sum(OwnedVec& out, const OwnedVec& x, double a, const OwnedVec& 
 inline void swap_fields(OwnedVec& x, OwnedVec& y) { std::swap(x, y); }
 
 /// The equations of a level that many processes share. PETSc solves the linear ones: conjugate gradients (KSP) with
-/// multigrid on our levels (PCMG), unless its options say otherwise.
+/// our multigrid (PCSHELL), unless its options ask for a preconditioner of its own.
 class SharedEquations final : public NewtonProblem<OwnedVec> {
 public:
   /// @param level  with its potential; must outlive this
@@ -69,16 +71,17 @@ private:
 
   void choose_preconditioner();
   void check_options() const;
-  void offer_levels();
-  void coarsen();
   void renew();
+  bool is_positive() const { return !multigrid_ || multigrid_->is_positive(); }
+  void cycle(Vec residual, Vec step) const;
   LinearOutcome solve_once(const OwnedVec& right_side, OwnedVec& step, int most_iterations);
   PC preconditioner() const;
 
   SharedLevel& level_;
   OwnedKsp ksp_;
-  PetscBool has_our_levels_ = PETSC_FALSE;
-  std::vector<OwnedMat> coarse_;  ///< of our levels, [0]: the next to the finest
+  bool has_own_multigrid_ = false;
+  std::unique_ptr<Multigrid> multigrid_;
+  std::unique_ptr<AssembledMatrix> matrix_;  ///< for PETSc's preconditioners
   PreconditionerAge age_;
   bool is_there_ = false;  ///< a preconditioner
   int max_linear_iterations_ = 500;
@@ -86,8 +89,5 @@ private:
   LinearEnding ending_;
   NewtonSeconds seconds_;
 };
-
-/// What our levels are smoothed by, where PETSc's options do not say otherwise.
-void set_default_options();
 
 }  // namespace hexsolver::mpi

@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "distributed/shared_equations.h"
+#include "distributed/shared_result.h"
 #include "equilibrium/nested_iteration.h"
 #include "level/condition_reports.h"
 #include "level/level_problem.h"
@@ -117,7 +118,6 @@ Run::Run(const std::vector<std::string>& petsc_options) : petsc_options_(petsc_o
   int count = static_cast<int>(words.size());
   char** values = pointers.data();
   check(PetscInitialize(&count, &values, nullptr, nullptr));
-  set_default_options();
 }
 
 Run::~Run() { PetscFinalize(); }
@@ -191,7 +191,7 @@ SolveReport solve_equilibrium(const Run&, const std::filesystem::path& lattice, 
   const SharedLevel& level = best.level->shared();
   const OwnedVec& u = best.state.u;
   report_state(level, u, scene, report);
-  const hexmesh::ResultRows rows = level.result_rows(u, report);
+  const hexmesh::ResultRows rows = result_rows(level, u, report);
 
   ProcessReport own = level.holding();
   own.peak_memory_mb = peak_memory_mb();

@@ -3,14 +3,15 @@
 
 #include <memory>
 #include <optional>
-#include <unordered_map>
 #include <vector>
 
 #include "constraints/constraints.h"
+#include "distributed/part.h"
+#include "distributed/part_constraints.h"
+#include "distributed/part_hierarchy.h"
 #include "distributed/petsc.h"
 #include "distributed/shared_nodes.h"
 #include "hexmesh/file/lattice_reader.h"
-#include "hexmesh/file/result_file.h"
 #include "hexsolver/report/report.h"
 #include "hexsolver/scene/history.h"
 #include "hexsolver/scene/scene.h"
@@ -90,10 +91,18 @@ public:
   void apply_unheld(Vec x, Vec y) const;    ///< y = H x
   Mat product() const { return product_; }  ///< P H P to PETSc
 
-  /// H with springs for supports, which preconditioners are made of; formed anew by assemble().
-  Mat matrix();
-  void assemble();
-  const std::vector<OwnedMat>& interpolations() const { return interpolations_; }  ///< [0]: onto this level
+  const hexmesh::LatticeReader& file() const noexcept { return file_; }
+  const hexmesh::Lattice& outline() const noexcept { return outline_; }
+  const Piece& piece() const { return *piece_; }
+  Elasticity elasticity() const noexcept { return elasticity_; }
+
+  const Mesh& mesh() const { return hierarchy_->meshes[0]; }  ///< of the part of this process
+  const NodeCopies& copies() const { return copies_; }        ///< of the part's nodes
+  const Hierarchy& hierarchy() const { return *hierarchy_; }  ///< below the part
+  const HeldDirections& held_in_part() const { return *held_in_part_; }
+  std::int32_t own_cell(const Index3& cell) const;          ///< of the part, by its index in the whole; -1: another's
+  NodeVector part_of(Vec field) const;                      ///< at the part's nodes
+  void put_own(const NodeVector& values, Vec field) const;  ///< of the part, those that this process owns
 
   /// A field of a level with cells `merge` times as large, on this one.
   void prolongate(const SharedLevel& coarser, const Index3& merge, Vec from, Vec to) const;
@@ -110,22 +119,12 @@ public:
   /// Of this process's cells, those whose parents on a coarser level are rotated by more than an angle [rad].
   std::vector<bool> cells_rotated_by(double angle, const SharedLevel& coarser, const Index3& merge, Vec u) const;
 
-  /// What this process writes of the result, and measures of all cells into the report.
-  hexmesh::ResultRows result_rows(Vec u, SolveReport& report) const;
-
   ProcessReport holding() const;  ///< what this process holds, without its memory
 
 private:
-  class Share;
-  void take_part();
-  void select(const Share& share);
-  std::vector<double> part_names(const std::vector<std::int32_t>& part_of_cell, std::size_t num_parts) const;
-  void check_supports() const;
-  void weigh_supports();
-  void make_hierarchy();
-  void make_matrix();
-  std::int32_t own_cell(const Index3& cell) const;  ///< of the part; -1: another process's
-  std::vector<Vec3> surface_displacement(const NodeVector& u, std::size_t& first) const;
+  void select();
+  void hold_in_part();
+  void make_hierarchy(SharedMerges merges);
 
   const Processes& all_;
   const hexmesh::LatticeReader& file_;
@@ -133,14 +132,9 @@ private:
   Scene scene_;
   int level_;
   std::size_t num_cells_ = 0;
-  std::optional<Layers> layers_;
-
-  std::optional<hexmesh::LatticePiece> piece_;  ///< by layers
-  std::unique_ptr<Mesh> piece_mesh_;
-
-  Index3 low_{};                          ///< node (0, 0, 0) of the part in the whole
-  std::optional<hexmesh::Lattice> part_;  ///< by the curve
-  std::unique_ptr<Mesh> mesh_;            ///< of the part
+  std::unique_ptr<Piece> piece_;
+  std::optional<Part> part_;
+  std::unique_ptr<Hierarchy> hierarchy_;
   std::unique_ptr<SharedNodes> nodes_;
   OwnedVec pattern_;
   NodeCopies copies_;  ///< of the part's nodes
@@ -153,10 +147,8 @@ private:
 
   std::vector<SharedConstraints::Point> points_;
   std::unique_ptr<SharedConstraints> constraints_;
-  std::unordered_map<std::int32_t, std::vector<std::size_t>> held_in_cell_;  ///< points, by cell of the part
-  std::vector<double> support_weights_;                                      ///< of each condition [N/mm]
-  std::vector<OwnedMat> interpolations_;
-  OwnedMat assembled_, product_;
+  std::unique_ptr<PartConstraints> held_in_part_;
+  OwnedMat product_;
   mutable OwnedVec projected_;  ///< work space
   mutable NodeVector x_, y_;    ///< of the part, likewise
 };

@@ -17,6 +17,12 @@ inline bool before(const Index3& a, const Index3& b) {
   return std::array{a[2], a[1], a[0]} < std::array{b[2], b[1], b[0]};
 }
 
+/// Indices of a part as those of the whole, or the other way.
+inline std::vector<Index3> shifted(std::vector<Index3> indices, const Index3& by) {
+  for (Index3& i : indices) i = {i[0] + by[0], i[1] + by[1], i[2] + by[2]};
+  return indices;
+}
+
 /// Which process looks after the entries of which layers k of a level: as many cells for each as layers allow.
 class Layers {
 public:

@@ -25,6 +25,10 @@ constexpr double island_spring = 1;
 /// iterations in few cells that share both, 234 in double precision; 1e6 times stiffer it had no end, and 68.
 constexpr double most_contrast_in_single = 1e3;
 
+Progress at_the_end(const Scene& scene) { return {1, scene.dynamics ? scene.dynamics->duration : 0}; }
+
+}  // namespace
+
 bool is_of_high_contrast(const Lattice& lattice) {
   double softest = std::numeric_limits<double>::infinity(), stiffest = 0;
   for (const hexmesh::VoxelMaterial& m : lattice.materials) {
@@ -41,10 +45,6 @@ std::size_t coarsest_dofs(const Lattice& lattice, const Scene& scene) {
   if (scene.dynamics) return Multigrid::most_dense;
   return is_of_high_contrast(lattice) ? of_high_contrast : Hierarchy::usual_coarsest_dofs;
 }
-
-Progress at_the_end(const Scene& scene) { return {1, scene.dynamics ? scene.dynamics->duration : 0}; }
-
-}  // namespace
 
 LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level)
     : lattice_(lattice),

@@ -17,6 +17,12 @@
 
 namespace hexsolver {
 
+/// Whether stiffnesses are too far apart for multigrid in single precision.
+bool is_of_high_contrast(const hexmesh::Lattice& lattice);
+
+/// See Hierarchy.
+std::size_t coarsest_dofs(const hexmesh::Lattice& lattice, const Scene& scene);
+
 /// One level of a lattice under a scene. Its parts refer to each other: it stays where it was made.
 class LevelProblem {
 public:

@@ -17,15 +17,22 @@ struct LanczosSpace {
 };
 
 /// v = numbers in [-1/2, 1/2], always the same.
+/// @param process  another one, other numbers
 template <class Vector>
-void fill_roughly(Vector& v, Eigen::Index size) {
+void fill_roughly(Vector& v, Eigen::Index size, int process = 0) {
   using Scalar = typename Vector::Scalar;
   v.resize(size);
-  std::uint32_t state = 12345;
+  std::uint32_t state = 12345U + 2654435769U * static_cast<std::uint32_t>(process);
   for (Scalar& x : v) {
     state = state * 1664525U + 1013904223U;
     x = static_cast<Scalar>(state >> 8) / (1U << 24) - Scalar(0.5);
   }
+}
+
+/// x . y of numbers that may be single.
+template <class Vector>
+double dot_in_double(const Vector& x, const Vector& y) {
+  return x.template cast<double>().dot(y.template cast<double>());
 }
 
 /// The largest eigenvalue of S A, both symmetric, S positive: from below after few steps, so more by a margin. Lanczos'
@@ -33,15 +40,14 @@ void fill_roughly(Vector& v, Eigen::Index size) {
 /// largest eigenvalues local. Source: Saad, Iterative Methods for Sparse Linear Systems, 2nd ed. (2003), section 6.7.3.
 /// @param multiply  q = A p
 /// @param scale     z = S r
-template <class Vector, class Multiply, class Scale>
-double largest_eigenvalue(const LanczosSpace<Vector>& space, const Multiply& multiply, const Scale& scale) {
+/// @param dot       x . y, in double precision
+template <class Vector, class Multiply, class Scale, class Dot>
+double largest_eigenvalue(const LanczosSpace<Vector>& space, const Multiply& multiply, const Scale& scale,
+                          const Dot& dot) {
   constexpr int most_steps = 12;
   constexpr double margin = 1.1;
   using Scalar = typename Vector::Scalar;
   auto& [r, z, p, q] = space;
-  const auto dot = [](const Vector& x, const Vector& y) {
-    return x.template cast<double>().dot(y.template cast<double>());
-  };
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_steps, 1> diagonal(most_steps), beside(most_steps);
   double rz = 1, alpha = 1;
   Eigen::Index steps = 0;

@@ -5,20 +5,26 @@
 
 namespace hexsolver {
 
-Hierarchy::Hierarchy(Mesh finest, const Vec3& corner, std::size_t coarsest_dofs) {
-  meshes.push_back(std::move(finest));
+Hierarchy::Hierarchy(Mesh finest, const Vec3& corner, std::size_t coarsest_dofs) : Hierarchy(std::move(finest)) {
+  add_coarser(corner, coarsest_dofs);
+}
+
+void Hierarchy::add_coarser(const Vec3& corner, std::size_t coarsest_dofs) {
   while (meshes.back().num_dofs() > coarsest_dofs) {
     const Mesh& fine = meshes.back();
     const Vec3 size = fine.edges().colwise().norm();
     hexmesh::Merge merge = hexmesh::merge_linked_cells(fine.cells(), fine.cell_nodes(), hexmesh::merge_factor(size));
-    const Vec3 factor(merge.factor[0], merge.factor[1], merge.factor[2]);
     Mesh coarse(merge.parents, hexmesh::number_parent_nodes(merge, fine.cell_nodes(), fine.num_nodes()),
-                fine.edges() * factor.asDiagonal(), corner);
+                coarser_edges(fine, merge.factor), corner);
     if (coarse.num_nodes() >= fine.num_nodes()) break;
-    prolongations.emplace_back(fine, coarse, merge);
-    merges.push_back(std::move(merge));
-    meshes.push_back(std::move(coarse));
+    push_coarser(std::move(coarse), std::move(merge));
   }
+}
+
+void Hierarchy::push_coarser(Mesh coarse, hexmesh::Merge merge) {
+  prolongations.emplace_back(meshes.back(), coarse, merge);
+  merges.push_back(std::move(merge));
+  meshes.push_back(std::move(coarse));
 }
 
 std::size_t Hierarchy::bytes() const {

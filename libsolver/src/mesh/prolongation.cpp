@@ -20,7 +20,7 @@ Prolongation::Prolongation(const Mesh& fine, const Mesh& coarse, const hexmesh::
     const auto parent = static_cast<std::size_t>(parent_of[n]);
     Vec3 place;
     for (std::size_t d = 0; d < 3; ++d)
-      place[d] = static_cast<double>(fine.nodes()[n][d]) / merge.factor[d] - coarse.cells()[parent][d];
+      place[d] = static_cast<double>(fine.nodes()[n][d]) / merge.factor[d] - merge.parents[parent][d];
     const NodeWeights weights = hexmesh::shape_functions(place);
     for (int a = 0; a < 8; ++a) {
       if (weights[a] == 0) continue;

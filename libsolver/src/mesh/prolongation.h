@@ -11,7 +11,7 @@ namespace hexsolver {
 /// Trilinear interpolation from the nodes of a coarser mesh: u_fine = P u_coarse, for each component alike.
 class Prolongation {
 public:
-  /// @param merge  of the fine cells into the coarse ones
+  /// @param merge  of the fine cells into the coarse ones, in the order of `coarse`
   Prolongation(const Mesh& fine, const Mesh& coarse, const hexmesh::Merge& merge);
 
   void prolongate(const NodeVector& coarse, NodeVector& fine) const;             ///< fine = P coarse

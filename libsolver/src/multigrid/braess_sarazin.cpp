@@ -21,8 +21,14 @@ struct alignas(Mesh::batch_size * sizeof(Real)) Lanes {
 }  // namespace
 
 template <class Real>
-BraessSarazinSmoother<Real>::BraessSarazinSmoother(const Mesh& mesh, const Constraints* constraints)
-    : mesh_(mesh), constraints_(constraints), rows_(mesh), schur_complement_(mesh), is_held_(mesh.num_nodes()) {
+BraessSarazinSmoother<Real>::BraessSarazinSmoother(const Mesh& mesh, const HeldDirections* constraints,
+                                                   const Subdomain* part)
+    : mesh_(mesh),
+      constraints_(constraints),
+      part_(part),
+      rows_(mesh),
+      schur_complement_(mesh),
+      is_held_(mesh.num_nodes()) {
   const auto num_cells = static_cast<Index>(mesh.num_cells());
   root_.resize(num_cells);
   volume_.resize(num_cells);
@@ -30,15 +36,18 @@ BraessSarazinSmoother<Real>::BraessSarazinSmoother(const Mesh& mesh, const Const
   for (Vector* v : {&gained_, &pressures_, &before_}) v->setZero(schur_complement_.num_places());
   forces_.resize(mesh.num_dofs());
   steps_.reserve(most_steps);
-  if (constraints_) find_held_corners();
+  if (constraints_ || part_) find_held_corners();
 }
 
 template <class Real>
 void BraessSarazinSmoother<Real>::find_held_corners() {
   nodes_.resize(forces_.size());
-  for (const ConstraintPoint& p : constraints_->held())
-    for (int a = 0; a < 8; ++a)
-      if (p.weights[a] != 0) is_held_[mesh_.node(p.cell, a)] = true;
+  if (constraints_)
+    for (const ConstraintPoint& p : constraints_->held())
+      for (int a = 0; a < 8; ++a)
+        if (p.weights[a] != 0) is_held_[mesh_.node(p.cell, a)] = true;
+  if (part_)
+    for (const std::int32_t n : part_->shared_nodes()) is_held_[static_cast<std::size_t>(n)] = true;
   for (std::size_t n = 0; n < is_held_.size(); ++n)
     if (is_held_[n]) held_nodes_.push_back(static_cast<std::int32_t>(n));
   for (std::size_t c = 0; c < mesh_.num_cells(); ++c)
@@ -86,16 +95,18 @@ void BraessSarazinSmoother<Real>::gain(const Vector& u, const Put& put) const {
 }
 
 /// f += B^T p
-/// @param of_cell  cell -> p
+/// @param of_cell  cell -> p, of the cells of this process
 template <class Real>
 template <class Pressure>
 void BraessSarazinSmoother<Real>::add_forces(const Pressure& of_cell, Vector& f) const {
+  if (part_) part_->keep_own(f);
   mesh_.for_each_batch([&](std::size_t b) {
     const Mesh::Batch& batch = mesh_.batches()[b];
     Lanes<Real> p;
     for (std::size_t lane = 0; lane < batch.count; ++lane) p.of[lane] = of_cell(batch.first + lane);
     add_multiples_of_cells(rows_.of_batch(b), p.of.data(), nodes_of_batch(mesh_, b), f.data());
   });
+  if (part_) part_->add_up(f);
 }
 
 template <class Real>
@@ -109,7 +120,7 @@ void BraessSarazinSmoother<Real>::subtract_product(const Vector& x, Vector& y) c
 template <class Real>
 void BraessSarazinSmoother<Real>::step(const PressureStep<Real>& step) const {
   schur_complement_.step(step, gained_, pressures_, before_);
-  if (!held_nodes_.empty()) step_held(step.add);
+  if (!held_nodes_.empty() || part_) step_held(step.add);
   pressures_.swap(before_);
 }
 
@@ -119,12 +130,13 @@ void BraessSarazinSmoother<Real>::step_held(Real add) const {
   const auto of_node = [&](std::int32_t n) { return nodes_.template segment<3>(3 * Index{n}); };
   for (const std::int32_t n : held_nodes_) of_node(n).setZero();
   for (const HeldCorner& h : held_corners_) of_node(h.node) += pressure(h.cell) * h.of_row;
-  constraints_->project(nodes_);
+  if (part_) part_->add_up(nodes_);
+  if (constraints_) constraints_->project(nodes_);
   for (const std::int32_t n : held_nodes_) {
     const Point v = of_node(n);
     of_node(n) = (*inverse_)[n] * v;
   }
-  constraints_->project(nodes_);
+  if (constraints_) constraints_->project(nodes_);
   for (const HeldCorner& h : held_corners_)
     before_[schur_complement_.place(h.cell)] -= add * h.of_row.dot(of_node(h.node));
 }
@@ -136,14 +148,19 @@ void BraessSarazinSmoother<Real>::prepare(const std::vector<Block>& inverse) {
   for (HeldCorner& h : held_corners_) h.of_row = rows_.get(h.cell).col(h.corner);
 
   Vector& start = of_cells_[0];
-  fill_roughly(start, start.size());
+  fill_roughly(start, start.size(), part_ ? part_->process() : 0);
   const auto multiply = [&](const Vector& x, Vector& y) {  // y = B P D^-1 P B^T x
     parallel_for(x.size(), [&](Index c) { pressure(c) = x[c]; });
     step({0, 0, 1});
     parallel_for(x.size(), [&](Index c) { y[c] = -pressure(c); });
   };
-  choose_steps(largest_eigenvalue(LanczosSpace<Vector>{start, of_cells_[1], of_cells_[2], of_cells_[3]}, multiply,
-                                  [](const Vector& r, Vector& z) { z = r; }));
+  choose_steps(largest_eigenvalue(
+      LanczosSpace<Vector>{start, of_cells_[1], of_cells_[2], of_cells_[3]}, multiply,
+      [](const Vector& r, Vector& z) { z = r; },
+      [this](const Vector& x, const Vector& y) {
+        const double own = dot_in_double(x, y);
+        return part_ ? part_->sum(own) : own;
+      }));
 }
 
 /// @param largest  eigenvalue of B P D^-1 P B^T
@@ -205,7 +222,7 @@ void BraessSarazinSmoother<Real>::smooth(const Product& multiply, const Vector& 
                                          const Space& space, int degree) const {
   // Chebyshev iteration for M^-1 K x = M^-1 b about 1, where changes of volume are.
   constexpr double half = 0.6, sigma = 1 / half;
-  const auto& [r, d, t] = space;
+  Vector &r = space.r, &d = space.d, &t = space.t;
   for (Vector* v : {&x, &r, &d, &t}) v->resize(b.size());
   const auto count = static_cast<std::ptrdiff_t>(inverse_->size());
   const auto inverse = [&](Index n) -> const Block& { return (*inverse_)[n]; };

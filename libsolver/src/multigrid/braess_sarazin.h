@@ -7,6 +7,7 @@
 
 #include "constraints/constraints.h"
 #include "core/parallel.h"
+#include "mesh/subdomain.h"
 #include "multigrid/pressure_schur_complement.h"
 
 namespace hexsolver {
@@ -25,9 +26,11 @@ public:
   using Product = std::function<void(const Vector& x, Vector& y)>;
   static constexpr double accuracy = 0.7;
 
-  /// Both must outlive this.
+  /// All must outlive this.
   /// @param constraints  of the finest level; null on others
-  BraessSarazinSmoother(const Mesh& mesh, const Constraints* constraints);
+  /// @param part         null where this process has the whole mesh; then all below but get() and bytes() are called by
+  ///                     all processes at once
+  BraessSarazinSmoother(const Mesh& mesh, const HeldDirections* constraints, const Subdomain* part = nullptr);
 
   /// @param of      cell -> Dilatation
   /// @param shared  cell -> its number; cells of one number >= 0 have the same
@@ -87,7 +90,8 @@ private:
   void add_pressures(Vector& f) const;
 
   const Mesh& mesh_;
-  const Constraints* constraints_;
+  const HeldDirections* constraints_;
+  const Subdomain* part_;
   CellRows<Real> rows_;   ///< of B
   Vector root_, volume_;  ///< of each cell: (bulk / volume)^1/2, volume [mm^3]
   const std::vector<Block>* inverse_ = nullptr;
@@ -95,7 +99,7 @@ private:
   std::vector<PressureStep<Real>> steps_;           ///< but the last, which comes to
   Real of_residual_ = 1;                            ///< M^-1 r = D^-1 (of_residual r + B^T p)
 
-  std::vector<bool> is_held_;  ///< nodes that the projection moves
+  std::vector<bool> is_held_;  ///< nodes that the projection moves, or that other processes have too
   std::vector<std::int32_t> held_nodes_;
   std::vector<HeldCorner> held_corners_;
 

@@ -27,6 +27,11 @@ CellVector passed_to_parent(int slot, const Index3& factor, CellVector v) {
   return v;
 }
 
+bool has_children(const hexmesh::Merge& merge, std::size_t parent) {
+  return std::any_of(merge.children[parent].begin(), merge.children[parent].end(),
+                     [](std::int32_t c) { return c >= 0; });
+}
+
 }  // namespace
 
 template <class Scalar>
@@ -34,9 +39,14 @@ void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
   const std::vector<std::size_t> first_of = share_matrices(level);
   Level& to = levels_[level + 1];
   if (to.braess_sarazin) set_dilatations(level);
+  const bool is_to_be_gathered = is_gathered(level + 1);
   std::vector<CellMatrix> shared_matrices(first_of.size());
   diagonal_.assign(hierarchy_.meshes[level].num_nodes(), Mat3::Zero());
   hierarchy_.meshes[level + 1].for_each_cell([&](std::size_t parent) {
+    if (is_to_be_gathered && !has_children(hierarchy_.merges[level], parent)) {
+      to.matrices.set(parent, CellMatrix::Zero());
+      return;
+    }
     const std::int32_t number = to.matrices.shared(parent);
     const bool is_own = number == Term::own_hessian;
     const bool computes = is_own || first_of[number] == parent;
@@ -47,7 +57,10 @@ void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
       shared_matrices[number] = sum;
   });
   to.matrices.set_shared([&](std::int32_t number) { return shared_matrices[number]; });
+  if (is_to_be_gathered) gather_matrices(level + 1);
+  if (part(level)) part(level)->add_up(diagonal_);
   positive_ = invert_diagonal(levels_[level], diagonal_);
+  if (part(level)) positive_ = part(level)->largest(positive_ ? 0 : 1) == 0;
 }
 
 template void Multigrid::CyclesOf<float>::coarsen(std::size_t);
@@ -59,9 +72,10 @@ template <class Scalar>
 std::vector<std::size_t> Multigrid::CyclesOf<Scalar>::share_matrices(std::size_t level) {
   const Mesh& coarse = hierarchy_.meshes[level + 1];
   CellMatrices<Scalar>& matrices = levels_[level + 1].matrices;
-  // Where no two finest cells share, nothing above does.
+  // Where no two finest cells share, nothing above does; nor what processes have gathered.
   bool may_share = false;
-  for (std::size_t c = 0; c < hierarchy_.meshes[0].num_cells() && !may_share; ++c)
+  const bool is_own = !part(0) || part(level + 1);
+  for (std::size_t c = 0; c < hierarchy_.meshes[0].num_cells() && is_own && !may_share; ++c)
     may_share = potential_.shared_hessian(c) >= 0;
   std::vector<std::size_t> first_of;
   if (may_share) {
@@ -106,9 +120,52 @@ void Multigrid::CyclesOf<Scalar>::set_dilatations(std::size_t level) {
   if (level == 0)
     levels_[0].braess_sarazin->set([this](std::size_t c) { return potential_.dilatation(c); },
                                    [this](std::size_t c) { return shared_number(0, c); });
+  if (is_gathered(level + 1)) {
+    const std::vector<Dilatation> all = gather_dilatations(level);
+    levels_[level + 1].braess_sarazin->set([&](std::size_t parent) { return all[parent]; },
+                                           [](std::size_t) { return Term::own_hessian; });
+    return;
+  }
   levels_[level + 1].braess_sarazin->set(
       [this, level](std::size_t parent) { return sum_of_dilatations(level, parent); },
       [this, level](std::size_t parent) { return levels_[level + 1].matrices.shared(parent); });
+}
+
+/// Of all cells of the next level; each has all its children on one process.
+template <class Scalar>
+std::vector<Dilatation> Multigrid::CyclesOf<Scalar>::gather_dilatations(std::size_t level) const {
+  constexpr Eigen::Index size = 24 + 2;
+  std::vector<Dilatation> out(hierarchy_.merges[level].parents.size());
+  Eigen::MatrixXd values = Eigen::MatrixXd::Zero(size, static_cast<Eigen::Index>(out.size()));
+  for (std::size_t parent = 0; parent < out.size(); ++parent) {
+    if (!has_children(hierarchy_.merges[level], parent)) continue;
+    const Dilatation d = sum_of_dilatations(level, parent);
+    values.col(static_cast<Eigen::Index>(parent)) << d.divergence, d.bulk, d.volume;
+  }
+  part(level)->sum(std::span<double>(values.data(), static_cast<std::size_t>(values.size())));
+  for (std::size_t parent = 0; parent < out.size(); ++parent) {
+    const auto of_parent = values.col(static_cast<Eigen::Index>(parent));
+    out[parent].divergence = of_parent.head<24>();
+    out[parent].bulk = of_parent[24];
+    out[parent].volume = of_parent[25];
+  }
+  return out;
+}
+
+/// Of a level that processes have only their own of.
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::gather_matrices(std::size_t level) {
+  constexpr std::size_t at_once = 1024, size = 24 * 24;
+  CellMatrices<Scalar>& matrices = levels_[level].matrices;
+  const std::size_t count = hierarchy_.meshes[level].num_cells();
+  std::vector<double> values;
+  for (std::size_t first = 0; first < count; first += at_once) {
+    const std::size_t end = std::min(count, first + at_once);
+    values.resize(size * (end - first));
+    for (std::size_t c = first; c < end; ++c) CellMatrix::Map(&values[size * (c - first)]) = matrices.get(c);
+    part(level - 1)->sum(std::span<double>(values));
+    for (std::size_t c = first; c < end; ++c) matrices.set(c, CellMatrix::Map(&values[size * (c - first)]));
+  }
 }
 
 template <class Scalar>

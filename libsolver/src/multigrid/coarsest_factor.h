@@ -20,7 +20,7 @@ public:
   ///                   is as good as P K P for large w. Null on others
   /// @returns whether the matrix is positive definite
   template <class MatrixOf>
-  bool compute(const Mesh& mesh, const MatrixOf& matrix_of, const Constraints* held) {
+  bool compute(const Mesh& mesh, const MatrixOf& matrix_of, const HeldDirections* held) {
     return mesh.num_dofs() <= Multigrid::most_dense ? compute_dense(mesh, matrix_of, held)
                                                     : compute_sparse(mesh, matrix_of, held);
   }
@@ -42,7 +42,7 @@ private:
   static constexpr double held_over_nodal = 1e6;  ///< w over the largest diagonal entry of a cell
 
   template <class MatrixOf>
-  bool compute_dense(const Mesh& mesh, const MatrixOf& matrix_of, const Constraints* held) {
+  bool compute_dense(const Mesh& mesh, const MatrixOf& matrix_of, const HeldDirections* held) {
     const auto size = static_cast<Index>(mesh.num_dofs());
     dense_matrix_.setZero(size, size);
     double largest = 0;
@@ -62,7 +62,7 @@ private:
   }
 
   template <class MatrixOf>
-  bool compute_sparse(const Mesh& mesh, const MatrixOf& matrix_of, const Constraints* held) {
+  bool compute_sparse(const Mesh& mesh, const MatrixOf& matrix_of, const HeldDirections* held) {
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(576 * mesh.num_cells());
     double largest = 0;

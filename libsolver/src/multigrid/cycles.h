@@ -26,7 +26,7 @@ public:
 template <class Scalar>
 class Multigrid::CyclesOf final : public Multigrid::Cycles {
 public:
-  CyclesOf(const Hierarchy& hierarchy, const Potential& potential, const Constraints& constraints);
+  CyclesOf(const Hierarchy& hierarchy, const Potential& potential, const HeldDirections& constraints);
   void update() override;
   bool is_positive() const noexcept override { return positive_; }
   void apply(const NodeVector& r, NodeVector& z) const override;
@@ -45,6 +45,10 @@ private:
   };
 
   bool needs_braess_sarazin() const;
+  /// Null where this process has the whole level.
+  const Subdomain* part(std::size_t level) const { return hierarchy_.subdomain(level); }
+  /// Whether processes have parts of the level before, and each the whole of this.
+  bool is_gathered(std::size_t level) const { return level > 0 && part(level - 1) && !part(level); }
   void choose_support_weights();
 
   // Coarse operators: coarsening.cpp.
@@ -54,6 +58,8 @@ private:
   std::vector<std::int32_t> shared_by_parents(std::size_t level, std::vector<std::size_t>& first_of) const;
   void set_dilatations(std::size_t level);
   Dilatation sum_of_dilatations(std::size_t level, std::size_t parent) const;
+  std::vector<Dilatation> gather_dilatations(std::size_t level) const;
+  void gather_matrices(std::size_t level);
   CellMatrix sum_of_children(std::size_t level, std::size_t parent, bool computes);
   CellMatrix cell_matrix(std::size_t level, std::size_t cell) const;
   bool invert_diagonal(Level& level, const std::vector<Mat3>& diagonal);
@@ -66,11 +72,12 @@ private:
   void scale_by_diagonal(std::size_t level, const Vector& r, Vector& d) const;
   void smooth(std::size_t level, const Vector& b, Vector& x, bool from_zero) const;
   void smooth_by_chebyshev(std::size_t level, const Vector& b, Vector& x, bool from_zero) const;
+  void restrict_to_coarser(std::size_t level) const;
   void cycle(std::size_t level, const Vector& b, Vector& x) const;
 
   const Hierarchy& hierarchy_;
   const Potential& potential_;
-  const Constraints& constraints_;
+  const HeldDirections& constraints_;
   std::unordered_map<std::size_t, std::vector<std::size_t>> points_of_cell_;  ///< constraint points, finest level
   std::vector<double> support_weight_;                                        ///< w of each condition [N/mm]
   std::vector<Level> levels_;

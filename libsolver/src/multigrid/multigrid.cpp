@@ -22,7 +22,7 @@ constexpr double smoothing_range = 80;
 
 }  // namespace
 
-Multigrid::Multigrid(const Hierarchy& hierarchy, const Potential& potential, const Constraints& constraints) {
+Multigrid::Multigrid(const Hierarchy& hierarchy, const Potential& potential, const HeldDirections& constraints) {
   if (hierarchy.in_double)
     cycles_ = std::make_unique<CyclesOf<double>>(hierarchy, potential, constraints);
   else
@@ -37,12 +37,12 @@ std::size_t Multigrid::bytes() const { return cycles_->bytes(); }
 
 template <class Scalar>
 Multigrid::CyclesOf<Scalar>::CyclesOf(const Hierarchy& hierarchy, const Potential& potential,
-                                      const Constraints& constraints)
+                                      const HeldDirections& constraints)
     : hierarchy_(hierarchy), potential_(potential), constraints_(constraints), levels_(hierarchy.meshes.size()) {
   if (levels_.size() > 1 && needs_braess_sarazin())
     for (std::size_t level = 0; level < levels_.size(); ++level)
-      levels_[level].braess_sarazin =
-          std::make_unique<BraessSarazinSmoother<Scalar>>(hierarchy.meshes[level], level == 0 ? &constraints : nullptr);
+      levels_[level].braess_sarazin = std::make_unique<BraessSarazinSmoother<Scalar>>(
+          hierarchy.meshes[level], level == 0 ? &constraints : nullptr, part(level));
   for (std::size_t p = 0; p < constraints.held().size(); ++p) points_of_cell_[constraints.held()[p].cell].push_back(p);
   choose_support_weights();
   update();
@@ -65,25 +65,19 @@ bool Multigrid::CyclesOf<Scalar>::needs_braess_sarazin() const {
   double largest = 0;
   for (std::size_t c = 0; c < hierarchy_.meshes[0].num_cells(); ++c)
     if (const Dilatation d = potential_.dilatation(c); d.bulk > 0) largest = std::max(largest, d.bulk / d.shear);
+  if (part(0)) largest = part(0)->largest(largest);
   return Multigrid::needs_braess_sarazin(largest);
 }
 
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::choose_support_weights() {
-  std::vector<SupportSprings> springs;
-  for (const auto& [cell, members] : points_of_cell_) {
-    // As stiff as change of shape: stiffer supports would set the pace of the Braess-Sarazin smoother.
+  // As stiff as change of shape: stiffer supports would set the pace of the Braess-Sarazin smoother.
+  const auto trace_of = [&](std::size_t cell) {
     CellMatrix k = potential_.cell_hessian(cell);
     if (levels_[0].braess_sarazin) k -= potential_.dilatation(cell).hessian();
-    const double trace = k.trace();
-    for (const std::size_t m : members) {
-      const ConstraintPoint& p = constraints_.held()[m];
-      const auto condition = static_cast<std::size_t>(p.condition);
-      springs.resize(std::max(springs.size(), condition + 1));
-      springs[condition].add(p, hierarchy_.meshes[0].cell_nodes()[cell], trace);
-    }
-  }
-  for (const SupportSprings& s : springs) support_weight_.push_back(s.weight());
+    return k.trace();
+  };
+  support_weight_ = support_weights(constraints_, points_of_cell_, hierarchy_.meshes[0].cell_nodes(), trace_of);
 }
 
 template <class Scalar>
@@ -94,6 +88,7 @@ void Multigrid::CyclesOf<Scalar>::multiply(std::size_t level, const Vector& x, V
   } else {
     potential_.apply(x, y);
   }
+  if (part(level)) part(level)->add_up(y);
   if (level == 0) constraints_.project(y);
 }
 
@@ -112,7 +107,12 @@ template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::estimate_eigenvalue(std::size_t level) {
   Level& l = levels_[level];
   Vector& start = l.b;  // free before a cycle
-  fill_roughly(start, static_cast<Index>(hierarchy_.meshes[level].num_dofs()));
+  fill_roughly(start, static_cast<Index>(hierarchy_.meshes[level].num_dofs()),
+               part(level) ? part(level)->process() : 0);
+  if (part(level)) {
+    part(level)->keep_own(start);
+    part(level)->add_up(start);
+  }
   // As large in stiff material as in soft, as D^-1 A sees it: what starts at nothing is not found in a few steps.
   const auto count = static_cast<std::ptrdiff_t>(l.inverse_diagonal.size());
   for_each_node(
@@ -124,9 +124,10 @@ void Multigrid::CyclesOf<Scalar>::estimate_eigenvalue(std::size_t level) {
     l.braess_sarazin->subtract_product(x, y);
     if (level == 0) constraints_.project(y);
   };
-  l.largest_eigenvalue =
-      hexsolver::largest_eigenvalue(LanczosSpace<Vector>{start, l.x, l.r, l.t}, multiply_shape,
-                                    [&](const Vector& r, Vector& z) { scale_by_diagonal(level, r, z); });
+  l.largest_eigenvalue = hexsolver::largest_eigenvalue(
+      LanczosSpace<Vector>{start, l.x, l.r, l.t}, multiply_shape,
+      [&](const Vector& r, Vector& z) { scale_by_diagonal(level, r, z); },
+      [&](const Vector& x, const Vector& y) { return part(level) ? part(level)->dot(x, y) : dot_in_double(x, y); });
 }
 
 /// D is so large that changes of shape come out at most 1 / of_shape times too large.
@@ -190,6 +191,18 @@ void Multigrid::CyclesOf<Scalar>::smooth_by_chebyshev(std::size_t level, const V
   parallel_for(x.size(), [&](Index n) { x[n] += l.d[n]; });
 }
 
+/// The residual r of a level to b of the next.
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::restrict_to_coarser(std::size_t level) const {
+  Vector &r = levels_[level].r, &b = levels_[level + 1].b;
+  if (part(level)) part(level)->keep_own(r);
+  hierarchy_.prolongations[level].restrict_to(r, b);
+  if (part(level + 1))
+    part(level + 1)->add_up(b);
+  else if (part(level))
+    part(level)->sum(std::span<Scalar>(b.data(), static_cast<std::size_t>(b.size())));
+}
+
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::cycle(std::size_t level, const Vector& b, Vector& x) const {
   if (level + 1 == levels_.size()) {
@@ -202,7 +215,7 @@ void Multigrid::CyclesOf<Scalar>::cycle(std::size_t level, const Vector& b, Vect
   multiply(level, x, l.t);
   l.r.resize(b.size());
   parallel_for(b.size(), [&](Index n) { l.r[n] = b[n] - l.t[n]; });
-  hierarchy_.prolongations[level].restrict_to(l.r, coarse.b);
+  restrict_to_coarser(level);
   cycle(level + 1, coarse.b, coarse.x);
   hierarchy_.prolongations[level].prolongate(coarse.x, l.t);
   if (level == 0) constraints_.project(l.t);
@@ -222,7 +235,8 @@ std::size_t Multigrid::CyclesOf<Scalar>::bytes() const {
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::apply(const NodeVector& r, NodeVector& z) const {
   // In units of |r|: single precision has room for digits, not for scales.
-  const double scale = r.lpNorm<Eigen::Infinity>();
+  double scale = r.lpNorm<Eigen::Infinity>();
+  if (part(0)) scale = part(0)->largest(scale);
   if (!(scale > 0)) {
     z.setZero(r.size());
     return;

@@ -21,9 +21,11 @@ namespace hexsolver {
 /// asks for double.
 class Multigrid final : public Preconditioner {
 public:
-  /// All three must outlive this.
-  /// @param potential  linearized
-  Multigrid(const Hierarchy& hierarchy, const Potential& potential, const Constraints& constraints);
+  /// All three must outlive this. Of a body that several processes have, all make theirs at once, and call all but
+  /// bytes() at once.
+  /// @param potential    linearized, of the cells of this process
+  /// @param constraints  likewise
+  Multigrid(const Hierarchy& hierarchy, const Potential& potential, const HeldDirections& constraints);
   ~Multigrid() override;
 
   /// Make it anew for the potential as it is linearized now; the weights of supports stay. With a dense factor of the

@@ -116,6 +116,7 @@ PressureSchurComplement<Real>::PressureSchurComplement(const Mesh& mesh) : mesh_
 template <class Real>
 void PressureSchurComplement<Real>::lay_out() {
   const std::vector<Index3>& cells = mesh_.cells();
+  if (cells.empty()) return;
   Index3 first = cells[0], last = first;
   for (const Index3& c : cells)
     for (std::size_t d = 0; d < 3; ++d) first[d] = std::min(first[d], c[d]), last[d] = std::max(last[d], c[d]);

@@ -45,4 +45,11 @@ inline constexpr int most_cells_tied = 8;
 /// @param num_nodes  of the cells
 NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes);
 
+/// The same, but nothing tied: what follows from the links of a part of all cells.
+NodeNumbering number_linked_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes,
+                                         std::size_t num_nodes);
+
+/// Weights of the nodes of a parent at node `corner` of its child in `slot`.
+NodeWeights weights_in_parent(int slot, int corner, const Index3& factor);
+
 }  // namespace hexmesh

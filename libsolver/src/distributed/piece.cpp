@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "distributed/piece.h"
+
+namespace hexsolver::mpi {
+namespace {
+
+std::vector<std::uint64_t> first_rows_of(const Processes& all, const hexmesh::LatticeReader& file, int level,
+                                         std::size_t num_cells) {
+  const auto rank = static_cast<std::size_t>(all.rank()), count = static_cast<std::size_t>(all.count());
+  const std::size_t begin = num_cells * rank / count, end = num_cells * (rank + 1) / count;
+  std::vector<std::uint64_t> in_layer;
+  all.all_or_none([&] { in_layer = file.cells_in_layers(level, begin, end - begin); });
+  in_layer = all.sum(std::move(in_layer));
+  std::vector<std::uint64_t> rows = {0};
+  for (const std::uint64_t n : in_layer) rows.push_back(rows.back() + n);
+  return rows;
+}
+
+/// The layers that a piece stands for.
+class LayersShare final : public SurfaceShare {
+public:
+  LayersShare(const Processes& all, const hexmesh::LatticePiece& piece, int layer_voxels)
+      : all_(all), piece_(piece), layer_voxels_(layer_voxels) {}
+  bool has_voxel(const Index3& voxel) const override { return has(voxel[2] / layer_voxels_, piece_.end); }
+  bool has_node(const Index3& node) const override {
+    return has(node[2], piece_.end + (all_.rank() + 1 == all_.count()));
+  }
+  double least(double value) const override { return all_.least(value); }
+  double sum(double value) const override { return all_.sum(value); }
+  bool is_first(bool mine) const override {
+    const int rank = all_.rank();
+    return all_.least(mine ? rank : all_.count()) == rank;
+  }
+
+private:
+  bool has(std::int32_t layer, std::int32_t end) const { return layer >= piece_.begin && layer < end; }
+  const Processes& all_;
+  const hexmesh::LatticePiece& piece_;
+  int layer_voxels_;
+};
+
+}  // namespace
+
+Piece::Piece(const Processes& all, const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline, int level,
+             std::size_t num_cells)
+    : Piece(all, file, outline, level, first_rows_of(all, file, level, num_cells)) {}
+
+Piece::Piece(const Processes& all, const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline, int level,
+             const std::vector<std::uint64_t>& first_rows)
+    : level_(level), layers_(all, first_rows) {
+  all.all_or_none([&] {
+    piece_ = file.read_layers(outline, level, first_rows, layers_.begin(all.rank()), layers_.end(all.rank()), margin);
+  });
+  hexmesh::Level& cells = piece_->lattice.levels[static_cast<std::size_t>(level)];
+  const auto first = cells.element.begin() + static_cast<std::ptrdiff_t>(piece_->first_cell);
+  elements_in_file_.assign(first, first + static_cast<std::ptrdiff_t>(piece_->num_own_cells));
+  all.all_or_none([&] { file.read_elements(piece_->lattice, level, cells.element); });
+  mesh_ = std::make_unique<Mesh>(cells.cells, piece_->lattice.cell_edges(level), piece_->lattice.corner());
+  share_ =
+      std::make_unique<LayersShare>(all, *piece_, outline.levels[static_cast<std::size_t>(level)].voxels_per_cell[2]);
+}
+
+}  // namespace hexsolver::mpi
