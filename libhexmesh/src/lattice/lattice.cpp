@@ -249,7 +249,8 @@ Lattice build_levels(Lattice lattice) {
     finest.segment.push_back(lattice.labels[n]);
   }
   finest.element.resize(finest.cells.size());
-  lattice.levels.assign(1, std::move(finest));
+  lattice.levels.clear();
+  lattice.levels.push_back(std::move(finest));
   add_levels(lattice, num_levels);
   return lattice;
 }

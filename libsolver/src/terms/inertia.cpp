@@ -22,7 +22,7 @@ std::vector<NodeWeights> lumped_masses(const hexmesh::Lattice& lattice, int leve
 }
 
 Inertia::Inertia(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<NodeWeights> masses, double damping)
-    : mesh_(mesh), elements_(std::move(elements)), masses_(std::move(masses)), damping_(damping) {
+    : elements_(std::move(elements)), masses_(std::move(masses)), damping_(damping) {
   node_masses_.resize(mesh.num_nodes());
   mesh.for_each_cell([&](std::size_t c) {
     const NodeWeights& m = masses_[elements_[c]];

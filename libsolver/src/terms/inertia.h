@@ -20,7 +20,6 @@ std::vector<NodeWeights> lumped_masses(const hexmesh::Lattice& lattice, int leve
 /// "Example-based elastic materials" (2011), section 4, for the step as a minimum; the paper's implicit Euler.
 class Inertia final : public Term {
 public:
-  /// @param mesh      must outlive this
   /// @param elements  of each cell
   /// @param masses    of each element, as lumped_masses()
   /// @param damping   a [1/s]
@@ -52,7 +51,6 @@ private:
   template <class Vector>
   void add_product_of(const Vector& x, Vector& y) const;
 
-  const Mesh& mesh_;
   std::vector<std::int32_t> elements_;
   std::vector<NodeWeights> masses_;
   std::vector<double> node_masses_;

@@ -79,7 +79,7 @@ CellMatrix Potential::cell_hessian(std::size_t cell) const {
 
 Dilatation Potential::dilatation(std::size_t cell) const {
   for (const Timed& t : terms_)
-    if (const Dilatation d = t.term->dilatation(cell); d.bulk > 0) return d;
+    if (Dilatation d = t.term->dilatation(cell); d.bulk > 0) return d;
   return {};
 }
 
