@@ -55,7 +55,7 @@ hexmesh::Lattice read_lattice(const SolveOptions& o, const std::filesystem::path
   if (scene.level && *scene.level > 0 &&
       scene.islands == hexsolver::Islands::error)  // the levels of an accuracy or a budget are not known yet
     for (int n = *scene.level; n < hexmesh::count_levels(path); ++n) wanted.push_back(n);
-  hexmesh::Lattice lattice = hexsolver::with_overrides(hexmesh::read_lattice(path, wanted), scene);
+  hexmesh::Lattice lattice = hexsolver::read_lattice_for(scene, path, wanted);
   if (o.level && *o.level >= static_cast<int>(lattice.levels.size()))
     throw Error(ErrorKind::usage, fmt::format("--level is {}, expected 0 to {}", *o.level, lattice.levels.size() - 1));
   return lattice;

@@ -118,7 +118,7 @@ void damage(const std::string& name, const TemporaryFolder& folder, Read&& read)
 
 TEST(DamagedFiles, LatticesAreRefusedOrReadRight) {
   const TemporaryFolder folder;
-  write_lattice(small_lattice(), folder / "lattice");
+  write_lattice(small_lattice(), folder / "lattice", MatrixStorage::none);
   damage("lattice", folder, [](const auto& path) { return content(read_lattice(path)); });
 }
 

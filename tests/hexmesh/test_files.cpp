@@ -123,28 +123,6 @@ TEST(LatticeFile, ReadsBackWhatWasWritten) {
   }
 }
 
-TEST(LatticeFile, StoredMatricesAreThoseOfTheIntegrals) {
-  const TemporaryFolder folder;
-  const Lattice lattice = box({8, 8, 8}, {1, 1, 2});
-  write_lattice(lattice, folder / "a");
-  const hid_t file = H5Fopen((folder / "a").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
-  const hid_t set = H5Dopen2(file, "/levels/1/elements/stiffness", H5P_DEFAULT);
-  ASSERT_GE(set, 0);
-  std::vector<double> packed(300);
-  ASSERT_GE(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, packed.data()), 0);
-  H5Dclose(set);
-  H5Fclose(file);
-  const CellMatrix k = ElementMatrices(lattice.cell_edges(1)).stiffness(form_elements(lattice, 1)[0]);
-  EXPECT_DOUBLE_EQ(packed[0], k(0, 0));
-  EXPECT_DOUBLE_EQ(packed[1], k(0, 1));
-  EXPECT_DOUBLE_EQ(packed[2], k(1, 1));
-  EXPECT_DOUBLE_EQ(packed[299], k(23, 23));
-  EXPECT_EQ(stored_matrix_error(folder / "a", lattice), 0);
-  Lattice other = lattice;
-  other.materials[0].material.young *= 1 + 1e-6;
-  EXPECT_NEAR(stored_matrix_error(folder / "a", other), 1e-6, 1e-8);
-}
-
 TEST(LatticeFile, ReadsOnlyTheLevelsAskedFor) {
   const TemporaryFolder folder;
   write_lattice(small_lattice(), folder / "a");

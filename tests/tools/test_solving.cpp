@@ -6,7 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "hexmesh/file/lattice_file.h"
 #include "hexmesh/file/result_file.h"
+#include "support/plain_hdf5.h"
 #include "tools_fixture.h"
 
 using namespace testing_support;
@@ -285,4 +287,53 @@ TEST_F(Tools, AMotionIsKeptStreamedAndGoesOnFromAResult) {
                  {"expected a result of this lattice at level 1"});
   EXPECT_NE(run("hexsolve liver.hexmesh sway.toml --plan --level 2").output.find("on   inertia"), std::string::npos);
   EXPECT_NE(run("hexsolve liver.hexmesh sway.toml --check --level 2").output.find("a motion"), std::string::npos);
+}
+
+TEST_F(Tools, SolvesWithTheMatricesOfTheLatticeFile) {
+  write_text(*folder / "push.toml", R"([solve]
+strain = "cauchy"
+[[fix]]
+point_mm = [-101, -6, -8]
+radius_mm = 20
+[[force]]
+halfspace = { point_mm = [40, 0, 0], normal = [1, 0, 0] }
+newton = [0.01, 0, 0.01]
+)");
+  for (const char* storage : {"all", "none"})
+    ASSERT_EQ(run(fmt::format("hexmesh build liver.nrrd -o {0}.hexmesh --matrices {0}", storage)).exit_code, 0);
+  const auto solve = [&](const std::string& lattice) {
+    const CommandResult r = run(fmt::format("hexsolve {0}.hexmesh push.toml --level 2 -o {0}.hexresult", lattice));
+    EXPECT_EQ(r.exit_code, 0) << r.errors;
+    return hexmesh::read_result(*folder / (lattice + ".hexresult")).displacement;
+  };
+  const auto largest_difference = [](const std::vector<hexmesh::Vec3>& a, const std::vector<hexmesh::Vec3>& b,
+                                     double factor) {
+    double difference = 0, largest = 0;
+    for (std::size_t n = 0; n < a.size(); ++n) {
+      difference = std::max(difference, (a[n] - factor * b[n]).norm());
+      largest = std::max(largest, a[n].norm());
+    }
+    return difference / largest;
+  };
+  const std::vector<hexmesh::Vec3> stored = solve("all");
+  EXPECT_LE(largest_difference(stored, solve("none"), 1), 1e-7);
+
+  // Twice as stiff on paper: half the displacement, and not what the voxels give.
+  std::filesystem::copy(*folder / "all.hexmesh", *folder / "stiff.hexmesh");
+  const int num_levels = hexmesh::count_levels(*folder / "all.hexmesh");
+  for (int level = 1; level < num_levels; ++level)
+    for (const char* set : {"stiffness", "deviatoric", "bulk"})
+      scale_dataset(*folder / "stiff.hexmesh", fmt::format("/levels/{}/elements/{}", level, set), 2);
+  EXPECT_LE(largest_difference(stored, solve("stiff"), 2), 1e-7);
+  const CommandResult check = run("hexmesh check stiff.hexmesh");
+  EXPECT_EQ(check.exit_code, 3);
+  EXPECT_NE(check.errors.find("'stored matrices are those of the voxels' at level 1"), std::string::npos)
+      << check.errors;
+  scale_dataset(*folder / "stiff.hexmesh", "/levels/2/elements/stiffness", 2);
+  expect_failure("hexsolve stiff.hexmesh push.toml --level 2 -o x.hexresult", 3, {"contradict each other"});
+
+  EXPECT_NE(run("hexmesh check none.hexmesh").output.find("levels without stored matrices, nothing to compare: 0, 1"),
+            std::string::npos);
+  EXPECT_TRUE(json::parse(run("hexmesh info all.hexmesh --json").output)["levels"][1]["stored_matrices"]);
+  expect_failure("hexmesh build liver.nrrd -o y.hexmesh --matrices some", 2, {"--matrices"});
 }

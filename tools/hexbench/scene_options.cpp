@@ -35,11 +35,10 @@ std::shared_ptr<SceneOptions> add_scene_options(CLI::App& app) {
 
 SceneOnLevel read_scene_on_level(const SceneOptions& o, bool wants_motion) {
   const hexmesh::InputFile file(o.lattice);
-  const hexmesh::Lattice read = hexmesh::read_lattice(file.path());
   hexsolver::Scene scene = hexsolver::read_scene(o.scene, o.scene);
   scene.level = o.level;
-  hexmesh::Lattice lattice = hexsolver::with_overrides(read, scene);
-  const int level = hexsolver::finest_level(scene, read);
+  hexmesh::Lattice lattice = hexsolver::read_lattice_for(scene, file.path());
+  const int level = hexsolver::finest_level(scene, lattice);
   if (wants_motion != scene.dynamics.has_value())
     throw hexmesh::Error(hexmesh::ErrorKind::usage,
                          fmt::format("the scene is {}, expected {}", scene.dynamics ? "a motion" : "no motion",

@@ -89,10 +89,10 @@ int run_build(const BuildOptions& o, const CommonOptions& common, const Console&
   for (const std::string& file : surfaces.files()) read.push_back(checksum_line(file, file));
   const double surfaces_done = omp_get_wtime();
   lattice.history.push_back(history_entry(read));
-  hexmesh::write_lattice(lattice, output->path());
+  hexmesh::write_lattice(lattice, output->path(), o.matrices);
+  json report = describe(lattice, hexmesh::levels_with_matrices(output->path()));
   output->commit();
 
-  json report = describe(lattice);
   report["seconds"] = {{"levels", levels_done - start},
                        {"surfaces", surfaces_done - levels_done},
                        {"write", omp_get_wtime() - surfaces_done},
@@ -128,6 +128,14 @@ std::function<int()> declare_build(CLI::App& app, const CommonOptions& common, c
   app.add_option("--offset", o->lattice.offset, "i,j,k: shift of the lattice against the body [voxels]")
       ->delimiter(',')
       ->check(CLI::Range(0, 4096));
+  app.add_option("--matrices", o->matrices,
+                 "Which levels' element matrices the file holds: those that take at most 60 bytes a voxel (auto), all "
+                 "above level 0, none")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, hexmesh::MatrixStorage>{{"auto", hexmesh::MatrixStorage::automatic},
+                                                        {"all", hexmesh::MatrixStorage::all},
+                                                        {"none", hexmesh::MatrixStorage::none}}))
+      ->default_str("auto");
   add_repeated(app, "--surface", o->surfaces, "SEGMENT=TRIANGLES: decimate the segment's picture surface; 0 = none");
   add_repeated(app, "--embed", o->embedded,
                "SEGMENT=FILE: picture surface from a file instead (.obj .stl .ply .off .vtp; LPS, mm)");

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "hexmesh/lattice/lattice.h"
+#include "hexmesh/file/lattice_file.h"
 
 namespace hextools {
 
@@ -14,6 +14,7 @@ struct BuildOptions {
   std::vector<std::string> materials, surfaces, embedded;
   hexmesh::LatticeOptions lattice;
   double cell_size = 0;
+  hexmesh::MatrixStorage matrices = hexmesh::MatrixStorage::automatic;
 };
 
 using Notes = std::vector<std::string>;  ///< said once all went well

@@ -19,8 +19,13 @@ int run_check(const std::string& name, bool as_json) {
   const hexmesh::InputFile file(name);
   const hexmesh::Lattice lattice = hexmesh::read_lattice(file.path());
   std::vector<hexmesh::Finding> findings = hexmesh::check_lattice(lattice);
-  findings.push_back(
-      {"stored matrices are those of the voxels", 0, hexmesh::stored_matrix_error(file.path(), lattice), 1e-12});
+  std::vector<int> without_matrices;
+  for (int n = 0; n < lattice.num_levels(); ++n) {
+    if (const auto error = hexmesh::stored_matrix_error(file.path(), lattice, n))
+      findings.push_back({"stored matrices are those of the voxels", n, *error, 1e-12});
+    else
+      without_matrices.push_back(n);
+  }
   json report = json::array();
   std::string text = fmt::format("{:<44}{:>6}{:>12}{:>10}\n", "property", "level", "error", "limit");
   std::vector<std::string> broken;
@@ -31,6 +36,8 @@ int run_check(const std::string& name, bool as_json) {
                         f.holds() ? "" : "   BROKEN");
     if (!f.holds()) broken.push_back(fmt::format("'{}' at level {}", f.property, f.level));
   }
+  if (!without_matrices.empty())
+    text += fmt::format("levels without stored matrices, nothing to compare: {}\n", fmt::join(without_matrices, ", "));
   fmt::print("{}", as_json ? report.dump(2) + "\n" : text);
   if (!broken.empty())
     throw hexmesh::Error(hexmesh::ErrorKind::input,

@@ -80,10 +80,12 @@ json describe_segment(const Lattice& lattice, const hexmesh::LatticeSegment& s) 
 
 }  // namespace
 
-nlohmann::json describe(const Lattice& lattice) {
+nlohmann::json describe(const Lattice& lattice, const std::vector<bool>& has_matrices) {
   json report;
-  for (int n = 0; n < static_cast<int>(lattice.levels.size()); ++n)
+  for (int n = 0; n < static_cast<int>(lattice.levels.size()); ++n) {
     report["levels"].push_back(describe_level(lattice, n));
+    report["levels"].back()["stored_matrices"] = static_cast<bool>(has_matrices[static_cast<std::size_t>(n)]);
+  }
   for (const hexmesh::LatticeSegment& s : lattice.segments) report["segments"].push_back(describe_segment(lattice, s));
   const std::vector<hexmesh::VoxelClass> classes = hexmesh::classify_voxels(lattice);
   const auto count = [&](hexmesh::VoxelClass which) { return std::count(classes.begin(), classes.end(), which); };
@@ -105,14 +107,14 @@ nlohmann::json describe(const Lattice& lattice) {
 }
 
 std::string table(const nlohmann::json& report) {
-  std::string out = fmt::format("{:<6}{:>11}{:>11}{:>11}{:>9}{:>8}   cell [mm]\n", "level", "cells", "nodes",
-                                "boundary", "unique", "joined");
+  std::string out = fmt::format("{:<6}{:>11}{:>11}{:>11}{:>9}{:>8}{:>8}   cell [mm]\n", "level", "cells", "nodes",
+                                "boundary", "unique", "stored", "joined");
   for (const json& l : report["levels"])
-    out += fmt::format("{:<6}{:>11}{:>11}{:>11}{:>9}{:>8}   {:.4g} x {:.4g} x {:.4g}\n", l["level"].get<int>(),
+    out += fmt::format("{:<6}{:>11}{:>11}{:>11}{:>9}{:>8}{:>8}   {:.4g} x {:.4g} x {:.4g}\n", l["level"].get<int>(),
                        l["cells"].get<std::size_t>(), l["nodes"].get<std::size_t>(),
                        l["boundary_cells"].get<std::size_t>(), l["unique_matrices"].get<std::size_t>(),
-                       l["joined_cells"].get<std::size_t>(), l["cell_mm"][0].get<double>(),
-                       l["cell_mm"][1].get<double>(), l["cell_mm"][2].get<double>());
+                       l["stored_matrices"].get<bool>() ? "yes" : "no", l["joined_cells"].get<std::size_t>(),
+                       l["cell_mm"][0].get<double>(), l["cell_mm"][1].get<double>(), l["cell_mm"][2].get<double>());
   for (const json& s : report["segments"]) {
     out += fmt::format("segment {} '{}': {:.1f} mL", s["label"].get<int>(), s["name"].get<std::string>(),
                        s["volume_ml"].get<double>());

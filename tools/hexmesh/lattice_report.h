@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "cli/tool.h"
 #include "hexmesh/lattice/lattice.h"
@@ -10,7 +11,8 @@
 namespace hextools {
 
 /// Levels, segments and materials of a lattice, as FORMATS.md lists the keys.
-nlohmann::json describe(const hexmesh::Lattice& lattice);
+/// @param has_matrices  which levels' matrices its file holds
+nlohmann::json describe(const hexmesh::Lattice& lattice, const std::vector<bool>& has_matrices);
 
 /// The same as a table for reading.
 std::string table(const nlohmann::json& report);

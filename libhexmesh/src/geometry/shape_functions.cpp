@@ -23,4 +23,11 @@ NodeGradients shape_gradients(const Vec3& s) {
   return g;
 }
 
+CellVector linear_field(const Mat3& edges, const Mat3& gradient) {
+  CellVector u;
+  for (int a = 0; a < num_cell_nodes; ++a)
+    u.segment<3>(3 * a) = gradient * edges * Vec3(corner_bit(a, 0), corner_bit(a, 1), corner_bit(a, 2));
+  return u;
+}
+
 }  // namespace hexmesh

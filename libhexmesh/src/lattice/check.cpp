@@ -25,14 +25,6 @@ double linear_field_energy(double shear, double bulk, const Mat3& gradient) {
   return shear * strain.squaredNorm() + (bulk / 2 - shear / 3) * strain.trace() * strain.trace();
 }
 
-/// u = gradient x at the nodes of a cell that starts at the origin.
-CellVector linear_field(const Mat3& edges, const Mat3& gradient) {
-  CellVector u;
-  for (int a = 0; a < num_cell_nodes; ++a)
-    u.segment<3>(3 * a) = gradient * edges * Vec3(corner_bit(a, 0), corner_bit(a, 1), corner_bit(a, 2));
-  return u;
-}
-
 std::array<CellVector, 6> rigid_motions(const Mat3& edges) {
   std::array<CellVector, 6> motions;
   for (int d = 0; d < 3; ++d) {

@@ -124,10 +124,14 @@ CellVector ElementMatrices::divergence(const Element& element) const {
   return b;
 }
 
+CellMatrix mean_dilatation_stiffness(const CellMatrix& deviatoric, const CellVector& divergence, double bulk,
+                                     double volume) {
+  return deviatoric + bulk / (volume * volume) * divergence * divergence.transpose();
+}
+
 CellMatrix ElementMatrices::mean_dilatation_stiffness(const Element& element) const {
-  const CellVector b = divergence(element);
-  const double volume = element.volume();
-  return deviatoric(element) + element.total_bulk() / (volume * volume) * b * b.transpose();
+  return hexmesh::mean_dilatation_stiffness(deviatoric(element), divergence(element), element.total_bulk(),
+                                            element.volume());
 }
 
 Eigen::Matrix<double, 8, 8> ElementMatrices::mass(const Element& element) const {
@@ -139,11 +143,13 @@ Eigen::Matrix<double, 8, 8> ElementMatrices::mass(const Element& element) const 
   return m;
 }
 
-NodeWeights ElementMatrices::mean_shape(const Element& element) const {
+NodeWeights ElementMatrices::shape(const Element& element) const {
   NodeWeights sum = NodeWeights::Zero();
   for (int q = 0; q < num_rule_points; ++q) sum += element.fill[q] * shape_functions(rule_point(q));
-  return sum / element.volume();
+  return sum;
 }
+
+NodeWeights ElementMatrices::mean_shape(const Element& element) const { return shape(element) / element.volume(); }
 
 NodeWeights ElementMatrices::lumped_mass(const Element& element) const { return mass(element).rowwise().sum(); }
 

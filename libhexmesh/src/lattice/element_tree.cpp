@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexmesh/lattice/element_tree.h"
 
+#include <stdexcept>
+
 namespace hexmesh {
 namespace {
 
@@ -63,6 +65,7 @@ Element ElementTree::form(int level, std::int32_t element) {
 
 std::vector<Element> ElementTree::form_all(int level) {
   const Level& of = lattice_.level(level);
+  if (level > 0 && of.children.empty()) throw std::logic_error("elements of a level that was read without children");
   std::vector<Element> elements(of.filled.size());
   for (std::size_t e = 0; e < elements.size(); ++e) elements[e] = form(level, static_cast<std::int32_t>(e));
   return elements;

@@ -299,7 +299,7 @@ std::size_t bytes_of(const Lattice& lattice) {
                     bytes_of(lattice.surface.triangles) + bytes_of(lattice.surface.segment);
   for (const Level& l : lattice.levels)
     sum += bytes_of(l.cells) + bytes_of(l.element) + bytes_of(l.segment) + bytes_of(l.parts) + bytes_of(l.children) +
-           bytes_of(l.filled);
+           bytes_of(l.filled) + bytes_of(l.matrices);
   return sum;
 }
 

@@ -173,7 +173,7 @@ SolveReport solve_equilibrium(const Run&, const std::filesystem::path& lattice, 
   NestedIteration<DistributedLevel>::Levels levels;
   int finest = 0;
   all.all_or_none([&] {
-    file = std::make_unique<hexmesh::LatticeReader>(lattice);
+    file = std::make_unique<hexmesh::LatticeReader>(lattice, source_of_elements(scene));
     outline = with_overrides(file->outline(), scene);
     report.warnings = check_single_points(scene);
     for (int n = 0; n < static_cast<int>(outline->levels.size()); ++n) levels.num_cells.push_back(file->num_cells(n));

@@ -42,7 +42,17 @@ Lattice with_overrides(Lattice lattice, const Scene& scene) {
     for (hexmesh::VoxelMaterial& m : lattice.materials)
       if (m.label == found->segment.label) apply(m.material);
   }
+  for (hexmesh::Level& level : lattice.levels) level.matrices = {};  // of the materials before
   return lattice;
+}
+
+hexmesh::Elements source_of_elements(const Scene& scene) {
+  const bool as_stored = scene.materials.empty() && !needs_elements(scene.elasticity, scene.stiffness);
+  return as_stored ? hexmesh::Elements::stored : hexmesh::Elements::formed;
+}
+
+Lattice read_lattice_for(const Scene& scene, const std::filesystem::path& path, const std::vector<int>& levels) {
+  return with_overrides(hexmesh::read_lattice(path, levels, source_of_elements(scene)), scene);
 }
 
 }  // namespace hexsolver

@@ -11,19 +11,40 @@
 
 namespace hexsolver {
 
-ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
-                                Volumetric volumetric) {
+namespace {
+
+/// @param b            int div N dV [mm^2]
+/// @param shape        int N_a dV [mm^3]
+/// @param shear, bulk  int mu dV, int kappa dV [N mm]
+ElementModel make_element_model(const CellMatrix& stiffness, const CellVector& b, const NodeWeights& shape,
+                                double volume, double shear, double bulk, Volumetric volumetric) {
   ElementModel model;
-  model.stiffness =
-      volumetric == Volumetric::mean ? matrices.mean_dilatation_stiffness(element) : matrices.stiffness(element);
-  const CellVector b = matrices.divergence(element) / element.volume();
-  for (int a = 0; a < 8; ++a) model.mean_gradient.row(a) = b.segment<3>(3 * a);
-  model.mean_shape = matrices.mean_shape(element);
-  model.volume = element.volume();
-  model.shear = element.total_shear() / model.volume;
-  model.bulk = element.total_bulk() / model.volume;
+  model.stiffness = stiffness;
+  for (int a = 0; a < 8; ++a) model.mean_gradient.row(a) = b.segment<3>(3 * a) / volume;
+  model.mean_shape = shape / volume;
+  model.volume = volume;
+  model.shear = shear / volume;
+  model.bulk = bulk / volume;
   model.mean_dilatation = volumetric == Volumetric::mean;
   return model;
+}
+
+}  // namespace
+
+ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
+                                Volumetric volumetric) {
+  return make_element_model(
+      volumetric == Volumetric::mean ? matrices.mean_dilatation_stiffness(element) : matrices.stiffness(element),
+      matrices.divergence(element), matrices.shape(element), element.volume(), element.total_shear(),
+      element.total_bulk(), volumetric);
+}
+
+ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::size_t element, const Mat3& edges,
+                                Volumetric volumetric) {
+  return make_element_model(
+      volumetric == Volumetric::mean ? matrices.mean_dilatation_stiffness(element) : matrices.stiffness(element),
+      matrices.divergence(element), matrices.shape(element), matrices.volume(element), matrices.shear(element, edges),
+      matrices.bulk(element), volumetric);
 }
 
 Mat3 hooke_stress(const ElementModel& model, const Mat3& strain) {

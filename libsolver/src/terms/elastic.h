@@ -26,6 +26,11 @@ Mat3 hooke_stress(const ElementModel& model, const Mat3& strain);
 ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
                                 Volumetric volumetric);
 
+/// Likewise from the matrices that the lattice file holds.
+/// @param edges  columns = the cell's edge vectors [mm]
+ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::size_t element, const Mat3& edges,
+                                Volumetric volumetric);
+
 /// The elastic energy of all cells of one level.
 class ElasticCells : public Term {
 public:

@@ -15,8 +15,11 @@ namespace hexsolver {
 using Eigen::Index;
 
 std::vector<NodeWeights> lumped_masses(const hexmesh::Lattice& lattice, int level) {
+  const hexmesh::StoredMatrices& stored = lattice.level(level).matrices;
   const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
   std::vector<NodeWeights> masses;
+  for (std::size_t e = 0; e < stored.size(); ++e) masses.push_back(stored.lumped_mass(e));
+  if (!stored.empty()) return masses;
   for (const hexmesh::Element& e : hexmesh::form_elements(lattice, level)) masses.push_back(matrices.lumped_mass(e));
   return masses;
 }

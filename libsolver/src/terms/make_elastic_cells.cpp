@@ -21,18 +21,36 @@ std::vector<std::vector<hexmesh::MaterialPoint>> form_quadratures(const hexmesh:
   return out;
 }
 
+template <class Model>
+std::vector<ElementModel> make_models(std::size_t count, const Model& model) {
+  std::vector<ElementModel> models(count);
+#pragma omp parallel for schedule(static)
+  for (std::size_t e = 0; e < count; ++e) models[e] = model(e);
+  return models;
+}
+
+/// The models of the elements of a level; `elements` stays empty where the lattice has their matrices and these do.
+std::vector<ElementModel> make_models(const hexmesh::Lattice& lattice, int level, const ElasticSettings& settings,
+                                      std::vector<hexmesh::Element>& elements) {
+  const Mat3 edges = lattice.cell_edges(level);
+  const hexmesh::StoredMatrices& stored = lattice.level(level).matrices;
+  if (!stored.empty() && !needs_elements(settings.elasticity, settings.stiffness))
+    return make_models(stored.size(),
+                       [&](std::size_t e) { return make_element_model(stored, e, edges, settings.volumetric); });
+  elements = hexmesh::form_elements(lattice, level);
+  if (settings.stiffness == Stiffness::uniform)
+    for (hexmesh::Element& e : elements) e = hexmesh::spread_evenly(e);
+  const hexmesh::ElementMatrices matrices(edges);
+  return make_models(elements.size(),
+                     [&](std::size_t e) { return make_element_model(matrices, elements[e], settings.volumetric); });
+}
+
 }  // namespace
 
 std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const hexmesh::Lattice& lattice, int level,
                                                  const ElasticSettings& settings) {
-  const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
-  std::vector<hexmesh::Element> elements = hexmesh::form_elements(lattice, level);
-  if (settings.stiffness == Stiffness::uniform)
-    for (hexmesh::Element& e : elements) e = hexmesh::spread_evenly(e);
-  std::vector<ElementModel> models(elements.size());
-#pragma omp parallel for schedule(static)
-  for (std::size_t e = 0; e < models.size(); ++e)
-    models[e] = make_element_model(matrices, elements[e], settings.volumetric);
+  std::vector<hexmesh::Element> elements;
+  std::vector<ElementModel> models = make_models(lattice, level, settings, elements);
   std::vector<std::int32_t> element = lattice.levels[level].element;
 
   if (settings.elasticity == Elasticity::cauchy)

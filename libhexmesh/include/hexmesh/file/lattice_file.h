@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,22 +15,36 @@ namespace hexmesh {
 inline constexpr int lattice_version = 2;
 inline constexpr const char* lattice_format = "hexmesh lattice";  ///< as its header says
 
-/// @throws Error{output}
-void write_lattice(const Lattice& lattice, const std::filesystem::path& path);
+/// Which levels' matrices a lattice file holds: those that take at most 60 bytes a voxel, all above level 0, none.
+enum class MatrixStorage : std::uint8_t { automatic, all, none };
 
-/// @param levels  which levels to read; of the others only `children` below the coarsest one wanted are there, which
-///                form_elements() needs. Nothing here reads all
+/// @throws Error{output}
+void write_lattice(const Lattice& lattice, const std::filesystem::path& path,
+                   MatrixStorage storage = MatrixStorage::automatic);
+
+/// Where the elements of a level come from.
+enum class Elements : std::uint8_t {
+  formed,  ///< from the materials of its voxels, by Level::children
+  stored,  ///< from Level::matrices where the file has these, else formed
+};
+
+/// @param levels    which levels to read; of the others only `children` below the coarsest one wanted whose elements
+///                  are to be formed are there, which form_elements() needs. Nothing here reads all
 /// @throws Error{input} naming the file and what is wrong with it
-Lattice read_lattice(const std::filesystem::path& path, const std::vector<int>& levels = {});
+Lattice read_lattice(const std::filesystem::path& path, const std::vector<int>& levels = {},
+                     Elements elements = Elements::formed);
 
 /// Number of levels in a lattice file.
 int count_levels(const std::filesystem::path& path);
 
-/// The matrices stored for other programs against those formed from the materials: the largest difference of a value,
-/// relative to the largest value of its dataset.
+/// The stored matrices of a level against those formed from the materials: the largest difference of a value, relative
+/// to the largest value of its dataset; nothing if there are none.
 /// @param lattice  read from the same file, with all levels
 /// @throws Error{input}
-double stored_matrix_error(const std::filesystem::path& path, const Lattice& lattice);
+std::optional<double> stored_matrix_error(const std::filesystem::path& path, const Lattice& lattice, int level);
+
+/// Which levels of a lattice file have matrices.
+std::vector<bool> levels_with_matrices(const std::filesystem::path& path);
 
 /// What a file of ours is by its header: lattice_format or result_format.
 /// @throws Error{input} if it is neither

@@ -27,4 +27,8 @@ NodeWeights shape_functions(const Vec3& s);
 /// d N_a / d s_d at s; shape (8, 3).
 NodeGradients shape_gradients(const Vec3& s);
 
+/// Values at the nodes of a cell that starts at the origin, of the field u = gradient x.
+/// @param edges  columns = the cell's edge vectors
+CellVector linear_field(const Mat3& edges, const Mat3& gradient);
+
 }  // namespace hexmesh

@@ -45,6 +45,11 @@ void add_child(Element& parent, const Element& child, int slot, const Index3& fa
 /// which makes K the fill-weighted stiffness of the full cell. The density stays where it is.
 Element spread_evenly(const Element& element);
 
+/// K = A + (kappa_mean / V) b b^T, see ElementMatrices.
+/// @param bulk  int kappa dV [N mm]
+CellMatrix mean_dilatation_stiffness(const CellMatrix& deviatoric, const CellVector& divergence, double bulk,
+                                     double volume);
+
 /// Forms the matrices of the elements of one level, whose cells all have the same edges.
 class ElementMatrices {
 public:
@@ -65,7 +70,9 @@ public:
   Eigen::Matrix<double, 8, 8> mass(const Element& element) const;
   /// Row sums of mass()  [tonne], shape (8)
   NodeWeights lumped_mass(const Element& element) const;
-  /// int_filled N_a dV / V: the mean of a field over the filled part is the sum of these times its nodal values
+  /// int_filled N_a dV  [mm^3]
+  NodeWeights shape(const Element& element) const;
+  /// shape() / V: the mean of a field over the filled part is the sum of these times its nodal values
   NodeWeights mean_shape(const Element& element) const;
 
 private:

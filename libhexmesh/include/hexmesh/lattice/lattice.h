@@ -10,6 +10,7 @@
 #include "hexmesh/lattice/element.h"
 #include "hexmesh/lattice/material_rule.h"
 #include "hexmesh/lattice/merge.h"
+#include "hexmesh/lattice/stored_matrices.h"
 #include "hexmesh/volume/label_volume.h"
 
 namespace hexmesh {
@@ -45,6 +46,7 @@ struct Level {
   std::vector<std::uint16_t> parts;    ///< shape (num_cells), pieces of material in the cell (see parts.h)
   std::vector<Children> children;      ///< shape (num_elements), elements of the finer level by slot; empty at level 0
   std::vector<std::int64_t> filled;    ///< shape (num_elements), voxels with material
+  StoredMatrices matrices;             ///< of the elements, as read from a file that has them; empty: to be formed
 
   /// Filled part of a cell's volume, in (0, 1].
   double fill(std::size_t cell) const {

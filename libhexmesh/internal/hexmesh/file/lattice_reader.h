@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "hexmesh/file/lattice_file.h"
 #include "hexmesh/lattice/lattice.h"
 
 namespace hexmesh {
@@ -29,7 +30,7 @@ struct LatticePiece {
 /// All throw Error{input} naming the file and what is wrong with it.
 class LatticeReader {
 public:
-  explicit LatticeReader(const std::filesystem::path& path);
+  explicit LatticeReader(const std::filesystem::path& path, Elements elements = Elements::formed);
   ~LatticeReader();
 
   /// Box, segments, materials, levels and history; no voxels, cells, elements or surface.
@@ -57,6 +58,7 @@ private:
   std::size_t num_elements(int level, const Lattice& lattice) const;
 
   std::unique_ptr<const hdf5::Reader> file_;
+  Elements source_;
 };
 
 }  // namespace hexmesh

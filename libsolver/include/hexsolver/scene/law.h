@@ -33,4 +33,9 @@ enum class Stiffness {
   uniform  ///< the fill-weighted full cell, for comparison
 };
 
+/// Whether cells ask for more of their elements than matrices.
+inline constexpr bool needs_elements(Elasticity elasticity, Stiffness stiffness) {
+  return is_hyperelastic(elasticity) || stiffness == Stiffness::uniform;
+}
+
 }  // namespace hexsolver

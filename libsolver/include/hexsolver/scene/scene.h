@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "hexmesh/file/lattice_file.h"
 #include "hexmesh/geometry/box.h"
 #include "hexmesh/lattice/lattice.h"
 #include "hexsolver/core/vectors.h"
@@ -164,6 +165,14 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
 /// The same lattice with the scene's [material.*] in place of its own.
 /// @throws Error{input} for an unknown segment or a bad value
 hexmesh::Lattice with_overrides(hexmesh::Lattice lattice, const Scene& scene);
+
+/// Where a solution takes elements from: the file's matrices unless the scene changes materials or needs more of them.
+hexmesh::Elements source_of_elements(const Scene& scene);
+
+/// A lattice file's levels as a scene solves on them, with_overrides().
+/// @param levels  as hexmesh::read_lattice()
+hexmesh::Lattice read_lattice_for(const Scene& scene, const std::filesystem::path& path,
+                                  const std::vector<int>& levels = {});
 
 /// A commented scene for any lattice: the paper's liver experiment, three places on the surface held and a fourth
 /// pulled by 40 mm.
