@@ -6,7 +6,8 @@ usage: run_blocks.py SOURCE_FOLDER BIN_FOLDER [PAGE...]          (PAGE: only the
 
 A block runs in bash with set -euo pipefail and BIN_FOLDER first in PATH; each page has a folder of its own, in which its
 blocks run one after the other. A ```toml block whose first line is a comment with nothing but a file's name, `# scene.toml`,
-is written to that file, as a reader would. Blocks that are not to be run (installing, many hours, other programs) are
+is written to that file, as a reader would. Other ```toml blocks are parts of scenes: their keys must be known, where the folder
+has a liver.hexmesh to ask about. Blocks that are not to be run (installing, many hours, other programs) are
 ```console or indented text.
 
 What is in the folder before the first block:
@@ -109,12 +110,22 @@ def make_other_scans(folder, binaries):
     nifti_of(folder / "two.nrrd", folder / "tumour.nii.gz")
 
 
+def check_keys(text, folder, binaries, where):
+    """A part of a scene need not fit this organ, but it is TOML, and its keys are those of scenes."""
+    (folder / "part_of_a_scene.toml").write_text(text)
+    result = bash("hexsolve liver.hexmesh part_of_a_scene.toml --check", folder, binaries)
+    if re.search("unknown key|selects in|Error while parsing", result.stdout):
+        sys.exit(f"{where}: {result.stdout}")
+
+
 def run_page(source, page, folder, binaries):
     count, began = 0, time.monotonic()
     for line, language, text in blocks_of(source / page):
         name = re.match(r"# ([\w.-]+\.toml)\n", text)
         if language == "toml" and name:
             (folder / name[1]).write_text(text)
+        elif language == "toml" and (folder / "liver.hexmesh").exists():
+            check_keys(text, folder, binaries, f"{page}:{line}")
         elif language == "sh":
             run_or_exit(text, folder, binaries, f"{page}:{line}")
             count += 1
