@@ -11,8 +11,8 @@ import subprocess
 
 
 def generator():
-    version = subprocess.run(["hexsolve", "--version"], capture_output=True, text=True, check=True).stdout.strip()
-    return [{"Name": "hextools", "Version": version}]
+    said = subprocess.run(["hexsolve", "--version"], capture_output=True, text=True, check=True).stdout
+    return [{"Name": "hextools", "Version": said.strip().partition(" ")[2]}]  # without the tool's name
 
 
 parser = argparse.ArgumentParser()

@@ -14,6 +14,7 @@
 #include <fstream>
 #include <new>
 
+#include "cli/commit.h"
 #include "cli/threads.h"
 #include "hexmesh/core/error.h"
 
@@ -54,6 +55,12 @@ std::string one_line(std::string text) {
   return text;
 }
 
+/// hexsolve 0.2.0 (1acd72f)
+std::string version_line(const std::string& tool) {
+  const std::string version = tool + " " HEXTOOLS_VERSION;
+  return *commit ? fmt::format("{} ({})", version, commit) : version;
+}
+
 int fail(const std::string& tool, int code, const std::string& message) {
   fmt::print(stderr, "{}: error: {}\n", tool, one_line(message));
   return code;
@@ -91,7 +98,7 @@ int run_tool(int argc, char** argv, const Tool& tool) {
              "\n\nExit codes: 0 ok, 2 usage, 3 bad input, 4 geometry or supports, 5 not converged, 6 output, 70 a bug "
              "of ours.\nUnits: mm, N, patient LPS; keys of scenes and materials name theirs.");
   app.fallthrough();
-  app.set_version_flag("--version", HEXTOOLS_VERSION);
+  app.set_version_flag("--version", version_line(tool.name));
   app.add_flag("-q,--quiet", common.quiet, "Say nothing but warnings and errors")->group("Common");
   app.add_flag("--force", common.force, "Replace outputs that exist")->group("Common");
   app.add_option("--progress", common.progress, "Show progress on standard error")

@@ -73,6 +73,11 @@ int level_of_size(const Lattice& lattice, double cell_size) {
                                                cell_size));
 }
 
+hexmesh::MatrixStorage storage_named(const std::string& name) {
+  if (name == "all") return hexmesh::MatrixStorage::all;
+  return name == "none" ? hexmesh::MatrixStorage::none : hexmesh::MatrixStorage::automatic;
+}
+
 int run_build(const BuildOptions& o, const CommonOptions& common, const Console& console) {
   const double start = omp_get_wtime();
   std::vector<std::string> inputs = {o.labels, o.materials_file, o.intensity};
@@ -89,7 +94,7 @@ int run_build(const BuildOptions& o, const CommonOptions& common, const Console&
   for (const std::string& file : surfaces.files()) read.push_back(checksum_line(file, file));
   const double surfaces_done = omp_get_wtime();
   lattice.history.push_back(history_entry(read));
-  hexmesh::write_lattice(lattice, output->path(), o.matrices);
+  hexmesh::write_lattice(lattice, output->path(), storage_named(o.matrices));
   json report = describe(lattice, hexmesh::levels_with_matrices(output->path()));
   output->commit();
 
@@ -131,11 +136,8 @@ std::function<int()> declare_build(CLI::App& app, const CommonOptions& common, c
   app.add_option("--matrices", o->matrices,
                  "Which levels' element matrices the file holds: those that take at most 60 bytes a voxel (auto), all "
                  "above level 0, none")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, hexmesh::MatrixStorage>{{"auto", hexmesh::MatrixStorage::automatic},
-                                                        {"all", hexmesh::MatrixStorage::all},
-                                                        {"none", hexmesh::MatrixStorage::none}}))
-      ->default_str("auto");
+      ->check(CLI::IsMember({"auto", "all", "none"}))
+      ->capture_default_str();
   add_repeated(app, "--surface", o->surfaces, "SEGMENT=TRIANGLES: decimate the segment's picture surface; 0 = none");
   add_repeated(app, "--embed", o->embedded,
                "SEGMENT=FILE: picture surface from a file instead (.obj .stl .ply .off .vtp; LPS, mm)");

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "hexmesh/file/lattice_file.h"
+#include "hexmesh/lattice/lattice.h"
 
 namespace hextools {
 
@@ -14,7 +14,7 @@ struct BuildOptions {
   std::vector<std::string> materials, surfaces, embedded;
   hexmesh::LatticeOptions lattice;
   double cell_size = 0;
-  hexmesh::MatrixStorage matrices = hexmesh::MatrixStorage::automatic;
+  std::string matrices = "auto";
 };
 
 using Notes = std::vector<std::string>;  ///< said once all went well

@@ -17,13 +17,13 @@ public:
   explicit DatasetFile(const std::filesystem::path& path)
       : path_(path), file_(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose) {
     if (file_ < 0) refuse(path, "is not a readable HDF5 file");
-    H5Ovisit_by_name(
+    H5Ovisit_by_name2(  // the second, which HDF5 1.10 and 1.14 both have, each with its own kind of info
         file_, "/", H5_INDEX_NAME, H5_ITER_NATIVE,
-        [](hid_t, const char* name, const H5O_info_t* info, void* names) {
+        [](hid_t, const char* name, const auto* info, void* names) {
           if (info->type == H5O_TYPE_DATASET) static_cast<std::set<std::string>*>(names)->insert(name);
           return 0;
         },
-        &names_, H5P_DEFAULT);
+        &names_, H5O_INFO_BASIC, H5P_DEFAULT);
     names_.erase("history");
     names_.erase("costs");
   }
