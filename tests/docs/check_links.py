@@ -12,7 +12,7 @@ import sys
 import urllib.parse
 
 # What builds and pipelines leave beside the sources.
-LEFT_OUT = {"build", "build-dev", "build-fuzz", "demo", "bench", "stability", "performance", "scaling"}
+LEFT_OUT = {"build", "build-dev", "build-fuzz", "build-package", "demo", "bench", "stability", "performance", "scaling"}
 
 
 def pages_of(root):
