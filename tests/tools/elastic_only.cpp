@@ -63,7 +63,7 @@ int main(int argc, char** argv) {
     c.by = {number(4), number(5), number(6)};
     scene.conditions.push_back(c);
   }
-  const hexmesh::Lattice lattice = hexmesh::read_lattice(argv[1]);
+  const hexmesh::Lattice lattice = hexmesh::read_lattice(argv[1], {}, hexmesh::Elements::stored);
   int first = 0;
   while (first + 1 < static_cast<int>(lattice.levels.size()) &&
          lattice.levels[static_cast<std::size_t>(first) + 1].cells.size() >= 8)
