@@ -65,7 +65,8 @@ Element ElementTree::form(int level, std::int32_t element) {
 
 std::vector<Element> ElementTree::form_all(int level) {
   const Level& of = lattice_.level(level);
-  if (level > 0 && of.children.empty()) throw std::logic_error("elements of a level that was read without children");
+  if (level > 0 && of.children.empty() && !of.cells.empty())
+    throw std::logic_error("elements of a level that was read without children");
   std::vector<Element> elements(of.filled.size());
   for (std::size_t e = 0; e < elements.size(); ++e) elements[e] = form(level, static_cast<std::int32_t>(e));
   return elements;
