@@ -20,7 +20,7 @@ rm -f "$folder"/records.*.jsonl "$folder"/log.*.txt "$folder"/[0-9][0-9]-*.png
 
 # The cases are dealt out to as many processes as there are cores.
 shards=$(nproc) status=0 running=()
-export OMP_NUM_THREADS=1 HEXTOOLS_STABILITY=$extent
+export OMP_NUM_THREADS=1 HEXTOOLS_TESTS=$extent
 for ((n = 0; n < shards; ++n)); do
   GTEST_TOTAL_SHARDS=$shards GTEST_SHARD_INDEX=$n HEXTOOLS_STABILITY_RECORDS=$folder/records.$n.jsonl \
     "$cases" >"$folder/log.$n.txt" 2>&1 &

@@ -29,12 +29,12 @@ using std::filesystem::path;
 Result read_input(const ExportOptions& o, const hexmesh::InputFile& input, const Console& console) {
   if (hexmesh::format_of(input.path()) == hexmesh::result_format) {
     if (o.level >= 0) throw Error(ErrorKind::usage, "--level goes with a lattice file, but the input is a result");
-    return hexmesh::read_result(input.path());
+    return o.shows_surface() ? read_with_surface(input.path()) : hexmesh::read_result(input.path());
   }
   if (o.needs_a_result())
     throw Error(ErrorKind::usage,
                 "the input is a lattice file, expected a result for all but --lattice and --surface at rest");
-  const int count = hexmesh::count_levels(input.path());
+  const int count = static_cast<int>(hexmesh::cells_of_levels(input.path()).size());
   const int level = std::max(o.level, 0);
   if (level >= count) throw Error(ErrorKind::input, fmt::format("level is {}, expected 0 to {}", level, count - 1));
   console.note(fmt::format("level {} of 0 to {}", level, count - 1));

@@ -49,16 +49,18 @@ Scene read_scene(const SolveOptions& o, const std::filesystem::path& path, const
   return scene;
 }
 
-/// The levels that the scene needs, with its materials.
-hexmesh::Lattice read_lattice(const SolveOptions& o, const std::filesystem::path& path, const Scene& scene) {
-  std::vector<int> wanted;
-  if (scene.level && *scene.level > 0 &&
-      scene.islands == hexsolver::Islands::error)  // the levels of an accuracy or a budget are not known yet
-    for (int n = *scene.level; n < hexmesh::count_levels(path); ++n) wanted.push_back(n);
-  hexmesh::Lattice lattice = hexsolver::read_lattice_for(scene, path, wanted);
-  if (o.level && *o.level >= static_cast<int>(lattice.levels.size()))
-    throw Error(ErrorKind::usage, fmt::format("--level is {}, expected 0 to {}", *o.level, lattice.levels.size() - 1));
-  return lattice;
+/// What the scene needs, with its materials.
+/// @param level  becomes the finest that it asks for
+hexmesh::Lattice read_lattice(const SolveOptions& o, const std::filesystem::path& path, const Scene& scene,
+                              int& level) {
+  const std::vector<std::size_t> num_cells = hexmesh::cells_of_levels(path);
+  if (o.level && *o.level >= static_cast<int>(num_cells.size()))
+    throw Error(ErrorKind::usage, fmt::format("--level is {}, expected 0 to {}", *o.level, num_cells.size() - 1));
+  level = hexsolver::finest_level(scene, num_cells);
+  hexsolver::LatticeNeeds needs;
+  for (int n = level; n < static_cast<int>(num_cells.size()); ++n) needs.levels.push_back(n);
+  needs.pictures = o.stream;
+  return hexsolver::read_lattice_for(scene, path, needs);
 }
 
 /// Save memory if the finest level would not fit otherwise; an accuracy or a budget may end on a coarser one.
@@ -125,8 +127,8 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   const hexmesh::InputFile scene_file(o.scene);
   Scene scene = read_scene(o, scene_file.path(), console);
   const Outputs outputs = solves ? open_outputs(o, scene, common) : Outputs{};
-  const hexmesh::Lattice lattice = read_lattice(o, lattice_file.path(), scene);
-  int level = hexsolver::finest_level(scene, lattice);
+  int level = 0;
+  const hexmesh::Lattice lattice = read_lattice(o, lattice_file.path(), scene, level);
   if (o.check) return show_check(hexsolver::check_scene(lattice, scene, level), o, common, console);
   if (o.plan) return show_plan(hexsolver::plan_solution(lattice, scene, level), o, common);
   const double read_done = omp_get_wtime();
@@ -145,9 +147,9 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   result.costs = costs_of(report, read_done - start).dump();
   const double solve_done = omp_get_wtime();
   if (writer)
-    writer->finish(result);
+    writer->finish(result, lattice_file.path());
   else if (outputs.result)
-    hexmesh::write_result(result, outputs.result->path());
+    hexmesh::write_result(result, outputs.result->path(), lattice_file.path());
   if (outputs.result) outputs.result->commit();
   summary["seconds"] = {{"read", read_done - start},
                         {"setup", report.setup_seconds},

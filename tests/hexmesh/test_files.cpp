@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
 
@@ -12,6 +13,7 @@
 #include "hexmesh/lattice/element_tree.h"
 #include "support/bodies.h"
 #include "support/files.h"
+#include "support/plain_hdf5.h"
 
 using namespace hexmesh;
 using namespace testing_support;
@@ -48,7 +50,6 @@ TEST(LatticeReader, PiecesAreTheWholeAndKnowWhatIsAroundThem) {
     const Lattice outline = reader.outline();
     EXPECT_TRUE(outline.labels.empty());
     EXPECT_EQ(outline.segments.size(), lattice.segments.size());
-    EXPECT_EQ(reader.num_surface_points(), lattice.surface.points.size());
     for (int n = 0; n < static_cast<int>(lattice.levels.size()); ++n) {
       const Level& level = lattice.levels[n];
       const std::vector<Element> elements = form_elements(lattice, n);
@@ -127,11 +128,49 @@ TEST(LatticeFile, ReadsOnlyTheLevelsAskedFor) {
   const TemporaryFolder folder;
   write_lattice(small_lattice(), folder / "a");
   const Lattice lattice = read_lattice(folder / "a", {2});
-  EXPECT_EQ(count_levels(folder / "a"), 4);
+  EXPECT_EQ(cells_of_levels(folder / "a").size(), 4U);
   EXPECT_TRUE(lattice.levels[0].cells.empty());
   EXPECT_FALSE(lattice.levels[2].cells.empty());
   EXPECT_EQ(lattice.levels[0].voxels_per_cell, (Index3{1, 1, 1}));
   EXPECT_EQ(form_elements(lattice, 2)[0].shear, form_elements(small_lattice(), 2)[0].shear);
+}
+
+TEST(LatticeFile, WithoutVoxelsHasTheSameFaces) {
+  const TemporaryFolder folder;
+  const Lattice lattice = small_lattice();
+  write_lattice(lattice, folder / "a");
+  const Lattice back = read_lattice(folder / "a", {1}, Elements::stored, Voxels::left_out);
+  EXPECT_TRUE(back.labels.empty());
+  EXPECT_TRUE(back.surface.points.empty());
+  EXPECT_GT(exposed_faces(back).size(), 100U);
+  EXPECT_EQ(exposed_faces(back), exposed_faces(lattice));
+}
+
+TEST(LatticeFile, RefusesFacesThatAreNotOfTheirBlock) {
+  const TemporaryFolder folder;
+  write_lattice(small_lattice(), folder / "a");
+  add_to_dataset(folder / "a", "/faces/face", 0, 1000);
+  {
+    const Lattice lattice = read_lattice(folder / "a", {1}, Elements::stored, Voxels::left_out);
+    EXPECT_NE(message_of(ErrorKind::input, [&] { exposed_faces(lattice); }).find("'/faces/face'"), std::string::npos);
+  }
+  add_to_dataset(folder / "a", "/faces/block", 3, 1000);
+  EXPECT_NE(message_of(ErrorKind::input, [&] { read_lattice(folder / "a"); }).find("'/faces/block' beyond the voxels"),
+            std::string::npos);
+}
+
+TEST(LatticeFile, ItsChecksumIsThatOfItsContent) {
+  const TemporaryFolder folder;
+  Lattice lattice = small_lattice();
+  write_lattice(lattice, folder / "a");
+  write_lattice(lattice, folder / "b");
+  EXPECT_EQ(content_checksum(folder / "a").size(), 64U);
+  EXPECT_EQ(content_checksum(folder / "a"), content_checksum(folder / "b"));
+  write_lattice(lattice, folder / "c", MatrixStorage::none);
+  EXPECT_NE(content_checksum(folder / "a"), content_checksum(folder / "c"));
+  lattice.materials[0].material.young *= 1 + 1e-15;
+  write_lattice(lattice, folder / "d");
+  EXPECT_NE(content_checksum(folder / "a"), content_checksum(folder / "d"));
 }
 
 TEST(LatticeFile, RefusesNewerOtherAndMissingFilesByName) {
@@ -139,7 +178,8 @@ TEST(LatticeFile, RefusesNewerOtherAndMissingFilesByName) {
   write_lattice(small_lattice(), folder / "a");
   set_version(folder / "a", lattice_version + 1);
   EXPECT_NE(message_of(ErrorKind::input, [&] { read_lattice(folder / "a"); })
-                .find("has version 3, expected 2: it was made by a newer tool"),
+                .find(fmt::format("has version {}, expected {}: it was made by a newer tool", lattice_version + 1,
+                                  lattice_version)),
             std::string::npos);
   set_version(folder / "a", lattice_version - 1);
   EXPECT_NE(message_of(ErrorKind::input, [&] { read_lattice(folder / "a"); }).find("an older tool, make it again"),
@@ -171,6 +211,28 @@ TEST(ResultFile, ReadsBackWhatWasWritten) {
   EXPECT_NE(message_of(ErrorKind::input, [&] { read_lattice(folder / "a"); })
                 .find("is a 'hexmesh result' file, expected a 'hexmesh lattice'"),
             std::string::npos);
+}
+
+TEST(ResultFile, TakesVoxelsAndSurfaceOfItsLatticeFile) {
+  const TemporaryFolder folder;
+  Lattice lattice = small_lattice();
+  for (std::size_t p = 0; p < 3; ++p) lattice.surface.points[p] = lattice.voxels.center(lattice.levels[0].cells[p]);
+  for (const bool of_voxels : {false, true}) {
+    lattice.surface_of_voxels = of_voxels;
+    write_lattice(lattice, folder / "lattice");
+    Result r = rest_state(read_lattice(folder / "lattice", {1}, Elements::stored, Voxels::left_out), 1);
+    EXPECT_TRUE(r.labels.empty());
+    r.displacement.assign(r.nodes.size(), Vec3(1, 2, 3));
+    r.report = "{}";
+    write_result(r, folder / "result", folder / "lattice");
+    const Result back = read_result(folder / "result");
+    EXPECT_EQ(back.labels, lattice.labels);
+    EXPECT_EQ(back.surface_of_voxels, of_voxels);
+    EXPECT_EQ(back.surface.triangles.size(), of_voxels ? 0U : 1U);
+    // Surfaces move with the cells.
+    for (const Vec3& u : back.surface_displacement) EXPECT_LT((u - Vec3(1, 2, 3)).norm(), 1e-12);
+    EXPECT_EQ(back.surface_displacement.size(), of_voxels ? 0U : 3U);
+  }
 }
 
 TEST(ResultFile, KeepsTheStepsOfAMotion) {

@@ -3,7 +3,6 @@
 
 #include <Eigen/Geometry>
 
-#include "hexmesh/lattice/embedded_points.h"
 #include "terms/make_elastic_cells.h"
 
 namespace testing_support {
@@ -111,9 +110,7 @@ Lattice one_material(const Index3& extent, const Vec3& spacing, const std::funct
 hexmesh::Result displaced(const Lattice& lattice, int level, const std::function<Vec3(const Vec3&)>& field) {
   hexmesh::Result r = hexmesh::rest_state(lattice, level);
   for (const Vec3& x : r.nodes) r.displacement.push_back(field(x));
-  const hexmesh::CellLocator locator(r.voxels, r.voxels_per_cell, r.cells);
-  hexmesh::EmbeddedPoints(locator, r.cell_nodes, r.surface.points)
-      .interpolate({r.displacement.front().data(), 3 * r.displacement.size()}, r.surface_displacement);
+  move_surface(r);
   return r;
 }
 

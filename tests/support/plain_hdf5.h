@@ -25,15 +25,28 @@ std::vector<T> read_plain(const std::filesystem::path& path, const std::string& 
   return values;
 }
 
+/// Write new values over a dataset of as many.
+template <class T>
+void write_plain(const std::filesystem::path& path, const std::string& name, hid_t type, const std::vector<T>& values) {
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  const hid_t set = H5Dopen2(file, name.c_str(), H5P_DEFAULT);
+  EXPECT_GE(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0) << name;
+  H5Dclose(set);
+  H5Fclose(file);
+}
+
 /// Multiply a dataset.
 inline void scale_dataset(const std::filesystem::path& path, const std::string& name, double factor) {
   std::vector<double> values = read_plain<double>(path, name, H5T_NATIVE_DOUBLE);
   for (double& v : values) v *= factor;
-  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
-  const hid_t set = H5Dopen2(file, name.c_str(), H5P_DEFAULT);
-  EXPECT_GE(H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0) << name;
-  H5Dclose(set);
-  H5Fclose(file);
+  write_plain(path, name, H5T_NATIVE_DOUBLE, values);
+}
+
+/// Change one value of a dataset of whole numbers.
+inline void add_to_dataset(const std::filesystem::path& path, const std::string& name, std::size_t at, int number) {
+  std::vector<int> values = read_plain<int>(path, name, H5T_NATIVE_INT);
+  values.at(at) += number;
+  write_plain(path, name, H5T_NATIVE_INT, values);
 }
 
 }  // namespace testing_support

@@ -7,12 +7,10 @@
 #include <cstdlib>
 #include <memory>
 
-#include "cli/checksum.h"
 #include "constraints/select_points.h"
 #include "constraints/supports.h"
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/file/result_file.h"
-#include "hexmesh/lattice/locator.h"
 #include "newton/minimize.h"
 #include "selection/selection.h"
 #include "terms/cell_measures.h"
@@ -63,7 +61,8 @@ int main(int argc, char** argv) {
     c.by = {number(4), number(5), number(6)};
     scene.conditions.push_back(c);
   }
-  const hexmesh::Lattice lattice = hexmesh::read_lattice(argv[1], {}, hexmesh::Elements::stored);
+  const hexmesh::Lattice lattice =
+      hexmesh::read_lattice(argv[1], {}, hexmesh::Elements::stored, hexmesh::Voxels::left_out);
   int first = 0;
   while (first + 1 < static_cast<int>(lattice.levels.size()) &&
          lattice.levels[static_cast<std::size_t>(first) + 1].cells.size() >= 8)
@@ -92,7 +91,7 @@ int main(int argc, char** argv) {
   coarser->potential->gradient(u, gradient, magnitude);
   const std::vector<Vec3> reactions = coarser->constraints->multipliers(gradient);
   hexmesh::Result result = hexmesh::rest_state(lattice, 0);
-  result.history.push_back(hextools::checksum_line(argv[1], argv[1]));
+  result.history.push_back(hexmesh::content_checksum(argv[1]));
   const NodeVector rest = Eigen::Map<const NodeVector>(result.nodes[0].data(), u.size());
   result.displacement = to_points(u);
   const CellMeasures measures = measure_cells(*coarser->elastic, u);
@@ -106,16 +105,6 @@ int main(int argc, char** argv) {
   result.cell_fields["poisson_ratio"] = measures.poisson_ratio;
   for (std::size_t d = 0; d < 3; ++d)
     result.cell_fields["principal_stretch_" + std::to_string(d + 1)] = measures.principal_stretch[d];
-  const hexmesh::CellLocator locator(lattice.voxels, {1, 1, 1}, lattice.levels[0].cells);
-  for (const Vec3& p : lattice.surface.points) {
-    const hexmesh::Embedding e = locator.locate_position(p);
-    Vec3 moved = Vec3::Zero();
-    const NodeWeights weights = hexmesh::shape_functions(e.local);
-    for (int a = 0; a < 8 && e.cell >= 0; ++a)
-      moved += weights[a] * result.displacement[static_cast<std::size_t>(
-                                result.cell_nodes[static_cast<std::size_t>(e.cell)][static_cast<std::size_t>(a)])];
-    result.surface_displacement.push_back(moved);
-  }
   const Mesh& mesh = coarser->hierarchy.meshes[0];
   for (std::size_t c = 0; c < scene.conditions.size(); ++c)
     result.conditions.push_back({"condition " + std::to_string(c), {}, {}});
@@ -124,6 +113,6 @@ int main(int argc, char** argv) {
     condition.points.push_back(mesh.interpolate(p.cell, p.weights, rest));
     condition.displacement.push_back(coarser->constraints->displacement(p, u));
   }
-  hexmesh::write_result(result, argv[2]);
+  hexmesh::write_result(result, argv[2], argv[1]);
   std::printf("%g N mm, %zu reactions\n", coarser->elastic->energy(u), reactions.size());
 }

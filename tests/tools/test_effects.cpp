@@ -66,6 +66,13 @@ protected:
     EXPECT_GT(least, 0);
     EXPECT_NEAR(ours, least, 0.005 * least);
   }
+  static double instructions_of(const std::string& command) {
+    return number_after(run("valgrind --tool=callgrind --callgrind-out-file=/dev/null " + command).errors,
+                        "Collected : ");
+  }
+  static double bytes_read_by(const std::string& command) {
+    return number_after(run("sh -c '" + command + " >/dev/null; cat /proc/$$/io'").output, "rchar: ");
+  }
   static bool has_valgrind() { return shell("command -v valgrind").exit_code == 0; }
 
   static inline TemporaryFolder* folder = nullptr;
@@ -75,10 +82,7 @@ protected:
 
 TEST_F(Effects, ThatAreOffTakeNoInstructions) {
   if (!has_valgrind()) GTEST_SKIP() << "no valgrind";
-  expect_equal(5, [](const std::string& command) {
-    return number_after(run("valgrind --tool=callgrind --callgrind-out-file=/dev/null " + command).errors,
-                        "Collected : ");
-  });
+  expect_equal(5, instructions_of);
 }
 
 TEST_F(Effects, ThatAreOffTakeNoMemory) {
@@ -93,8 +97,22 @@ TEST_F(Effects, ThatAreOffTakeNoMemory) {
   });
 }
 
-TEST_F(Effects, ThatAreOffReadNothing) {
-  expect_equal(4, [](const std::string& command) {
-    return number_after(run("sh -c '" + command + " >/dev/null; cat /proc/$$/io'").output, "rchar: ");
-  });
+TEST_F(Effects, OfTheScanWhereFewCellsAreSolvedAreSmall) {
+  // The same body of eight times as many voxels, solved with as many cells.
+  ASSERT_EQ(run("hexscan phantom liver --spacing 2 -o 2.nrrd --quiet && hexmesh build 2.nrrd --material "
+                "'*:young_kpa=100,poisson=0.3' -o 2.hexmesh --quiet")
+                .exit_code,
+            0);
+  const auto solve = [](int spacing, int level) {
+    return fmt::format("hexsolve {}.hexmesh scene.toml --level {} --force --quiet -o coarse.hexresult", spacing, level);
+  };
+  const auto ratio = [&](auto&& measure) {
+    const double start = measure("hexsolve --help");
+    return (measure(solve(2, 4)) - start) / (measure(solve(4, 3)) - start);
+  };
+  EXPECT_LT(ratio([](const std::string& command) { return bytes_read_by(command); }), 1.5);
+  if (!has_valgrind()) GTEST_SKIP() << "no valgrind";
+  EXPECT_LT(ratio([](const std::string& command) { return instructions_of(command); }), 1.5);
 }
+
+TEST_F(Effects, ThatAreOffReadNothing) { expect_equal(4, bytes_read_by); }

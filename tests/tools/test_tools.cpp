@@ -205,7 +205,7 @@ TEST_F(Tools, APipeAndFilesGiveTheSameNumbers) {
   EXPECT_EQ(a.nodes, b.nodes);
   EXPECT_EQ(a.displacement, b.displacement);
   EXPECT_EQ(a.cell_fields, b.cell_fields);
-  EXPECT_EQ(a.surface_displacement, b.surface_displacement);
+  EXPECT_EQ(a.labels, b.labels);
   const CommandResult exported = run("hexexport - --lattice - < files.hexresult");
   EXPECT_NE(exported.output.find("<VTKFile"), std::string::npos);
 }

@@ -8,6 +8,7 @@
 #include "support/bodies.h"
 #include "support/experiments.h"
 #include "support/files.h"
+#include "support/forms.h"
 #include "support/solve.h"
 
 using namespace hexsolver;
@@ -98,6 +99,7 @@ TEST(PressedCylinder, BulgesAsNeoHookeanMaterialDoes) {
       positive_part({across, across, across}, h, 100, 0.49, [](const Vec3& p) { return p.head<2>().norm() <= 50; });
   for (const auto& [press, radius] :
        {std::pair{10.0, 0.532099}, std::pair{20.0, 0.569207}, std::pair{30.0, 0.611099}}) {
+    if (press < 30 && !is_full()) continue;  // the strongest is the hardest
     std::vector<Condition> conditions = {
         mirror(0), mirror(1), mirror(2),
         beyond("end", {0, 0, 50}, {0, 0, 1}, {0, 0, -press / 2}, SurfacePoints::nodes)};

@@ -2,16 +2,13 @@
 #include "cli/checksum.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
-#include <array>
 #include <fstream>
-#include <memory>
 #include <vector>
 
 #include "hexmesh/core/error.h"
+#include "hexmesh/core/sha256.h"
 
 namespace hextools {
 namespace {
@@ -25,19 +22,15 @@ std::string sha256(const std::filesystem::path& path) {
       if (entry.is_regular_file()) files.push_back(entry.path());
     std::sort(files.begin(), files.end());
   }
-  const std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context(EVP_MD_CTX_new(), EVP_MD_CTX_free);
-  EVP_DigestInit_ex(context.get(), EVP_sha256(), nullptr);
+  hexmesh::Sha256 sum;
   std::vector<char> block(1 << 20);
   for (const std::filesystem::path& file : files) {
     std::ifstream in(file, std::ios::binary);
     if (!in) throw hexmesh::Error(hexmesh::ErrorKind::input, fmt::format("cannot read '{}'", file.string()));
     while (in.read(block.data(), std::ssize(block)), in.gcount() > 0)
-      EVP_DigestUpdate(context.get(), block.data(), static_cast<std::size_t>(in.gcount()));
+      sum.add(block.data(), static_cast<std::size_t>(in.gcount()));
   }
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned size = 0;
-  EVP_DigestFinal_ex(context.get(), digest.data(), &size);
-  return fmt::format("{:02x}", fmt::join(digest.begin(), digest.begin() + size, ""));
+  return sum.digits();
 }
 
 }  // namespace

@@ -7,12 +7,20 @@
 #include <nlohmann/json.hpp>
 
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/result_file.h"
 #include "hexmesh/scan/image_io.h"
+#include "hexmesh/surface/extract.h"
 
 namespace hextools {
 
 using hexmesh::Error;
 using hexmesh::ErrorKind;
+
+hexmesh::Result read_with_surface(const std::filesystem::path& path) {
+  hexmesh::Result result = hexmesh::read_result(path);
+  hexmesh::add_surface(result);
+  return result;
+}
 
 void warn_of_state(const hexmesh::Result& result, const Console& console) {
   if (result.report.empty()) return;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <optional>
 
 #include "cli/tool.h"
@@ -8,6 +9,10 @@
 #include "hexmesh/volume/intensity_volume.h"
 
 namespace hextools {
+
+/// A result with its picture surface.
+/// @throws Error{input}
+hexmesh::Result read_with_surface(const std::filesystem::path& path);
 
 /// Say so if a result is not the solution of its scene, or leaves parts of the body out.
 void warn_of_state(const hexmesh::Result& result, const Console& console);

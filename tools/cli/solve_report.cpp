@@ -254,7 +254,8 @@ void summarize(const SolveReport& r, const Console& console) {
 std::string solve_history(const std::string& lattice, const std::filesystem::path& lattice_file,
                           const std::string& scene_name, const std::filesystem::path& scene_file,
                           const hexsolver::Scene& scene) {
-  std::vector<std::string> read = {checksum_line(lattice, lattice_file), checksum_line(scene_name, scene_file)};
+  std::vector<std::string> read = {hexmesh::content_checksum(lattice_file) + "  " + lattice,
+                                   checksum_line(scene_name, scene_file)};
   if (scene.dynamics && !scene.dynamics->start.empty())
     read.push_back(checksum_line(scene.dynamics->start.string(), scene.dynamics->start));
   std::set<std::filesystem::path> markups;

@@ -37,7 +37,7 @@ SceneOnLevel read_scene_on_level(const SceneOptions& o, bool wants_motion) {
   const hexmesh::InputFile file(o.lattice);
   hexsolver::Scene scene = hexsolver::read_scene(o.scene, o.scene);
   scene.level = o.level;
-  hexmesh::Lattice lattice = hexsolver::read_lattice_for(scene, file.path());
+  hexmesh::Lattice lattice = hexsolver::read_lattice_for(scene, file.path(), {{}, true});
   const int level = hexsolver::finest_level(scene, lattice);
   if (wants_motion != scene.dynamics.has_value())
     throw hexmesh::Error(hexmesh::ErrorKind::usage,

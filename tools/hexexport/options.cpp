@@ -21,6 +21,10 @@ std::vector<std::string> ExportOptions::outputs() const {
   return out;
 }
 
+bool ExportOptions::shows_surface() const {
+  return !surface.empty() || !html.empty() || !warped.empty() || !segmentation.empty();
+}
+
 bool ExportOptions::needs_a_result() const {
   return deformed || !conditions.empty() || !csv.empty() || !deck.empty() || !report.empty() || !html.empty() ||
          !probes.empty() || !warped.empty() || !segmentation.empty() || !transform.empty() || !transform_points.empty();

@@ -19,6 +19,8 @@ struct ExportOptions {
 
   /// All names that are written to.
   std::vector<std::string> outputs() const;
+  /// Whether something is asked for that takes the picture surface.
+  bool shows_surface() const;
   /// Whether something is asked for that only a result has.
   bool needs_a_result() const;
 };

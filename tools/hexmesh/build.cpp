@@ -91,6 +91,7 @@ int run_build(const BuildOptions& o, const CommonOptions& common, const Console&
   const double levels_done = omp_get_wtime();
   const SurfaceMaker surfaces(o, lattice);
   lattice.surface = surfaces.make(notes);
+  lattice.surface_of_voxels = surfaces.all_of_voxels();
   for (const std::string& file : surfaces.files()) read.push_back(checksum_line(file, file));
   const double surfaces_done = omp_get_wtime();
   lattice.history.push_back(history_entry(read));

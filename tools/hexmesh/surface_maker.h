@@ -19,6 +19,9 @@ public:
   /// @throws Error{geometry} for a surface that is not of this body
   hexmesh::TriangleSurface make(Notes& notes) const;
 
+  /// Whether each is from the voxels, with as many triangles as these give.
+  bool all_of_voxels() const { return triangles_.empty() && files_.empty(); }
+
   /// Files of --embed, as the user named them.
   const std::vector<std::string>& files() const { return files_; }
 

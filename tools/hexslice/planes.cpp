@@ -3,7 +3,6 @@
 
 #include "cli/result_state.h"
 #include "commands.h"
-#include "hexmesh/file/result_file.h"
 #include "pictures.h"
 
 namespace hextools {
@@ -14,7 +13,7 @@ using hexmesh::Canvas;
 int run_planes(PlaneOptions& o, const CommonOptions& common, const Console& console) {
   check_options(o);
   const hexmesh::InputFile input(o.input);
-  const hexmesh::Result result = hexmesh::read_result(input.path());
+  const hexmesh::Result result = read_with_surface(input.path());
   warn_of_state(result, console);
   const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, o.scan, console);
   const hexmesh::SliceRenderer renderer(result, scan ? &*scan : nullptr, o.slice);

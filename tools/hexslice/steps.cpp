@@ -37,7 +37,7 @@ int run_steps(PlaneOptions& o, const CommonOptions& common, const Console& conso
   if (o.axes.size() > 1) throw Error(ErrorKind::usage, "steps are shown in one plane, expected one --axis");
   o.count = 1;
   const hexmesh::InputFile input(o.input);
-  const hexmesh::Result result = hexmesh::read_result(input.path());
+  const hexmesh::Result result = read_with_surface(input.path());
   if (result.times.empty()) throw Error(ErrorKind::usage, "the result is no motion, expected one, or hexslice planes");
   warn_of_state(result, console);
   const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, o.scan, console);

@@ -70,15 +70,16 @@ void Writer::check(bool good, const std::string& name) const {
 }
 
 Handle Writer::declare_raw(const std::string& name, hid_t type, const Shape& shape, std::size_t value_size,
-                           bool compress) {
+                           const Storage& storage) {
   const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
   const Handle layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   const hsize_t row = std::accumulate(shape.begin() + 1, shape.end(), hsize_t{1}, std::multiplies<>());
   if (shape[0] > 0 && row > 0) {
     Shape chunk = shape;
-    chunk[0] = std::clamp<hsize_t>(chunk_bytes / (row * value_size), 1, shape[0]);
+    const hsize_t rows = storage.chunk_rows > 0 ? storage.chunk_rows : chunk_bytes / (row * value_size);
+    chunk[0] = std::clamp<hsize_t>(rows, 1, shape[0]);
     H5Pset_chunk(layout, static_cast<int>(chunk.size()), chunk.data());
-    if (compress) {
+    if (storage.compress) {
       H5Pset_shuffle(layout);
       H5Pset_deflate(layout, 1);
     }
@@ -90,9 +91,18 @@ Handle Writer::declare_raw(const std::string& name, hid_t type, const Shape& sha
 }
 
 void Writer::write_raw(const std::string& name, hid_t type, const void* data, const Shape& shape,
-                       std::size_t value_size, bool compress) {
-  const Handle set = declare_raw(name, type, shape, value_size, compress);
+                       std::size_t value_size, const Storage& storage) {
+  const Handle set = declare_raw(name, type, shape, value_size, storage);
   check(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0, name);
+  note(name, type, data, std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>()));
+}
+
+void Writer::begin_checksum() { noted_ = std::make_unique<Sha256>(); }
+
+void Writer::note(const std::string& name, hid_t type, const void* data, hsize_t count) {
+  if (!noted_) return;
+  noted_->add(name.c_str(), name.size() + 1);
+  noted_->add(data, H5Tget_size(type) * count);
 }
 
 void Writer::write_rows_raw(const std::string& name, hid_t type, const void* data, hsize_t first, hsize_t count) {
@@ -103,6 +113,7 @@ void Writer::write_rows_raw(const std::string& name, hid_t type, const void* dat
   const Handle rows = rows_of(set, first, count, shape);
   const Handle memory(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
   check(H5Dwrite(set, type, memory, rows, H5P_DEFAULT, data) >= 0, name);
+  note(name, type, data, std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>()));
 }
 
 void Writer::copy(const Reader& from, const std::string& name) {
@@ -114,7 +125,7 @@ void Writer::write(const std::string& name, const std::vector<std::string>& valu
   for (const std::string& v : values) size = std::max(size, v.size());
   std::string bytes;
   for (const std::string& v : values) bytes += v + std::string(size - v.size(), '\0');
-  write_raw(name, string_type(size), bytes.data(), {values.size()}, size, false);
+  write_raw(name, string_type(size), bytes.data(), {values.size()}, size, {});
 }
 
 void Writer::attribute_raw(const std::string& group, const std::string& name, hid_t type, const void* data,
@@ -127,6 +138,7 @@ void Writer::attribute_raw(const std::string& group, const std::string& name, hi
       H5Acreate_by_name(file_, group.c_str(), name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
       H5Aclose);
   check(attribute >= 0 && H5Awrite(attribute, type, data) >= 0, group + ":" + name);
+  note(group + ":" + name, type, data, count);
 }
 
 void Writer::attribute(const std::string& group, const std::string& name, const std::string& text) {

@@ -4,11 +4,14 @@
 #include <hdf5.h>
 
 #include <filesystem>
+#include <memory>
 #include <numeric>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include "hexmesh/core/sha256.h"
 
 namespace hexmesh::hdf5 {
 
@@ -68,16 +71,18 @@ public:
   /// @throws Error{output}
   explicit Writer(const std::filesystem::path& path, Start start = Start::anew);
 
+  /// @param chunk_rows  rows that are read as one; 0: about a megabyte
   template <class T>
-  void write(const std::string& name, std::span<const T> values, const Shape& shape, bool compress = false) {
-    write_raw(name, native_type<T>(), values.data(), shape, sizeof(T), compress);
+  void write(const std::string& name, std::span<const T> values, const Shape& shape, bool compress = false,
+             hsize_t chunk_rows = 0) {
+    write_raw(name, native_type<T>(), values.data(), shape, sizeof(T), {compress, chunk_rows});
   }
   void write(const std::string& name, const std::vector<std::string>& values);
 
   /// A dataset whose rows, along its first axis, come later by write_rows().
   template <class T>
   void declare(const std::string& name, const Shape& shape, bool compress = false) {
-    declare_raw(name, native_type<T>(), shape, sizeof(T), compress);
+    declare_raw(name, native_type<T>(), shape, sizeof(T), {compress, 0});
   }
   /// Rows `first` to `first` + `count` - 1 of a dataset that is there.
   template <class T>
@@ -94,13 +99,24 @@ public:
   }
   void attribute(const std::string& group, const std::string& name, const std::string& text);
 
+  /// From here on note what is written, in the order in which it is.
+  void begin_checksum();
+  /// SHA-256 of the names and values of all datasets and attributes since then.
+  std::string checksum() { return noted_->digits(); }
+
   /// Flush and close. @throws Error{output}
   void close();
 
 private:
+  struct Storage {
+    bool compress = false;
+    hsize_t chunk_rows = 0;
+  };
   void write_raw(const std::string& name, hid_t type, const void* data, const Shape& shape, std::size_t value_size,
-                 bool compress);
-  Handle declare_raw(const std::string& name, hid_t type, const Shape& shape, std::size_t value_size, bool compress);
+                 const Storage& storage);
+  Handle declare_raw(const std::string& name, hid_t type, const Shape& shape, std::size_t value_size,
+                     const Storage& storage);
+  void note(const std::string& name, hid_t type, const void* data, hsize_t count);
   void write_rows_raw(const std::string& name, hid_t type, const void* data, hsize_t first, hsize_t count);
   void attribute_raw(const std::string& group, const std::string& name, hid_t type, const void* data,
                      std::size_t count);
@@ -108,6 +124,7 @@ private:
 
   std::filesystem::path path_;
   Handle file_;
+  std::unique_ptr<Sha256> noted_;  ///< none if nothing is noted
 };
 
 /// Reads a file; every miss, wrong shape or failed checksum is an Error{input} that names file and dataset.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "face_groups.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/result_file.h"
 #include "hexmesh/lattice/element_tree.h"
@@ -70,25 +71,28 @@ void read_cells(const hdf5::Reader& file, const Grid& voxels, int number, Level&
 
 void write_lattice(const Lattice& lattice, const std::filesystem::path& path, MatrixStorage storage) {
   hdf5::Writer file(path);
+  file.begin_checksum();
   hdf5::write_header(file, lattice_format, lattice_version, lattice.history);
   hdf5::write_voxels(file, lattice.voxels, lattice.labels);
   hdf5::write_segments(file, lattice.segments);
-  hdf5::write_surface(file, lattice.surface);
+  hdf5::write_surface(file, lattice.surface, lattice.surface_of_voxels);
+  hdf5::write_faces(file, *faces_of(lattice));
   hdf5::write_materials(file, lattice.materials);
   ElementTree tree(lattice);
   for (int n = 0; n < lattice.num_levels(); ++n) write_level(file, lattice, n, tree, storage);
+  file.attribute("/", "sha256", file.checksum());
   file.close();
 }
 
-Lattice read_lattice(const std::filesystem::path& path, const std::vector<int>& levels, Elements elements) {
+Lattice read_lattice(const std::filesystem::path& path, const std::vector<int>& levels, Elements elements,
+                     Voxels voxels) {
   const hdf5::Reader file(path, "lattice");
-  std::vector<std::string> history = hdf5::read_header(file, lattice_format, lattice_version);
-  auto [grid, labels] = hdf5::read_voxels(file);
-  std::vector<LatticeSegment> segments = hdf5::read_segments(file);
-  std::vector<VoxelMaterial> materials = hdf5::read_materials(file, segments);
-  Lattice lattice{std::move(grid),          std::move(labels), std::move(segments), std::move(materials), {},
-                  hdf5::read_surface(file), std::move(history)};
-  lattice.levels = hdf5::read_merges(file);
+  Lattice lattice = hdf5::read_outline(file);
+  if (voxels == Voxels::read) {
+    lattice.labels = hdf5::read_labels(file);
+    lattice.surface = hdf5::read_surface(file);
+  }
+  lattice.faces = hdf5::open_faces(path, lattice.voxels.extent());
   const int count = lattice.num_levels();
   const auto is_wanted = [&](int n) {
     return levels.empty() || std::find(levels.begin(), levels.end(), n) != levels.end();
@@ -140,6 +144,11 @@ std::vector<bool> levels_with_matrices(const std::filesystem::path& path) {
   return out;
 }
 
+std::string content_checksum(const std::filesystem::path& path) {
+  const hdf5::Reader file(path, "lattice");
+  return file.text_attribute("/", "sha256");
+}
+
 std::string format_of(const std::filesystem::path& path) {
   const hdf5::Reader file(path, "input");
   std::string format = file.text_attribute("/", "format");
@@ -148,10 +157,12 @@ std::string format_of(const std::filesystem::path& path) {
   return format;
 }
 
-int count_levels(const std::filesystem::path& path) {
+std::vector<std::size_t> cells_of_levels(const std::filesystem::path& path) {
   const hdf5::Reader file(path, "lattice");
   hdf5::read_header(file, lattice_format, lattice_version);
-  return hdf5::count_levels(file);
+  std::vector<std::size_t> counts;
+  for (int n = 0; n < hdf5::count_levels(file); ++n) counts.push_back(hdf5::count_cells(file, n));
+  return counts;
 }
 
 }  // namespace hexmesh

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hexmesh/file/lattice_file.h"
+
 namespace hexmesh::hdf5 {
 namespace {
 
@@ -105,6 +107,12 @@ int count_levels(const Reader& file) {
   return count;
 }
 
+std::size_t count_cells(const Reader& file, int level) {
+  const std::size_t count = file.shape(level_group(level) + "/cells", 2)[0];
+  if (count == 0) file.fail(fmt::format("has no cells in '{}'", level_group(level)));
+  return count;
+}
+
 std::vector<Level> read_merges(const Reader& file) {
   std::vector<Level> levels(as_size(count_levels(file)));
   for (int n = 0; n < static_cast<int>(levels.size()); ++n) {
@@ -114,6 +122,16 @@ std::vector<Level> read_merges(const Reader& file) {
     check_merge(file, levels, n);
   }
   return levels;
+}
+
+Lattice read_outline(const Reader& file) {
+  std::vector<std::string> history = read_header(file, lattice_format, lattice_version);
+  std::vector<LatticeSegment> segments = read_segments(file);
+  std::vector<VoxelMaterial> materials = read_materials(file, segments);
+  Lattice lattice{read_grid(file), {}, std::move(segments), std::move(materials), {}, {}, std::move(history)};
+  lattice.surface_of_voxels = is_surface_of_voxels(file);
+  lattice.levels = read_merges(file);
+  return lattice;
 }
 
 void declare_matrices(Writer& file, int level, std::size_t num_elements) {

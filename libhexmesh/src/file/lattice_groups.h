@@ -19,8 +19,13 @@ std::vector<VoxelMaterial> read_materials(const Reader& file, const std::vector<
 
 int count_levels(const Reader& file);
 
+std::size_t count_cells(const Reader& file, int level);
+
 /// All levels, with nothing but how they merge.
 std::vector<Level> read_merges(const Reader& file);
+
+/// What does not grow with the body: box, segments, materials, levels without cells, history.
+Lattice read_outline(const Reader& file);
 
 /// @throws Error{input} unless they are sorted, each there once
 void check_order(const Reader& file, const std::string& group, const std::vector<Index3>& cells);

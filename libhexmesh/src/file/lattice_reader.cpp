@@ -34,29 +34,9 @@ LatticeReader::LatticeReader(const std::filesystem::path& path, Elements element
     : file_(std::make_unique<const hdf5::Reader>(path, "lattice")), source_(elements) {}
 LatticeReader::~LatticeReader() = default;
 
-Lattice LatticeReader::outline() const {
-  std::vector<std::string> history = hdf5::read_header(*file_, lattice_format, lattice_version);
-  std::vector<LatticeSegment> segments = hdf5::read_segments(*file_);
-  std::vector<VoxelMaterial> materials = hdf5::read_materials(*file_, segments);
-  Lattice lattice{hdf5::read_grid(*file_), {}, std::move(segments), std::move(materials), {}, {}, std::move(history)};
-  lattice.levels = hdf5::read_merges(*file_);
-  return lattice;
-}
+Lattice LatticeReader::outline() const { return hdf5::read_outline(*file_); }
 
-std::size_t LatticeReader::num_cells(int level) const {
-  const std::size_t count = file_->shape(level_group(level) + "/cells", 2)[0];
-  if (count == 0) file_->fail(fmt::format("has no cells in '{}'", level_group(level)));
-  return count;
-}
-
-std::size_t LatticeReader::num_surface_points() const { return file_->shape("/surface/points", 2)[0]; }
-
-std::vector<Vec3> LatticeReader::surface_points(std::size_t first, std::size_t count) const {
-  const auto values = file_->read_rows<double>("/surface/points", {0, 3}, first, count);
-  std::vector<Vec3> points;
-  for (std::size_t n = 0; n < values.size(); n += 3) points.push_back(Vec3::Map(&values[n]));
-  return points;
-}
+std::size_t LatticeReader::num_cells(int level) const { return hdf5::count_cells(*file_, level); }
 
 std::vector<std::uint64_t> LatticeReader::cells_in_layers(int level, std::size_t first, std::size_t count) const {
   const Index3 voxels_per_cell = hdf5::read_index(*file_, level_group(level), "voxels_per_cell");

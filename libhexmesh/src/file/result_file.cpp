@@ -50,6 +50,27 @@ void write_texts_and_conditions(hdf5::Writer& file, const Result& result) {
   if (!result.costs.empty()) file.write("/costs", std::vector<std::string>{result.costs});
 }
 
+/// Voxels and surface of a result that has them; a surface that follows from the voxels is left out.
+void write_own_voxels(hdf5::Writer& file, const Result& result) {
+  hdf5::write_voxels(file, result.voxels, result.labels);
+  if (result.surface_of_voxels)
+    hdf5::write_surface_of_voxels(file);
+  else
+    hdf5::write_surface(file, result.surface, false);
+}
+
+/// Header, segments, and voxels and surface as a lattice file has them, in no memory.
+void write_start(hdf5::Writer& file, const Result& result, const std::filesystem::path& lattice) {
+  const hdf5::Reader from(lattice, "lattice");
+  hdf5::write_header(file, result_format, result_version, result.history);
+  hdf5::write_segments(file, result.segments);
+  file.copy(from, "/voxels");
+  if (hdf5::is_surface_of_voxels(from))
+    hdf5::write_surface_of_voxels(file);
+  else
+    file.copy(from, "/surface");
+}
+
 std::string field_name(const std::string& name) { return "/cell_fields/" + name; }
 
 std::span<const double> values_of(const std::vector<Vec3>& points) {
@@ -58,14 +79,15 @@ std::span<const double> values_of(const std::vector<Vec3>& points) {
 
 }  // namespace
 
-void ResultWriter::finish(const Result& result) {
+void ResultWriter::finish(const Result& result, const std::filesystem::path& lattice) {
   hdf5::Writer& file = *file_;
-  hdf5::write_header(file, result_format, result_version, result.history);
-  hdf5::write_voxels(file, result.voxels, result.labels);
-  hdf5::write_segments(file, result.segments);
-  hdf5::write_surface(file, result.surface);
-  hdf5::write_points(file, "/surface/displacement", result.surface_displacement);
-
+  if (lattice.empty()) {
+    hdf5::write_header(file, result_format, result_version, result.history);
+    hdf5::write_segments(file, result.segments);
+    write_own_voxels(file, result);
+  } else {
+    write_start(file, result, lattice);
+  }
   write_level(file, result);
   hdf5::write_cells(file, "/mesh/cells", result.cells);
   file.write<std::int32_t>("/mesh/cell_nodes", {result.cell_nodes.front().data(), 8 * result.cell_nodes.size()},
@@ -82,15 +104,14 @@ void ResultWriter::finish(const Result& result) {
   file_.reset();  // only a file that is closed may be copied
 }
 
-void write_result(const Result& result, const std::filesystem::path& path) { ResultWriter(path).finish(result); }
+void write_result(const Result& result, const std::filesystem::path& path, const std::filesystem::path& lattice) {
+  ResultWriter(path).finish(result, lattice);
+}
 
 void begin_result(const Result& common, const std::filesystem::path& lattice, std::size_t num_cells,
-                  std::size_t num_nodes, std::size_t num_surface_points, const std::filesystem::path& path) {
-  const hdf5::Reader from(lattice, "lattice");
+                  std::size_t num_nodes, const std::filesystem::path& path) {
   hdf5::Writer file(path);
-  hdf5::write_header(file, result_format, result_version, common.history);
-  for (const char* group : {"/voxels", "/segments", "/surface"}) file.copy(from, group);
-  file.declare<double>("/surface/displacement", {num_surface_points, 3});
+  write_start(file, common, lattice);
   write_level(file, common);
   file.declare<std::uint16_t>("/mesh/cells", {num_cells, 3});
   file.declare<std::int32_t>("/mesh/cell_nodes", {num_cells, 8});
@@ -117,19 +138,16 @@ void write_result_rows(const ResultRows& rows, const std::filesystem::path& path
     file.write_rows<double>(field_name(name), values, rows.first_cell, cells);
   file.write_rows<double>("/mesh/nodes", values_of(part.nodes), rows.first_node, nodes);
   file.write_rows<double>("/displacement", values_of(part.displacement), rows.first_node, nodes);
-  file.write_rows<double>("/surface/displacement", values_of(part.surface_displacement), rows.first_point,
-                          part.surface_displacement.size());
   file.close();
 }
 
 Result read_result(const std::filesystem::path& path) {
   const hdf5::Reader file(path, "result");
   std::vector<std::string> history = hdf5::read_header(file, result_format, result_version);
-  auto [grid, labels] = hdf5::read_voxels(file);
-  Result r{std::move(grid), std::move(labels), hdf5::read_segments(file)};
+  Result r{hdf5::read_grid(file), hdf5::read_labels(file), hdf5::read_segments(file)};
   r.history = std::move(history);
-  r.surface = hdf5::read_surface(file);
-  r.surface_displacement = hdf5::read_points(file, "/surface/displacement", r.surface.points.size());
+  r.surface_of_voxels = hdf5::is_surface_of_voxels(file);
+  if (!r.surface_of_voxels) r.surface = hdf5::read_surface(file);
   r.level = file.attribute<std::int32_t>("/mesh", "level", 1)[0];
   r.voxels_per_cell = hdf5::read_index(file, "/mesh", "voxels_per_cell");
   r.cells = hdf5::read_cells(file, "/mesh/cells", {65536, 65536, 65536});
@@ -158,6 +176,7 @@ Result read_result(const std::filesystem::path& path) {
   r.report = report.front();
   if (file.has("/costs"))
     for (const std::string& text : file.read_strings("/costs")) r.costs = text;
+  if (!r.surface_of_voxels) move_surface(r);
   return r;
 }
 

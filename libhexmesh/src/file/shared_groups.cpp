@@ -50,8 +50,8 @@ Grid read_grid(const Reader& file) {
       Mat3::Map(direction.data())};
 }
 
-std::pair<Grid, std::vector<std::uint16_t>> read_voxels(const Reader& file) {
-  return {read_grid(file), file.read<std::uint16_t>("/voxels/labels", file.shape("/voxels/labels", 3))};
+std::vector<std::uint16_t> read_labels(const Reader& file) {
+  return file.read<std::uint16_t>("/voxels/labels", file.shape("/voxels/labels", 3));
 }
 
 void write_segments(Writer& file, const std::vector<LatticeSegment>& segments) {
@@ -99,13 +99,29 @@ std::vector<LatticeSegment> read_segments(const Reader& file) {
   return segments;
 }
 
-void write_surface(Writer& file, const TriangleSurface& surface) {
+namespace {
+
+void write_origin(Writer& file, bool of_voxels) {
+  const std::int32_t follows = of_voxels;
+  file.attribute("/surface", "of_voxels", std::span(&follows, 1));
+}
+
+}  // namespace
+
+void write_surface_of_voxels(Writer& file) { write_origin(file, true); }
+
+void write_surface(Writer& file, const TriangleSurface& surface, bool of_voxels) {
+  write_origin(file, of_voxels);
   write_points(file, "/surface/points", surface.points);
   file.write<std::int32_t>(
       "/surface/triangles",
       {surface.triangles.empty() ? nullptr : surface.triangles.front().data(), 3 * surface.triangles.size()},
       {surface.triangles.size(), 3});
   file.write<std::uint16_t>("/surface/segment", surface.segment, {surface.segment.size()});
+}
+
+bool is_surface_of_voxels(const Reader& file) {
+  return file.attribute<std::int32_t>("/surface", "of_voxels", 1)[0] != 0;
 }
 
 TriangleSurface read_surface(const Reader& file) {

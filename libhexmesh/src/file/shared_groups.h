@@ -13,12 +13,16 @@ std::vector<std::string> read_header(const Reader& file, const std::string& form
 
 void write_voxels(Writer& file, const Grid& grid, const std::vector<std::uint16_t>& labels);
 Grid read_grid(const Reader& file);
-std::pair<Grid, std::vector<std::uint16_t>> read_voxels(const Reader& file);
+std::vector<std::uint16_t> read_labels(const Reader& file);
 
 void write_segments(Writer& file, const std::vector<LatticeSegment>& segments);
 std::vector<LatticeSegment> read_segments(const Reader& file);
 
-void write_surface(Writer& file, const TriangleSurface& surface);
+/// @param of_voxels  whether it follows from the voxels
+void write_surface(Writer& file, const TriangleSurface& surface, bool of_voxels);
+/// In place of one that does.
+void write_surface_of_voxels(Writer& file);
+bool is_surface_of_voxels(const Reader& file);
 TriangleSurface read_surface(const Reader& file);
 
 void write_points(Writer& file, const std::string& name, const std::vector<Vec3>& points);

@@ -97,6 +97,8 @@ std::vector<std::vector<const Material*>> sole_materials(const Lattice& lattice)
 
 void check_topology(const Lattice& lattice, std::vector<Finding>& findings) {
   const Lattice again = build_levels(lattice);
+  findings.push_back(
+      {"exposed faces are those of the voxels", 0, exposed_faces(lattice) == exposed_faces(again) ? 0.0 : 1.0, 0});
   for (std::size_t l = 0; l < lattice.levels.size(); ++l) {
     const Level &found = lattice.levels[l], &expected = again.levels[l];
     const auto add = [&](const char* property, bool same) {

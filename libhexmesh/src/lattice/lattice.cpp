@@ -194,6 +194,31 @@ Level coarser_level(const Lattice& lattice, const Level& fine, VoxelCounts& coun
   return level;
 }
 
+/// The faces of voxels with material beside which there is none.
+std::vector<ExposedFace> find_faces(const Lattice& lattice) {
+  const std::vector<std::int32_t> segment_of = material_index(lattice.segments);
+  const Index3& extent = lattice.voxels.extent();
+  const std::array<std::size_t, 3> stride = strides_in(extent);
+  std::vector<ExposedFace> faces;
+  std::size_t n = 0;
+  Index3 voxel;
+  for (voxel[2] = 0; voxel[2] < extent[2]; ++voxel[2])
+    for (voxel[1] = 0; voxel[1] < extent[1]; ++voxel[1])
+      for (voxel[0] = 0; voxel[0] < extent[0]; ++voxel[0], ++n) {
+        if (lattice.labels[n] == 0 || segment_of[lattice.labels[n]] < 0) continue;
+        for (std::size_t side = 0; side < 6; ++side) {
+          const std::size_t axis = side / 2;
+          const bool is_upper = side % 2 != 0;
+          const bool at_border = voxel[axis] == (is_upper ? extent[axis] - 1 : 0);
+          const std::uint16_t beside =
+              at_border ? std::uint16_t{0} : lattice.labels[is_upper ? n + stride[axis] : n - stride[axis]];
+          if (segment_of[beside] < 0) faces.push_back({voxel, static_cast<std::uint8_t>(side), beside});
+        }
+      }
+  return faces;
+}
+
+/// All that follows from the voxels and level 0.
 /// @param num_levels  0: merge until at most 16 cells are left
 void add_levels(Lattice& lattice, int num_levels) {
   VoxelCounts counts;
@@ -201,6 +226,7 @@ void add_levels(Lattice& lattice, int num_levels) {
     lattice.levels.push_back(coarser_level(lattice, lattice.levels.back(), counts));
   count_filled(lattice.levels, lattice.materials.size());
   count_parts(lattice);
+  lattice.faces = std::make_shared<const FacesInMemory>(find_faces(lattice));
 }
 
 }  // namespace
@@ -296,40 +322,18 @@ std::vector<VoxelClass> classify_voxels(const Lattice& lattice) {
 
 std::size_t bytes_of(const Lattice& lattice) {
   std::size_t sum = bytes_of(lattice.labels) + bytes_of(lattice.materials) + bytes_of(lattice.surface.points) +
-                    bytes_of(lattice.surface.triangles) + bytes_of(lattice.surface.segment);
+                    bytes_of(lattice.surface.triangles) + bytes_of(lattice.surface.segment) +
+                    (lattice.faces ? lattice.faces->bytes() : 0);
   for (const Level& l : lattice.levels)
     sum += bytes_of(l.cells) + bytes_of(l.element) + bytes_of(l.segment) + bytes_of(l.parts) + bytes_of(l.children) +
            bytes_of(l.filled) + bytes_of(l.matrices);
   return sum;
 }
 
-std::vector<ExposedFace> exposed_faces(const Lattice& lattice) {
-  const std::vector<std::int32_t> segment_of = material_index(lattice.segments);
-  const Index3& extent = lattice.voxels.extent();
-  const std::array<std::size_t, 3> stride = strides_in(extent);
-  std::vector<ExposedFace> faces;
-  std::size_t n = 0;
-  Index3 voxel;
-  for (voxel[2] = 0; voxel[2] < extent[2]; ++voxel[2])
-    for (voxel[1] = 0; voxel[1] < extent[1]; ++voxel[1])
-      for (voxel[0] = 0; voxel[0] < extent[0]; ++voxel[0], ++n) {
-        if (lattice.labels[n] == 0 || segment_of[lattice.labels[n]] < 0) continue;
-        for (std::size_t side = 0; side < 6; ++side) {
-          const std::size_t axis = side / 2;
-          const bool is_upper = side % 2 != 0;
-          const bool at_border = voxel[axis] == (is_upper ? extent[axis] - 1 : 0);
-          const std::uint16_t beside =
-              at_border ? std::uint16_t{0} : lattice.labels[is_upper ? n + stride[axis] : n - stride[axis]];
-          if (segment_of[beside] < 0) faces.push_back({voxel, static_cast<std::uint8_t>(side), beside});
-        }
-      }
-  return faces;
+std::shared_ptr<const SurfaceFaces> faces_of(const Lattice& lattice) {
+  return lattice.faces ? lattice.faces : std::make_shared<const FacesInMemory>(find_faces(lattice));
 }
 
-Vec3 face_index(const ExposedFace& face) {
-  Vec3 index(face.voxel[0], face.voxel[1], face.voxel[2]);
-  index[face.side / 2] += face.side % 2 ? 0.5 : -0.5;
-  return index;
-}
+std::vector<ExposedFace> exposed_faces(const Lattice& lattice) { return faces_of(lattice)->all(); }
 
 }  // namespace hexmesh

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexmesh/result/result.h"
 
+#include "hexmesh/lattice/embedded_points.h"
+
 namespace hexmesh {
 
 Result rest_state(const Lattice& lattice, int number) {
@@ -19,8 +21,16 @@ Result rest_state(const Lattice& lattice, int number) {
     r.cell_fields["parts"].push_back(level.parts[c]);
   }
   r.surface = lattice.surface;
+  r.surface_of_voxels = lattice.surface_of_voxels;
   r.history = lattice.history;
   return r;
+}
+
+void move_surface(Result& r) {
+  const CellLocator locator(r.voxels, r.voxels_per_cell, r.cells);
+  EmbeddedPoints(locator, r.cell_nodes, r.surface.points)
+      .interpolate({r.displacement.empty() ? nullptr : r.displacement.front().data(), 3 * r.displacement.size()},
+                   r.surface_displacement);
 }
 
 }  // namespace hexmesh

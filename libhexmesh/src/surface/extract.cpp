@@ -14,24 +14,24 @@ namespace hexmesh {
 namespace {
 
 /// 1 inside the segment, 0 outside, with one voxel of margin; in voxel indices of the lattice's box.
-void fill_mask(const Lattice& lattice, std::uint16_t label, vtkImageData& mask) {
-  const Index3& n = lattice.voxels.extent();
+void fill_mask(const Grid& voxels, const std::vector<std::uint16_t>& labels, std::uint16_t label, vtkImageData& mask) {
+  const Index3& n = voxels.extent();
   mask.SetExtent(-1, n[0], -1, n[1], -1, n[2]);
   mask.AllocateScalars(VTK_UNSIGNED_CHAR, 1);
   auto* values = static_cast<unsigned char*>(mask.GetScalarPointer());
   std::fill_n(values, mask.GetNumberOfPoints(), static_cast<unsigned char>(0));
-  for (std::size_t v = 0; v < lattice.labels.size(); ++v) {
-    if (lattice.labels[v] != label) continue;
-    const Index3 ijk = lattice.voxels.index(v);
+  for (std::size_t v = 0; v < labels.size(); ++v) {
+    if (labels[v] != label) continue;
+    const Index3 ijk = voxels.index(v);
     *static_cast<unsigned char*>(mask.GetScalarPointer(ijk[0], ijk[1], ijk[2])) = 1;
   }
 }
 
 }  // namespace
 
-TriangleSurface extract_surface(const Lattice& lattice, std::uint16_t label) {
+TriangleSurface extract_surface(const Grid& voxels, const std::vector<std::uint16_t>& labels, std::uint16_t label) {
   vtkNew<vtkImageData> mask;
-  fill_mask(lattice, label, *mask);
+  fill_mask(voxels, labels, label, *mask);
   vtkNew<vtkFlyingEdges3D> contour;
   contour->SetInputData(mask);
   contour->SetValue(0, 0.5);
@@ -48,9 +48,16 @@ TriangleSurface extract_surface(const Lattice& lattice, std::uint16_t label) {
   smooth->Update();
 
   TriangleSurface surface = from_vtk(*smooth->GetOutput());
-  for (Vec3& p : surface.points) p = lattice.voxels.position(p);
+  for (Vec3& p : surface.points) p = voxels.position(p);
   surface.segment.assign(surface.triangles.size(), label);
   return surface;
+}
+
+void add_surface(Result& result) {
+  if (!result.surface_of_voxels || !result.surface.points.empty()) return;
+  for (const LatticeSegment& s : result.segments)
+    if (s.material) append(result.surface, extract_surface(result.voxels, result.labels, s.segment.label));
+  move_surface(result);
 }
 
 }  // namespace hexmesh

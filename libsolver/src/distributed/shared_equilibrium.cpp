@@ -196,18 +196,17 @@ SolveReport solve_equilibrium(const Run&, const std::filesystem::path& lattice, 
   ProcessReport own = level.holding();
   own.peak_memory_mb = peak_memory_mb();
   processes = all.gather(std::vector<ProcessReport>{own});
-  hexmesh::Result common{outline->voxels, {}, {}};
+  hexmesh::Result common{outline->voxels, {}, outline->segments};
   common.level = level.level();
   common.voxels_per_cell = outline->levels[static_cast<std::size_t>(common.level)].voxels_per_cell;
   for (const auto& [name, values] : rows.part.cell_fields) common.cell_fields[name];
   common.conditions = condition_points(level.constraints(), scene, u);
   common.history = outline->history;
-  const std::size_t num_points = all.sum(rows.part.surface_displacement.size());
   all.all_or_none([&] {
     if (!all.is_first()) return;
     finish(common, report);
     hexmesh::begin_result(common, lattice, level.num_cells(), static_cast<std::size_t>(level.nodes().num_all()),
-                          num_points, result);
+                          result);
   });
   all.in_turn([&] { hexmesh::write_result_rows(rows, result); });
   return report;

@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "hexmesh/lattice/locator.h"
 #include "level/cell_changes.h"
 #include "level/make_result.h"
 #include "terms/make_elastic_cells.h"
@@ -14,80 +12,6 @@ namespace hexsolver::mpi {
 namespace {
 
 using hexmesh::Lattice;
-
-/// How the surface points of one share of the file move: with the cell that holds them, or else the nearest.
-/// @param u      at the nodes of the piece
-/// @param first  becomes the number of the first of them
-std::vector<Vec3> surface_displacement(const SharedLevel& level, const NodeVector& u, std::size_t& first) {
-  const Processes& all = level.all();
-  const Piece& read = level.piece();
-  const auto rank = static_cast<std::size_t>(all.rank()), count = static_cast<std::size_t>(all.count());
-  std::vector<Vec3> points;
-  all.all_or_none([&] {
-    const std::size_t num_points = level.file().num_surface_points();
-    first = num_points * rank / count;
-    points = level.file().surface_points(first, num_points * (rank + 1) / count - first);
-  });
-  struct Point {
-    std::size_t number;  ///< among those of the process that read it
-    std::array<double, 3> position;
-  };
-  struct Moved {
-    std::size_t number;
-    double distance;  ///< of the cell from the point [mm]
-    std::array<double, 3> by;
-  };
-  const Lattice& piece = read.lattice();
-  const hexmesh::Level& cells = read.level();
-  const Vec3 size = piece.cell_size(level.level());
-  const hexmesh::CellLocator locator(piece.voxels, cells.voxels_per_cell, cells.cells);
-  const auto move = [&](const Point& p) -> Moved {
-    const hexmesh::Embedding e = locator.locate_position(Vec3::Map(p.position.data()));
-    if (e.cell < 0) return {p.number, std::numeric_limits<double>::infinity(), {}};
-    const Vec3 by = read.mesh().interpolate(e.cell, hexmesh::shape_functions(e.local), u);
-    const Vec3 outside = (-e.local).cwiseMax(e.local - Vec3::Ones()).cwiseMax(0).cwiseProduct(size);
-    return {p.number, outside.norm(), {by[0], by[1], by[2]}};
-  };
-
-  // To the process whose layers they lie in.
-  std::vector<std::vector<Point>> to(count);
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    const double layer = (level.outline().voxels.continuous_index(points[p])[2] + 0.5) / cells.voxels_per_cell[2];
-    const auto process = static_cast<std::size_t>(read.layers().process_of(
-        static_cast<std::int32_t>(std::clamp(layer, 0.0, 1.0 * read.layers().end(all.count() - 1)))));
-    to[process].push_back({p, {points[p][0], points[p][1], points[p][2]}});
-  }
-  std::vector<std::vector<Moved>> answers;
-  for (const std::vector<Point>& asked : all.exchange(to)) {
-    answers.emplace_back();
-    for (const Point& p : asked) answers.back().push_back(move(p));
-  }
-  std::vector<Vec3> out(points.size(), Vec3::Zero());
-  std::vector<Point> strays;  // other processes may have a nearer cell
-  for (const std::vector<Moved>& from : all.exchange(answers))
-    for (const Moved& m : from) {
-      out[m.number] = Vec3::Map(m.by.data());
-      if (m.distance > Piece::margin * size[2])
-        strays.push_back({m.number, {points[m.number][0], points[m.number][1], points[m.number][2]}});
-    }
-  const std::size_t own_strays = all.sum_before(strays.size());
-  std::vector<Moved> candidates;
-  const std::vector<Point> everybodys = all.gather(strays);
-  for (std::size_t n = 0; n < everybodys.size(); ++n) {
-    candidates.push_back(move(everybodys[n]));
-    candidates.back().number = n;
-  }
-  std::erase_if(candidates, [](const Moved& m) { return !std::isfinite(m.distance); });
-  std::vector<double> nearest(strays.size(), std::numeric_limits<double>::infinity());
-  for (const Moved& m : all.gather(candidates)) {
-    if (m.number < own_strays || m.number >= own_strays + strays.size()) continue;
-    const std::size_t n = m.number - own_strays;
-    if (m.distance >= nearest[n]) continue;
-    nearest[n] = m.distance;
-    out[strays[n].number] = Vec3::Map(m.by.data());
-  }
-  return out;
-}
 
 template <class T>
 void keep(std::vector<T>& values, std::size_t first, std::size_t count) {
@@ -141,7 +65,6 @@ hexmesh::ResultRows result_rows(const SharedLevel& level, Vec u, SolveReport& re
   for (auto& [name, values] : r.cell_fields) keep(values, first, count);
   keep(r.nodes, first_node, num_nodes);
   keep(r.displacement, first_node, num_nodes);
-  r.surface_displacement = surface_displacement(level, v, rows.first_point);
   return rows;
 }
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "hexmesh/lattice/embedded_points.h"
 #include "level/cell_changes.h"
 #include "level/condition_reports.h"
 #include "mesh/points.h"
@@ -18,15 +17,11 @@ using hexmesh::Lattice;
 using hexmesh::Result;
 
 /// What lies beside the cells.
-void add_surface_and_conditions(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u, Result& r) {
-  const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(problem.level())];
+void add_surface_and_conditions(const LevelProblem& problem, const NodeVector& u, Result& r) {
   const Mesh& mesh = problem.mesh();
   if (!problem.islands().empty()) r.cell_fields["island"] = {problem.islands().begin(), problem.islands().end()};
 
-  const hexmesh::CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells);
-  hexmesh::EmbeddedPoints(locator, mesh.cell_nodes(), lattice.surface.points)
-      .interpolate({u.data(), static_cast<std::size_t>(u.size())}, r.surface_displacement);
-
+  if (!r.surface.points.empty()) move_surface(r);
   for (const Condition& c : problem.scene().conditions) r.conditions.push_back({c.name, {}, {}, c.axes});
   add_condition_points(problem.constraints(), mesh, u, r.conditions);
 }
@@ -93,7 +88,7 @@ Outcome make_result(const Lattice& lattice, const LevelProblem& problem, const N
   CellMeasures measures = measure_cells(problem.elastic(), u);
   report.pressure_checkerboard = measures.pressure_checkerboard;
   Result result = state_of_cells(lattice, problem.level(), problem.elastic(), u, std::move(measures));
-  add_surface_and_conditions(lattice, problem, u, result);
+  add_surface_and_conditions(problem, u, result);
   if (report.converged)
     if (const std::string limit = problem.elastic().limit_reached(u, false); !limit.empty())
       report.warnings.push_back(limit);

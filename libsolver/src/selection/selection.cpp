@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "hexmesh/core/error.h"
-#include "hexmesh/lattice/locator.h"
 
 namespace hexsolver {
 
@@ -34,11 +33,11 @@ Vec3 area_vector(const hexmesh::Grid& voxels, std::uint8_t side) {
 }
 
 template <class Candidate>
-std::vector<Candidate> face_candidates(const hexmesh::Lattice& lattice, const hexmesh::CellLocator& locator,
-                                       bool whole_voxels, const SurfaceShare& share) {
+std::vector<Candidate> face_candidates(const std::vector<hexmesh::ExposedFace>& faces, const hexmesh::Grid& voxels,
+                                       const hexmesh::CellLocator& locator, bool whole_voxels,
+                                       const SurfaceShare& share) {
   std::vector<Candidate> out;
   const hexmesh::ExposedFace* last = nullptr;
-  const std::vector<hexmesh::ExposedFace> faces = hexmesh::exposed_faces(lattice);
   for (const hexmesh::ExposedFace& face : faces) {
     if (!share.has_voxel(face.voxel)) continue;
     const bool same_voxel = last && last->voxel == face.voxel;
@@ -48,10 +47,26 @@ std::vector<Candidate> face_candidates(const hexmesh::Lattice& lattice, const he
       continue;
     }
     const Vec3 index = whole_voxels ? Vec3(face.voxel[0], face.voxel[1], face.voxel[2]) : hexmesh::face_index(face);
-    out.push_back({lattice.voxels.position(index), locator.in_cell_of_voxel(face.voxel, index), {face.neighbour}});
-    if (!whole_voxels) out.back().area = area_vector(lattice.voxels, face.side);
+    out.push_back({voxels.position(index), locator.in_cell_of_voxel(face.voxel, index), {face.neighbour}});
+    if (!whole_voxels) out.back().area = area_vector(voxels, face.side);
   }
   return out;
+}
+
+/// Whether a selection may have points in a ball. One that takes all has; so has one by a segment.
+bool may_select(const Selection& s, const hexmesh::SurfaceFaces::Ball& within) {
+  if (!s.segment.empty()) return true;
+  if (s.box) {
+    const Vec3 reach = s.box->to_box.rowwise().norm() * within.radius;  // of the ball, in the box's own measure
+    const Vec3 center = (s.box->to_box * (within.center - s.box->center)).cwiseAbs();
+    if (((center - reach).array() <= 1 + 1e-9).all()) return true;
+  }
+  if (s.halfspace && (within.center - s.halfspace->point).dot(s.halfspace->normal) >=
+                         -within.radius * s.halfspace->normal.norm() - 1e-9)
+    return true;
+  return std::any_of(s.balls.begin(), s.balls.end(), [&](const Ball& ball) {
+    return (within.center - ball.center).norm() <= std::max(ball.radius, s.max_distance) + within.radius;
+  });
 }
 
 /// Nodes that touch a missing cell or one that is not full.
@@ -89,6 +104,15 @@ Nearest nearest(const std::vector<Candidate>& candidates, const Vec3& point) {
   for (std::size_t n = 0; n < candidates.size(); ++n)
     if (const double distance = (candidates[n].position - point).norm(); distance < best.distance) best = {n, distance};
   return best;
+}
+
+/// Whether each ball's centre is near enough to the surface.
+template <class Candidate>
+bool all_near(const Selection& selection, const std::vector<Candidate>& candidates, const SurfaceShare& share) {
+  bool near = true;
+  for (const Ball& ball : selection.balls)
+    near &= share.least(nearest(candidates, ball.center).distance) <= selection.max_distance;
+  return near;
 }
 
 template <class Candidate>
@@ -165,24 +189,30 @@ Selector::Selector(const hexmesh::Lattice& lattice, int level, const Mesh& mesh,
 
 Selector::~Selector() = default;
 
-const std::vector<Selector::Candidate>& Selector::candidates(SurfacePoints on) {
-  std::vector<Candidate>& list = candidates_[static_cast<std::size_t>(on)];
-  if (!list.empty()) return list;
-  if (on == SurfacePoints::nodes) {
-    list = node_candidates<Candidate>(lattice_, level_, mesh_, share_);
-  } else {
+template <class MayCount>
+std::vector<Selector::Candidate> Selector::candidates(SurfacePoints on, const MayCount& may_count) {
+  if (on == SurfacePoints::nodes) return node_candidates<Candidate>(lattice_, level_, mesh_, share_);
+  if (!faces_) {
     const hexmesh::Level& cells = lattice_.levels[level_];
-    const hexmesh::CellLocator locator(lattice_.voxels, cells.voxels_per_cell, cells.cells);
-    list = face_candidates<Candidate>(lattice_, locator, on == SurfacePoints::voxels, share_);
+    faces_ = hexmesh::faces_of(lattice_);
+    locator_ = std::make_unique<const hexmesh::CellLocator>(lattice_.voxels, cells.voxels_per_cell, cells.cells);
   }
-  return list;
+  return face_candidates<Candidate>(faces_->find(lattice_.voxels, may_count), lattice_.voxels, *locator_,
+                                    on == SurfacePoints::voxels, share_);
 }
 
 std::vector<SurfacePoint> Selector::select(const Selection& selection, const std::string& what) {
-  const std::vector<Candidate>& list = candidates(selection.on);
-  const std::vector<char> chosen = choose(selection, what, lattice_, list, share_);
-  if (share_.sum(static_cast<double>(std::count(chosen.begin(), chosen.end(), 1))) == 0)
-    throw Error(ErrorKind::geometry, nothing_selected(selection, what, lattice_, list, share_));
+  std::vector<Candidate> list = candidates(selection.on, [&](const auto& ball) { return may_select(selection, ball); });
+  std::vector<char> chosen;
+  const auto is_any_chosen = [&] {
+    return share_.sum(static_cast<double>(std::count(chosen.begin(), chosen.end(), 1))) > 0;
+  };
+  if (all_near(selection, list, share_)) chosen = choose(selection, what, lattice_, list, share_);
+  if (!is_any_chosen()) {  // the message names what is nearest of all
+    list = candidates(selection.on, [](const auto&) { return true; });
+    chosen = choose(selection, what, lattice_, list, share_);
+  }
+  if (!is_any_chosen()) throw Error(ErrorKind::geometry, nothing_selected(selection, what, lattice_, list, share_));
   std::vector<SurfacePoint> points;
   for (std::size_t n = 0; n < list.size(); ++n)
     if (chosen[n])
@@ -192,7 +222,7 @@ std::vector<SurfacePoint> Selector::select(const Selection& selection, const std
 
 std::vector<SurfacePoint> Selector::whole_surface() {
   std::vector<SurfacePoint> points;
-  for (const Candidate& c : candidates(SurfacePoints::faces))
+  for (const Candidate& c : candidates(SurfacePoints::faces, [](const auto&) { return true; }))
     points.push_back({c.embedding.cell, hexmesh::shape_functions(c.embedding.local), c.area});
   return points;
 }

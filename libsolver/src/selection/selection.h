@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <vector>
 
+#include "hexmesh/lattice/locator.h"
 #include "hexsolver/scene/scene.h"
 #include "mesh/mesh.h"
 
@@ -30,7 +32,7 @@ public:
 class Selector {
 public:
   /// All must outlive this.
-  /// @param lattice  with its voxels; its level `level` is the mesh
+  /// @param lattice  with faces or labels; its level `level` is the mesh
   Selector(const hexmesh::Lattice& lattice, int level, const Mesh& mesh,
            const SurfaceShare& share = whole_surface_of_one);
   ~Selector();
@@ -48,13 +50,16 @@ public:
 private:
   static const SurfaceShare whole_surface_of_one;
   struct Candidate;
-  const std::vector<Candidate>& candidates(SurfacePoints on);
+  /// Those of the blocks of faces that may_count() of their balls; all nodes.
+  template <class MayCount>
+  std::vector<Candidate> candidates(SurfacePoints on, const MayCount& may_count);
 
   const hexmesh::Lattice& lattice_;
   int level_;
   const Mesh& mesh_;
   const SurfaceShare& share_;
-  std::array<std::vector<Candidate>, 3> candidates_;  ///< by kind, found when first needed
+  std::shared_ptr<const hexmesh::SurfaceFaces> faces_;  ///< found when first needed, as the next
+  std::unique_ptr<const hexmesh::CellLocator> locator_;
 };
 
 }  // namespace hexsolver

@@ -34,8 +34,6 @@ int num_failures() { return testing::UnitTest::GetInstance()->current_test_info(
 
 }  // namespace
 
-bool is_full() { return variable("HEXTOOLS_STABILITY") == "full"; }
-
 Case::Case(std::string family, std::string name)
     : record_({{"family", std::move(family)},
                {"case", std::move(name)},

@@ -7,18 +7,13 @@
 #include <vector>
 
 #include "mesh/mesh.h"
+#include "support/forms.h"
 
 /// What the cases of the suite measure: held against its limit, and kept for the table and the pictures.
 namespace stability {
 
-/// Whether the whole of each case is asked for (HEXTOOLS_STABILITY=full) or a short form of it.
-bool is_full();
-
-/// `whole` of the full suite, `part` of the short form.
-template <class T>
-T whole_or(T whole, T part) {
-  return is_full() ? whole : part;
-}
+using testing_support::is_full;
+using testing_support::whole_or;
 
 /// The larger of the two; what is not a number counts as largest.
 inline double worst(double a, double b) { return std::isnan(a) || a > b ? a : b; }

@@ -12,7 +12,7 @@
 namespace hexmesh {
 
 /// Version of the lattice file's layout; readers refuse others. See FORMATS.md.
-inline constexpr int lattice_version = 2;
+inline constexpr int lattice_version = 3;
 inline constexpr const char* lattice_format = "hexmesh lattice";  ///< as its header says
 
 /// Which levels' matrices a lattice file holds: those that take at most 60 bytes a voxel, all above level 0, none.
@@ -28,14 +28,21 @@ enum class Elements : std::uint8_t {
   stored,  ///< from Level::matrices where the file has these, else formed
 };
 
+/// Whether labels and picture surface are read, which pictures need and whatever changes the voxels; a solution does
+/// not.
+enum class Voxels : std::uint8_t { read, left_out };
+
 /// @param levels    which levels to read; of the others only `children` below the coarsest one wanted whose elements
 ///                  are to be formed are there, which form_elements() needs. Nothing here reads all
 /// @throws Error{input} naming the file and what is wrong with it
 Lattice read_lattice(const std::filesystem::path& path, const std::vector<int>& levels = {},
-                     Elements elements = Elements::formed);
+                     Elements elements = Elements::formed, Voxels voxels = Voxels::read);
 
-/// Number of levels in a lattice file.
-int count_levels(const std::filesystem::path& path);
+/// SHA-256 of what the file holds, as it was written: the same for the same lattice, however HDF5 lays it out.
+std::string content_checksum(const std::filesystem::path& path);
+
+/// Number of cells of each level of a lattice file.
+std::vector<std::size_t> cells_of_levels(const std::filesystem::path& path);
 
 /// The stored matrices of a level against those formed from the materials: the largest difference of a value, relative
 /// to the largest value of its dataset; nothing if there are none.

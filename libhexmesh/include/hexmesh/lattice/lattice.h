@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "hexmesh/lattice/material_rule.h"
 #include "hexmesh/lattice/merge.h"
 #include "hexmesh/lattice/stored_matrices.h"
+#include "hexmesh/lattice/surface_faces.h"
 #include "hexmesh/volume/label_volume.h"
 
 namespace hexmesh {
@@ -56,22 +58,17 @@ struct Level {
   bool is_boundary(std::size_t cell) const { return fill(cell) < 1; }
 };
 
-/// The outer face of a material voxel, towards background or a segment without material.
-struct ExposedFace {
-  Index3 voxel;
-  std::uint8_t side;        ///< 2 d for the lower, 2 d + 1 for the upper face along axis d
-  std::uint16_t neighbour;  ///< label behind the face; 0 = background
-};
-
 /// A segmented body at every resolution.
 struct Lattice {
   Grid voxels;                           ///< the box of all chosen segments at scan resolution
-  std::vector<std::uint16_t> labels;     ///< shape (voxels.num_voxels()), 0 = background
+  std::vector<std::uint16_t> labels;     ///< shape (voxels.num_voxels()), 0 = background; may be left out when read
   std::vector<LatticeSegment> segments;  ///< ascending by label
   std::vector<VoxelMaterial> materials;  ///< what voxels consist of: the elements of level 0
   std::vector<Level> levels;             ///< may hold only some levels when read from a file; the others are empty
-  TriangleSurface surface;               ///< picture surfaces, bound to the cells by their positions
+  TriangleSurface surface;               ///< picture surfaces, bound to the cells by their positions; likewise
   std::vector<std::string> history;      ///< command lines that made it, oldest first
+  bool surface_of_voxels = false;        ///< `surface` is what extract_surfaces() makes (see surface/extract.h)
+  std::shared_ptr<const SurfaceFaces> faces;  ///< of the labels; ask faces_of()
 
   /// One of `levels`. @pre 0 <= n < num_levels()
   Level& level(int n) { return levels[as_size(n)]; }
@@ -114,10 +111,10 @@ enum class VoxelClass : std::uint8_t { outside, inside, boundary };  ///< bounda
 /// Class of each voxel of the lattice's box; cells are inside or boundary by Level::is_boundary.
 std::vector<VoxelClass> classify_voxels(const Lattice& lattice);
 
-/// All exposed voxel faces, in the order of the voxels.
-std::vector<ExposedFace> exposed_faces(const Lattice& lattice);
+/// The exposed voxel faces: those it has, else found from its labels.
+std::shared_ptr<const SurfaceFaces> faces_of(const Lattice& lattice);
 
-/// Centre of a face as a continuous voxel index.
-Vec3 face_index(const ExposedFace& face);
+/// All of them, in the order of the voxels.
+std::vector<ExposedFace> exposed_faces(const Lattice& lattice);
 
 }  // namespace hexmesh

@@ -18,7 +18,8 @@ struct ConditionPoints {
   std::array<bool, 3> axes = {true, true, true};  ///< which components it prescribes
 };
 
-/// A level at rest or solved: all that is needed to export pictures without the lattice file.
+/// A level at rest or solved: all that is needed to export pictures without the lattice file. One that a solution made
+/// may be without labels and surface; its file gets those of the lattice file.
 struct Result {
   Grid voxels;                        ///< the lattice's box at scan resolution
   std::vector<std::uint16_t> labels;  ///< shape (voxels.num_voxels())
@@ -32,17 +33,21 @@ struct Result {
   std::vector<Vec3> velocity;                              ///< per node [mm/s]; empty if nothing moves
   std::vector<std::uint16_t> segment;                      ///< label of each cell
   std::map<std::string, std::vector<double>> cell_fields;  ///< e.g. fill [1], strain_energy_density [N/mm^2]
-  TriangleSurface surface;                                 ///< rest positions
+  TriangleSurface surface;                                 ///< rest positions; see surface_of_voxels
   std::vector<Vec3> surface_displacement;                  ///< per surface point [mm]
   std::vector<ConditionPoints> conditions;
   std::vector<double> times;         ///< of the steps of a motion that the file keeps [s]
   std::string report;                ///< JSON
   std::string costs;                 ///< JSON: seconds and memory, which differ from run to run; may be empty
   std::vector<std::string> history;  ///< command lines, oldest first
+  bool surface_of_voxels = false;    ///< files leave `surface` out: add_surface() makes it (see surface/extract.h)
 };
 
 /// A level before anything is solved: geometry, segments, surface and the cell fields fill and parts (see parts.h).
 Result rest_state(const Lattice& lattice, int level);
+
+/// Move the surface with the cells: surface_displacement from displacement.
+void move_surface(Result& result);
 
 /// A state of a motion.
 struct MotionStep {

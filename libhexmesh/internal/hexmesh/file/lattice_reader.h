@@ -37,8 +37,6 @@ public:
   Lattice outline() const;
 
   std::size_t num_cells(int level) const;
-  std::size_t num_surface_points() const;
-  std::vector<Vec3> surface_points(std::size_t first, std::size_t count) const;
 
   /// How many of the cells in rows `first` to `first` + `count` - 1 lie in each layer k; shape (layers of the level).
   std::vector<std::uint64_t> cells_in_layers(int level, std::size_t first, std::size_t count) const;

@@ -169,10 +169,14 @@ hexmesh::Lattice with_overrides(hexmesh::Lattice lattice, const Scene& scene);
 /// Where a solution takes elements from: the file's matrices unless the scene changes materials or needs more of them.
 hexmesh::Elements source_of_elements(const Scene& scene);
 
-/// A lattice file's levels as a scene solves on them, with_overrides().
-/// @param levels  as hexmesh::read_lattice()
-hexmesh::Lattice read_lattice_for(const Scene& scene, const std::filesystem::path& path,
-                                  const std::vector<int>& levels = {});
+/// What is wanted of a lattice file beside what a solution cannot do without.
+struct LatticeNeeds {
+  std::vector<int> levels;  ///< as hexmesh::read_lattice()
+  bool pictures = false;    ///< labels and picture surface
+};
+
+/// A lattice file as a scene is solved on it, with_overrides(). Scenes that leave islands out need all of it.
+hexmesh::Lattice read_lattice_for(const Scene& scene, const std::filesystem::path& path, const LatticeNeeds& needs);
 
 /// A commented scene for any lattice: the paper's liver experiment, three places on the surface held and a fourth
 /// pulled by 40 mm.

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "hdf5.h"
+#include "hexmesh/lattice/surface_faces.h"
+
+namespace hexmesh::hdf5 {
+
+/// The datasets `/faces/face` and `/faces/block`.
+void write_faces(Writer& file, const SurfaceFaces& faces);
+
+/// The faces of a lattice file, each block read when it is first asked for. They keep the file open.
+/// @param extent  of the voxels that they belong to
+/// @throws Error{input}, when they are asked for too
+std::shared_ptr<const SurfaceFaces> open_faces(const std::filesystem::path& path, const Index3& extent);
+
+}  // namespace hexmesh::hdf5
