@@ -53,13 +53,16 @@ Scene read_scene(const SolveOptions& o, const std::filesystem::path& path, const
 /// @param level  becomes the finest that it asks for
 hexmesh::Lattice read_lattice(const SolveOptions& o, const std::filesystem::path& path, const Scene& scene,
                               int& level) {
-  const std::vector<std::size_t> num_cells = hexmesh::cells_of_levels(path);
-  if (o.level && *o.level >= static_cast<int>(num_cells.size()))
-    throw Error(ErrorKind::usage, fmt::format("--level is {}, expected 0 to {}", *o.level, num_cells.size() - 1));
-  level = hexsolver::finest_level(scene, num_cells);
   hexsolver::LatticeNeeds needs;
-  for (int n = level; n < static_cast<int>(num_cells.size()); ++n) needs.levels.push_back(n);
   needs.pictures = o.stream;
+  if (scene.level != 0) {  // of which there is one always, and it needs all
+    const std::vector<std::size_t> num_cells = hexmesh::cells_of_levels(path);
+    const int count = static_cast<int>(num_cells.size());
+    if (o.level && *o.level >= count)
+      throw Error(ErrorKind::usage, fmt::format("--level is {}, expected 0 to {}", *o.level, count - 1));
+    level = hexsolver::finest_level(scene, num_cells);
+    for (int n = level; n < count; ++n) needs.levels.push_back(n);
+  }
   return hexsolver::read_lattice_for(scene, path, needs);
 }
 
