@@ -4,7 +4,7 @@
 using namespace testing_support;
 
 TEST_F(HexsolveMpi, AnyNumberOfProcessesFindsWhatOneFinds) {
-  const std::string sharp = "liver.hexmesh liver.toml --level 0 --set solve.tolerance=1e-10 ";
+  const std::string sharp = "liver.hexmesh liver.toml --level 0 --set solve.tolerance=1e-10 --force ";
   ASSERT_EQ(run("hexsolve " + sharp + "-o one.hexresult --report one.json").exit_code, 0);
   const Result one = result("one.hexresult");
   std::size_t iterations_of_one = 0;
@@ -46,16 +46,16 @@ TEST_F(HexsolveMpi, NearlyIncompressibleBodiesWithGapsTakeAsManyIterationsAsByOn
 
 TEST_F(HexsolveMpi, NoProcessHoldsTheWholeBody) {
   // A long body in many layers: what a process holds is its share, and what lies around it.
-  ASSERT_EQ(
-      run("hexscan phantom beam --spacing 2 --set rotate_y=90 -o beam.seg.nrrd && "
-          "hexmesh build beam.seg.nrrd --material '*:young_kpa=100,poisson=0.3' -o beam.hexmesh --report beam.json && "
-          "hexsolve beam.hexmesh --example -o beam.toml")
-          .exit_code,
-      0);
+  ASSERT_EQ(run("hexscan phantom beam --spacing 2 --set rotate_y=90 -o beam.seg.nrrd && "
+                "hexmesh build beam.seg.nrrd --material '*:young_kpa=100,poisson=0.3' -o beam.hexmesh --force --report "
+                "beam.json && "
+                "hexsolve beam.hexmesh --example -o beam.toml")
+                .exit_code,
+            0);
   constexpr std::size_t processes = 4;
   const CommandResult r = run(mpi(processes) +
                               "beam.hexmesh beam.toml --level 0 --set displace.0.by_mm=[0,0,5] "
-                              "-o beam.hexresult --report many.json --set solve.strain=cauchy");
+                              "-o beam.hexresult --force --report many.json --set solve.strain=cauchy");
   ASSERT_EQ(r.exit_code, 0) << r.errors;
   const json many = report("many.json"), level = report("beam.json")["levels"][0];
   ASSERT_EQ(many["processes"].size(), processes);
@@ -256,7 +256,7 @@ TEST_F(HexsolveMpi, ARealLiverAtFullResolution) {
                             scan.string()))
                 .exit_code,
             0);
-  const std::string sharp = "real.hexmesh real.toml --level 0 --set solve.tolerance=1e-10 ";
+  const std::string sharp = "real.hexmesh real.toml --level 0 --set solve.tolerance=1e-10 --force ";
   ASSERT_EQ(run("hexsolve " + sharp + "-o real1.hexresult --report one.json").exit_code, 0);
   const CommandResult r = run(mpi(2) + sharp + "-o real2.hexresult --report many.json");
   ASSERT_EQ(r.exit_code, 0) << r.errors;
@@ -275,7 +275,8 @@ TEST_F(HexsolveMpi, ARealLiverWithItsVesselsCutOutTakesAsManyIterationsAsByOne) 
                             scan.string()))
                 .exit_code,
             0);
-  const std::string arguments = "cut.hexmesh cut.toml --level 2 --set solve.islands=error --set solve.strain=cauchy ";
+  const std::string arguments =
+      "cut.hexmesh cut.toml --level 2 --set solve.islands=error --set solve.strain=cauchy --force ";
   ASSERT_EQ(run("hexsolve " + arguments + "-o cut1.hexresult --report one.json").exit_code, 0);
   const CommandResult r = run(mpi(2) + arguments + "-o cut2.hexresult --report many.json");
   ASSERT_EQ(r.exit_code, 0) << r.errors;

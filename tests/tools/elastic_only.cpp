@@ -5,10 +5,12 @@
 //   elastic_only LATTICE RESULT {x y z radius dx dy dz}...
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <memory>
 
 #include "constraints/select_points.h"
 #include "constraints/supports.h"
+#include "hexmesh/core/sha256.h"
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/file/result_file.h"
 #include "newton/minimize.h"
@@ -91,7 +93,9 @@ int main(int argc, char** argv) {
   coarser->potential->gradient(u, gradient, magnitude);
   const std::vector<Vec3> reactions = coarser->constraints->multipliers(gradient);
   hexmesh::Result result = hexmesh::rest_state(lattice, 0);
-  result.history.push_back(hexmesh::content_checksum(argv[1]));
+  hexmesh::Sha256 conditions;
+  for (int a = 3; a < argc; ++a) conditions.add(argv[a], std::strlen(argv[a]));
+  result.history = {hexmesh::content_checksum(argv[1]), conditions.digits()};
   const NodeVector rest = Eigen::Map<const NodeVector>(result.nodes[0].data(), u.size());
   result.displacement = to_points(u);
   const CellMeasures measures = measure_cells(*coarser->elastic, u);
