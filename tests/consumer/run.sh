@@ -6,7 +6,7 @@ rm -rf "$folder"
 mkdir -p "$folder"
 "$cmake" --install "$build" --prefix "$folder/prefix" >"$folder/install.log"
 "$cmake" -G Ninja -S "$(dirname "$0")" -B "$folder/build" -DCMAKE_CXX_COMPILER="$cxx" \
-  -DCMAKE_PREFIX_PATH="$folder/prefix" >"$folder/configure.log"
+  -DCMAKE_CXX_COMPILER_LAUNCHER="$(command -v ccache || true)" -DCMAKE_PREFIX_PATH="$folder/prefix" >"$folder/configure.log"
 "$cmake" --build "$folder/build"
 (cd "$folder" && build/consumer)
 

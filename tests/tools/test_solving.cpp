@@ -303,9 +303,10 @@ halfspace = { point_mm = [40, 0, 0], normal = [1, 0, 0] }
 newton = [0.01, 0, 0.01]
 )");
   for (const char* storage : {"all", "none"})
-    ASSERT_EQ(run(fmt::format("hexmesh build liver.nrrd -o {0}.hexmesh --matrices {0}", storage)).exit_code, 0);
+    ASSERT_EQ(run(fmt::format("hexmesh build liver.nrrd -o {0}.hexmesh --force --matrices {0}", storage)).exit_code, 0);
   const auto solve = [&](const std::string& lattice) {
-    const CommandResult r = run(fmt::format("hexsolve {0}.hexmesh push.toml --level 2 -o {0}.hexresult", lattice));
+    const CommandResult r =
+        run(fmt::format("hexsolve {0}.hexmesh push.toml --level 2 --force -o {0}.hexresult", lattice));
     EXPECT_EQ(r.exit_code, 0) << r.errors;
     return hexmesh::read_result(*folder / (lattice + ".hexresult")).displacement;
   };

@@ -159,6 +159,7 @@ TEST(Contrast, LargeStrainToo) {
     double most = 0, residual = 0;
     for (const double ratio : {1e-6, 1e-3, 1e3, 1e6})
       for (int level = 0; level < 3; ++level) {
+        if (std::abs(std::log10(ratio)) < 6 && !stability::is_full()) continue;
         const Scene scene = with(sheared(36, 2), Elasticity::neo_hookean);
         SolveReport report;
         solve_equilibrium(lattice_of(*body, 18, ratio), scene, level, report);
