@@ -57,12 +57,12 @@ private:
   NodeWeights weights(std::size_t set, std::size_t element) const;
 
   std::array<Set, num_sets> sets_ = {{{"stiffness", packed_size, {}},
-                               {"deviatoric", packed_size, {}},
-                               {"divergence", 24, {}},
-                               {"volume", 1, {}},
-                               {"bulk", 1, {}},
-                               {"lumped_mass", 8, {}},
-                               {"shape", 8, {}}}};
+                                      {"deviatoric", packed_size, {}},
+                                      {"divergence", 24, {}},
+                                      {"volume", 1, {}},
+                                      {"bulk", 1, {}},
+                                      {"lumped_mass", 8, {}},
+                                      {"shape", 8, {}}}};
 };
 
 /// Memory that they take.
