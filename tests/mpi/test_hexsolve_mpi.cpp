@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mpi/hexsolve_mpi.h"
-#include "support/forms.h"
 
 using namespace testing_support;
 
@@ -26,7 +25,7 @@ TEST_F(HexsolveMpi, AnyNumberOfProcessesFindsWhatOneFinds) {
 }
 
 TEST_F(HexsolveMpi, NearlyIncompressibleBodiesWithGapsTakeAsManyIterationsAsByOne) {
-  ASSERT_EQ(run(fmt::format("hexscan phantom liver --spacing {} -o vessels.seg.nrrd && ", whole_or(3, 4)) +
+  ASSERT_EQ(run("hexscan phantom liver --spacing 3 -o vessels.seg.nrrd && "
                 "hexmesh build vessels.seg.nrrd --material '*:young_kpa=10,poisson=0.49' --material vessel:none "
                 "-o vessels.hexmesh && hexsolve vessels.hexmesh --example -o vessels.toml")
                 .exit_code,
