@@ -61,7 +61,7 @@ hexmesh::Lattice read_lattice(const SolveOptions& o, const std::filesystem::path
     if (o.level && *o.level >= count)
       throw Error(ErrorKind::usage, fmt::format("--level is {}, expected 0 to {}", *o.level, count - 1));
     level = hexsolver::finest_level(scene, num_cells);
-    for (int n = level; n < count; ++n) needs.levels.push_back(n);
+    for (int n = hexsolver::finest_level_needed(scene, num_cells, level); n < count; ++n) needs.levels.push_back(n);
   }
   return hexsolver::read_lattice_for(scene, path, needs);
 }

@@ -113,8 +113,13 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   out["constraint_violation_mm"] = r.constraint_violation_mm;
   out["kept_directions"] = r.kept_directions;
   out["conditions"] = json::array();
+  const hexsolver::ErrorEstimate& error = r.levels.back().error;
   for (const hexsolver::ConditionReport& c : r.conditions) {
+    const std::size_t number = out["conditions"].size();
     json condition = to_json(c);
+    if (!r.motion)
+      condition["reaction_error_n"] =
+          number < error.reactions_n.size() ? to_json(error.reactions_n[number]) : json(nullptr);
     condition["misfit_mm"] = c.misfit_mm;
     condition["reaction_n"] = to_json(c.reaction_n);
     out["conditions"].push_back(condition);
@@ -132,6 +137,7 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   out["warnings"] = r.warnings;
   out["error_estimate_mm"] = to_json(r.levels.back().error);
   out["strain_energy_n_mm"] = r.strain_energy_n_mm;
+  if (!r.motion) out["strain_energy_error_n_mm"] = to_json(error.strain_energy_n_mm);
   out["min_jacobian"] = r.min_jacobian;
   out["inverted_cells"] = r.inverted_cells;
   out["strain"] = strain_name(r.elasticity);
@@ -246,7 +252,10 @@ void summarize(const SolveReport& r, const Console& console) {
         "estimated error of the cells' size: mean {:.2g} mm, largest {:.2g} mm; of the equations: {:.1g} mm",
         *e.mean_mm, e.max_mm.value_or(0), e.algebraic_mm.value_or(0)));
   else if (!r.motion)
-    console.note("no error estimate: there is no coarser level to compare with");
+    console.note(fmt::format("the error of the cells' size is unknown: {}",
+                             !r.converged          ? "not converged"
+                             : r.levels.size() < 2 ? "there is no level to compare with"
+                                                   : "the levels do not come closer to each other"));
   console.note(fmt::format("strain energy {:.6g} N mm, smallest Jacobian {:.3g}, {} inverted cells",
                            r.strain_energy_n_mm, r.min_jacobian, r.inverted_cells));
 }

@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "constraints/affine_fit.h"
@@ -17,10 +18,11 @@ using SparseMatrix = Eigen::SparseMatrix<double>;
 
 namespace {
 
-KeptDirections kept_directions(const MatrixXd& gram) {
+/// @param gram  of the rows
+KeptDirections kept_directions(const MatrixXd& gram, double cutoff) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(gram);
   const VectorXd& values = eigen.eigenvalues();  // ascending
-  const double least = Constraints::cutoff * Constraints::cutoff * values[values.size() - 1];
+  const double least = cutoff * cutoff * values[values.size() - 1];
   const Index dropped = std::lower_bound(values.begin(), values.end(), least) - values.begin();
   const Index kept = values.size() - dropped;
   return {eigen.eigenvectors().rightCols(kept), values.tail(kept)};
@@ -52,13 +54,24 @@ bool needs_uniform_pressure(const Mesh& mesh, const std::vector<ConstraintPoint>
 
 void hold_uniform_pressure(ConstraintCluster& cluster) {
   constexpr double negligible = 1e-8;
-  VectorXd forces = VectorXd::Ones(cluster.h.rows());
+  VectorXd forces = cluster.scale;
   const VectorXd whole = cluster.h.transpose() * forces;
   forces -= cluster.h * cluster.solve_normal(whole);
   const VectorXd rest = cluster.h.transpose() * forces;
   if (rest.norm() <= negligible * whole.norm()) return;
   cluster.pressure_direction = rest.normalized();
   cluster.pressure_forces = forces / rest.norm();
+}
+
+/// The rows of h by their part of the largest face.
+void scale_rows(const std::vector<ConstraintPoint>& points, ConstraintCluster& cluster) {
+  double largest = 0;
+  for (const std::size_t p : cluster.points) largest = std::max(largest, points[p].face_area);
+  cluster.scale.resize(cluster.points.size());
+  for (std::size_t row = 0; row < cluster.points.size(); ++row) {
+    const double area = points[cluster.points[row]].face_area;
+    cluster.scale[row] = area > 0 ? std::sqrt(area / largest / 4) : 1;
+  }
 }
 
 /// The columns of h, the nodes of the points, and its entries.
@@ -73,7 +86,7 @@ void fill_rows(const Mesh& mesh, const std::vector<ConstraintPoint>& points, Con
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t row = 0; row < cluster.points.size(); ++row)
     for_each_weight(mesh, points[cluster.points[row]], [&](std::int32_t node, double weight) {
-      entries.emplace_back(static_cast<Index>(row), column[node], weight);
+      entries.emplace_back(static_cast<Index>(row), column[node], cluster.scale[row] * weight);
     });
   cluster.h.resize(cluster.points.size(), cluster.nodes.size());
   cluster.h.setFromTriplets(entries.begin(), entries.end());
@@ -109,8 +122,12 @@ std::shared_ptr<const ConstraintCluster> make_cluster(const Mesh& mesh, const st
                                                       std::vector<std::size_t> members) {
   auto cluster = std::make_shared<ConstraintCluster>();
   cluster->points = std::move(members);
+  scale_rows(points, *cluster);
   fill_rows(mesh, points, *cluster);
-  cluster->kept = kept_directions(MatrixXd(SparseMatrix(cluster->h.transpose()) * cluster->h));
+  const bool has_faces = std::any_of(cluster->points.begin(), cluster->points.end(),
+                                     [&](std::size_t p) { return points[p].face_area > 0; });
+  cluster->kept = kept_directions(MatrixXd(SparseMatrix(cluster->h.transpose()) * cluster->h),
+                                  has_faces ? Constraints::cutoff_of_faces : Constraints::cutoff_of_points);
   if (needs_uniform_pressure(mesh, points, cluster->points)) hold_uniform_pressure(*cluster);
   MatrixXd directions(cluster->h.cols(), cluster->num_directions());
   directions.leftCols(cluster->kept.vectors.cols()) = cluster->kept.vectors;

@@ -13,7 +13,7 @@ namespace hexsolver {
 template <class Scalar>
 using MatrixOf = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
-/// Directions with sigma >= cutoff sigma_max of the rows whose Gram matrix is given: orthonormal vectors and sigma^2.
+/// Directions with sigma >= cutoff sigma_max of rows: orthonormal vectors and sigma^2.
 struct KeptDirections {
   Eigen::MatrixXd vectors;
   Eigen::VectorXd sigma2;
@@ -31,7 +31,8 @@ void for_each_weight(const Mesh& mesh, const ConstraintPoint& point, F&& f) {
 struct ConstraintCluster {
   std::vector<std::size_t> points;  ///< rows of h, numbers in held()
   std::vector<std::int32_t> nodes;  ///< columns of h
-  Eigen::SparseMatrix<double> h;    ///< (points, nodes)
+  Eigen::VectorXd scale;            ///< of each row: the root of the part of a face that its point stands for
+  Eigen::SparseMatrix<double> h;    ///< (points, nodes), rows scaled
   KeptDirections kept;
   /// One more direction v that holds as v.u = p.c: that in which forces that are the same on all points act beyond the
   /// kept ones, v = H^T p of length 1 and orthogonal to these; empty if there is none.
@@ -62,7 +63,7 @@ struct ConstraintCluster {
     }
   }
 
-  /// d = the smallest that changes H u by `misfit` in the directions held.
+  /// d = the smallest that changes H u by `misfit`, scaled, in the directions held.
   void displacement_for(const Eigen::Ref<const Eigen::VectorXd>& misfit, Eigen::Ref<Eigen::VectorXd> coefficients,
                         Eigen::Ref<Eigen::VectorXd> d) const {
     d.noalias() = h.transpose() * misfit;
@@ -76,7 +77,7 @@ struct ConstraintCluster {
   Eigen::VectorXd forces_for(const Eigen::VectorXd& r) const {
     Eigen::VectorXd f = h * solve_normal(r);
     if (pressure_direction.size() > 0) f += pressure_direction.dot(r) * pressure_forces;
-    return f;
+    return f.cwiseProduct(scale);
   }
 
   Eigen::Index num_directions() const { return kept.vectors.cols() + (pressure_direction.size() > 0); }

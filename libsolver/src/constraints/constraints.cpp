@@ -16,6 +16,25 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+std::vector<ConstraintPoint> with_face_centers(const std::vector<ConstraintPoint>& points) {
+  std::vector<ConstraintPoint> out;
+  int of_face = 0;
+  for (const ConstraintPoint& p : points) {
+    if (of_face == 0) {
+      out.push_back(p);
+    } else {  // means of linear functions are their values in the middle
+      out.back().weights += p.weights;
+      out.back().value += p.value;
+    }
+    of_face = p.face_area > 0 ? (of_face + 1) % 4 : 0;
+    if (p.face_area > 0 && of_face == 0) {
+      out.back().weights /= 4;
+      out.back().value /= 4;
+    }
+  }
+  return out;
+}
+
 /// Replace the points of clusters with too many nodes by the nodes themselves.
 void Constraints::hold_large_clusters_by_nodes() {
   std::vector<std::array<bool, 3>> axes(points_.size(), {false, false, false});
@@ -169,7 +188,7 @@ void Constraints::lift(const NodeVector& u, NodeVector& d) const {
       cluster->gather(u, axis, nodal);
       misfit.noalias() = cluster->h * nodal;
       for (std::size_t p = 0; p < cluster->points.size(); ++p)
-        misfit[p] = held_[cluster->points[p]].value[axis] - misfit[p];
+        misfit[p] = cluster->scale[p] * held_[cluster->points[p]].value[axis] - misfit[p];
       cluster->displacement_for(misfit, work_->coefficients.head(cluster->kept.vectors.cols()), nodal);
       for (std::size_t n = 0; n < cluster->nodes.size(); ++n) d[3 * Index{cluster->nodes[n]} + axis] += nodal[n];
     }
@@ -217,12 +236,14 @@ std::vector<double> Constraints::incompatibility() const {
       VectorXd c(static_cast<Index>(cluster->points.size()));
       for (std::size_t p = 0; p < cluster->points.size(); ++p) c[p] = held_[cluster->points[p]].value[axis];
       if (c.maxCoeff() == c.minCoeff()) continue;  // a translation, which cells can always follow
+      c = c.cwiseProduct(cluster->scale);
       Eigen::LeastSquaresConjugateGradient<Eigen::SparseMatrix<double>> solver(cluster->h);
       solver.setTolerance(1e-10);
       solver.setMaxIterations(300);
       const VectorXd u = solver.solve(c);
       const VectorXd rest = c - cluster->h * u;
-      for (std::size_t p = 0; p < cluster->points.size(); ++p) miss[cluster->points[p]][axis] = rest[p];
+      for (std::size_t p = 0; p < cluster->points.size(); ++p)
+        miss[cluster->points[p]][axis] = rest[p] / cluster->scale[p];
     }
   std::vector<double> distance;
   for (const Vec3& m : miss) distance.push_back(m.norm());

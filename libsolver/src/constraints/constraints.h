@@ -17,7 +17,13 @@ struct ConstraintPoint {
   NodeWeights weights;         ///< of the cell's nodes
   Vec3 value = Vec3::Zero();   ///< [mm]
   std::array<bool, 3> axes = {true, true, true};
+  /// Of the face that this is one of the four Gauss points of, which come one after the other [mm^2]; 0: a point that
+  /// stands for itself.
+  double face_area = 0;
 };
+
+/// The same with one point for each face, in its middle.
+std::vector<ConstraintPoint> with_face_centers(const std::vector<ConstraintPoint>& points);
 
 struct ConstraintCluster;
 class HeldNodes;
@@ -47,9 +53,11 @@ public:
 
 /// Prescribed displacements of embedded points, H u = c.
 ///
-/// A patch of many points pins more directions than a coarse cell has. Points that share nodes form a cluster; in each
-/// the right singular vectors of H with sigma >= 0.1 sigma_max are kept and hold exactly, the misfit of the others is
-/// least squares: c' = H H^+ c as in the paper (whose two cases of H^+ are printed the wrong way round). Where
+/// A patch pins more directions than a coarse cell has. Points that share nodes form a cluster; in each the right
+/// singular vectors of H with sigma >= cutoff sigma_max are kept and hold exactly, the misfit of the others is least
+/// squares: c' = H H^+ c as in the paper (whose two cases of H^+ are printed the wrong way round). Faces count by their
+/// area, so that H^T H is the integral of N^T N over the patch, and their cutoff is a quarter; for points it is a tenth
+/// (THEORY.md, "Constraints on the embedded surface"). Where
 /// points hold only some axes (sliding plates, planes of symmetry) the direction in which a uniform pressure acts is
 /// held too: a homogeneous stress is then in equilibrium with its supports on every level. Clusters of more than
 /// `dense_limit` nodes, where the singular vectors are too dear, hold their nodes themselves: those with at least 0.1
@@ -57,7 +65,7 @@ public:
 /// points) puts it.
 class Constraints final : public HeldDirections {
 public:
-  static constexpr double cutoff = 0.1;
+  static constexpr double cutoff_of_faces = 0.25, cutoff_of_points = 0.1;
   static constexpr std::size_t dense_limit = 1000;
 
   Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points);

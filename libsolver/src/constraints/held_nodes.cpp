@@ -27,7 +27,7 @@ HeldNodes::HeldNodes(const Mesh& mesh, const std::vector<ConstraintPoint>& point
   double heaviest = 0;
   for (const auto& [node, of] : nodes) heaviest = std::max(heaviest, of.weight);
   for (auto& [node, of] : nodes)
-    if (of.weight >= Constraints::cutoff * heaviest) nodes_.emplace_back(node, std::move(of));
+    if (of.weight >= Constraints::cutoff_of_points * heaviest) nodes_.emplace_back(node, std::move(of));
 }
 
 void HeldNodes::hold(std::map<std::int32_t, ConstraintPoint>& held) const {

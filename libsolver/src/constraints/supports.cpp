@@ -199,7 +199,7 @@ std::vector<FreePart> free_parts(const Mesh& mesh, const std::vector<ConstraintP
   for (std::size_t n = 0; n < meeting.size(); ++n)
     if (meeting[n].size() > 1) joints.push_back({mesh.position(n), meeting[n]});
   std::vector<HeldPoint> held;
-  for (const ConstraintPoint& p : points) {
+  for (const ConstraintPoint& p : with_face_centers(points)) {
     Index corner = 0;
     const bool at_node = p.weights.maxCoeff(&corner) >= 1;
     const std::size_t node = mesh.node(p.cell, corner);

@@ -52,6 +52,15 @@ public:
     outcome.seconds += equations.seconds();
     return outcome;
   }
+  void prolongate(const DistributedLevel& coarser, const OwnedVec& from, OwnedVec& to) const {
+    shared_.prolongate(coarser.shared(), outline_.levels[static_cast<std::size_t>(coarser.level())].merge, from, to);
+  }
+  LevelMeasures measures(const OwnedVec& u) {
+    const OwnedVec gradient = shared_.make_vector();
+    shared_.gradient(u, gradient);
+    const SharedConstraints& held = shared_.constraints();
+    return {shared_.strain_energy(u), reactions(held.local(), shared_.scene(), held.values_of(gradient))};
+  }
   ElasticCells::Size size_in_material(const OwnedVec& field, bool /*with_islands*/) const {
     return shared_.size_in_material(field);
   }

@@ -28,6 +28,7 @@ public:
     Index3 cell;  ///< of the whole level
     std::array<double, 8> weights{};
     std::array<bool, 3> axes{};
+    double face_area = 0;  ///< see ConstraintPoint
   };
 
   /// @param edges, corner  of the whole level

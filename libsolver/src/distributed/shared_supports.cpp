@@ -162,27 +162,30 @@ std::vector<Joint> SharedParts::joints() const {
 }
 
 std::vector<HeldPoint> SharedParts::held(const std::vector<SharedConstraints::Point>& points) const {
+  std::vector<ConstraintPoint> own;
+  for (const SharedConstraints::Point& p : points)
+    if (const std::int32_t cell = level_.own_cell(p.cell); cell >= 0)
+      own.push_back({p.condition, cell, NodeWeights::Map(p.weights.data()), Vec3::Zero(), p.axes, p.face_area});
   struct Found {
-    std::size_t point;
+    std::array<bool, 3> axes;
     double part;
     bool at_joint;
     std::array<double, 3> position;
   };
   std::vector<Found> found;
-  for (std::size_t p = 0; p < points.size(); ++p) {
-    const std::int32_t cell = level_.own_cell(points[p].cell);
-    if (cell < 0) continue;
-    const auto c = static_cast<std::size_t>(cell);
-    const NodeWeights weights = NodeWeights::Map(points[p].weights.data());
+  for (const ConstraintPoint& p : with_face_centers(own)) {
+    const auto c = static_cast<std::size_t>(p.cell);
     Eigen::Index corner = 0;
-    const bool at_node = weights.maxCoeff(&corner) >= 1;
-    const Vec3 at = mesh_.rest_position(cell, weights);
-    found.push_back(
-        {p, name_of(c), at_node && is_joint(mesh_.node(c, static_cast<std::size_t>(corner))), {at[0], at[1], at[2]}});
+    const bool at_node = p.weights.maxCoeff(&corner) >= 1;
+    const Vec3 at = mesh_.rest_position(p.cell, p.weights);
+    found.push_back({p.axes,
+                     name_of(c),
+                     at_node && is_joint(mesh_.node(c, static_cast<std::size_t>(corner))),
+                     {at[0], at[1], at[2]}});
   }
   std::vector<HeldPoint> out;
   for (const Found& f : all_.gather(found))
-    out.push_back({number_of_.at(f.part), Vec3::Map(f.position.data()), points[f.point].axes, f.at_joint});
+    out.push_back({number_of_.at(f.part), Vec3::Map(f.position.data()), f.axes, f.at_joint});
   return out;
 }
 

@@ -30,6 +30,14 @@ int finest_level(const Scene& scene, const std::vector<std::size_t>& num_cells) 
   return count - 1;
 }
 
+int finest_level_needed(const Scene& scene, const std::vector<std::size_t>& num_cells, int level) {
+  if (level == 0 || scene.dynamics || scene.accuracy || scene.budget) return level;
+  const bool looks = scene.error_estimation == ErrorEstimation::look ||
+                     (scene.error_estimation == ErrorEstimation::automatic &&
+                      num_cells[static_cast<std::size_t>(level) - 1] <= most_cells_looked_at);
+  return looks ? level - 1 : level;
+}
+
 Outcome solve_equilibrium(const Lattice& whole, const Scene& scene, int level, const SolveProgress& progress) {
   SolveReport report;
   report.warnings = check_single_points(scene);
@@ -41,6 +49,7 @@ Outcome solve_equilibrium(const Lattice& whole, const Scene& scene, int level, c
   if (rest) warn_of_dropped_cells(whole, level, report);
   NestedIteration<LocalLevel>::Levels levels;
   levels.num_cells = cells_of_levels(lattice);
+  while (levels.num_cells[static_cast<std::size_t>(levels.finest_there_is)] == 0) ++levels.finest_there_is;
   levels.make = [&](int n, const Scene& of_level) { return std::make_unique<LocalLevel>(lattice, of_level, n); };
   Solved<LocalLevel> solved = NestedIteration<LocalLevel>(levels, scene, level, report, progress).run();
   solved.level->set_progress({solved.state.load_fraction});

@@ -12,40 +12,43 @@ namespace hexsolver {
 /// Coarser levels only provide a start.
 inline constexpr double nested_tolerance = 1e-4;
 
-/// What one level differs from the coarser one before it, and what both are expected to differ from the limit.
+/// What is compared of a solution beside its displacement.
+struct LevelMeasures {
+  double strain_energy = 0;     ///< [N mm]
+  std::vector<Vec3> reactions;  ///< of each condition [N]
+};
+
+/// How far the levels of a nested iteration are from the lattice's finest level, from what they differ by.
+///
+/// Let d_ij be what levels i and j of the iteration differ by, n the finest of them, r = d_(n-1)n / d_(n-2)(n-1) the
+/// rate that the last three show, and k how many levels the lattice has beyond n. The error of a level i < n is
+/// d_in + d_(n-1)n (r + r^2 + ... + r^k), the second part what no level shows. That of n itself is unknown unless it is
+/// the finest of the lattice: then it is its distance from cells of no size, d_(n-1)n (r + r^2 + ...). Where
+/// differences do not fall, what is left cannot be told: errors are unknown.
 class ErrorEstimator {
 public:
-  /// Levels come coarse to fine; `difference` is that to the level before, nothing for one without.
-  /// Writes the estimates of the last levels into `levels`.
-  void add(const std::optional<ElasticCells::Size>& difference, std::vector<LevelReport>& levels) {
-    // Errors fall from level to level by about `fall`: between h^2, inside the body, and h, at the rims of patches.
-    // With e the error of a level and d its difference from the coarser one, d = e / fall - e. Differences scatter,
-    // since each level holds patches by other nodes: the larger of what the last two lead to is taken. On the coarsest
-    // levels, where patches and the body itself are a few cells, errors fall less.
-    constexpr double fall = 0.32, part = fall / (1 - fall), coarsest_part = 0.75;
-    if (!difference) {
-      differences_.clear();
-      return;
-    }
-    ErrorEstimate& now = levels.back().error;
-    now.mean_mm = differences_.empty() ? coarsest_part * difference->mean
-                                       : part * std::max(difference->mean, fall * differences_.back().mean);
-    // Extremes sit where the limit is approached slowest: no more is expected of the next level than of the last.
-    now.max_mm = difference->largest;
-    differences_.push_back(*difference);
-    // What is known about coarser levels gets sharper.
-    double mean = *now.mean_mm, largest = *now.max_mm;
-    for (std::size_t n = 0; n < differences_.size(); ++n) {
-      mean += differences_[differences_.size() - 1 - n].mean;
-      largest += differences_[differences_.size() - 1 - n].largest;
-      ErrorEstimate& coarser = levels[levels.size() - 2 - n].error;
-      coarser.mean_mm = mean;
-      coarser.max_mm = largest;
-    }
-  }
+  /// A level finer than those before.
+  /// @param differences  from each of those before, coarse to fine; nothing: not compared any more. Empty: it does
+  ///                     not go on from them
+  /// @param finer        levels of the lattice beyond this
+  void add(std::vector<std::optional<ElasticCells::Size>> differences, LevelMeasures measures, int finer);
+
+  /// What is known of the levels added; a last one that is not among `levels` was looked at only.
+  void write(std::vector<LevelReport>& levels) const;
 
 private:
-  std::vector<ElasticCells::Size> differences_;
+  struct Known {
+    std::vector<std::optional<ElasticCells::Size>> differences;
+    LevelMeasures measures;
+    int finer = 0;
+  };
+  /// Error of the known level `i` by distances between known levels, distance(i, j); nothing: unknown.
+  /// @param negligible  distances below that are of solutions that are not exact, and tell no rate
+  template <class Distance>
+  std::optional<double> error(std::size_t i, const Distance& distance, double negligible) const;
+
+  std::vector<Known> known_;    ///< coarse to fine, the last ones of all levels added
+  std::size_t num_before_ = 0;  ///< levels before these
 };
 
 }  // namespace hexsolver

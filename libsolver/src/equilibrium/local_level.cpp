@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/rotation.h"
+#include "level/condition_reports.h"
 
 namespace hexsolver {
 namespace {
@@ -37,8 +38,7 @@ RotatingCells LocalLevel::build(Elasticity elasticity, const CoarseStart<LocalLe
   }
   const Mesh& mesh = problem_.mesh();
   const LevelProblem& coarser = start->level->problem();
-  const hexmesh::Merge merge =
-      hexmesh::merge_cells(mesh.cells(), lattice_.levels[static_cast<std::size_t>(coarser.level())].merge);
+  const hexmesh::Merge merge = merge_of(*start->level);
   std::vector<bool> rotating;
   RotatingCells num_rotating;
   if (start->rotating_above) {
@@ -48,6 +48,22 @@ RotatingCells LocalLevel::build(Elasticity elasticity, const CoarseStart<LocalLe
   problem_.build_potential(elasticity, std::move(rotating));
   Prolongation(mesh, coarser.mesh(), merge).prolongate(*start->u, u);
   return num_rotating;
+}
+
+hexmesh::Merge LocalLevel::merge_of(const LocalLevel& coarser) const {
+  return hexmesh::merge_cells(problem_.mesh().cells(),
+                              lattice_.levels[static_cast<std::size_t>(coarser.level())].merge);
+}
+
+void LocalLevel::prolongate(const LocalLevel& coarser, const NodeVector& from, NodeVector& to) const {
+  Prolongation(problem_.mesh(), coarser.problem().mesh(), merge_of(coarser)).prolongate(from, to);
+}
+
+LevelMeasures LocalLevel::measures(const NodeVector& u) {
+  NodeVector gradient, magnitude;
+  problem_.potential().move_to(u);
+  problem_.potential().gradient(u, gradient, magnitude);
+  return {problem_.elastic().energy(u), reactions(problem_.constraints(), problem_.scene(), gradient)};
 }
 
 NewtonOutcome LocalLevel::minimize(const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress) {

@@ -25,13 +25,18 @@ public:
   NodeVector make_zero() const { return NodeVector::Zero(static_cast<Eigen::Index>(problem_.mesh().num_dofs())); }
   void set_progress(const Progress& progress) { problem_.set_progress(progress); }
   double largest_load_step() const { return problem_.largest_load_step(); }
+  /// to = a field of a coarser level here.
+  void prolongate(const LocalLevel& coarser, const NodeVector& from, NodeVector& to) const;
   NewtonOutcome minimize(const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress);
   ElasticCells::Size size_in_material(const NodeVector& field, bool with_islands) const;
+  LevelMeasures measures(const NodeVector& u);
   std::string limit_reached(const NodeVector& u, bool nearly) const;
   std::optional<std::string> obstacle_inside(const NodeVector& u) const;
   void add_effect_seconds(SolveReport& report) const { hexsolver::add_effect_seconds(problem_.potential(), report); }
 
 private:
+  hexmesh::Merge merge_of(const LocalLevel& coarser) const;  ///< of the cells here into those
+
   const hexmesh::Lattice& lattice_;
   LevelProblem problem_;
 };

@@ -44,6 +44,8 @@ concept EquilibriumLevel = requires(Level level, const Level& other, typename Le
   /// Form the elements; with a start u = that, prolongated. Before this there is no potential.
   { level.build(Elasticity::cauchy, start, u) } -> std::same_as<RotatingCells>;
   { other.make_zero() } -> std::same_as<typename Level::Vector>;
+  other.prolongate(other, u, u);  ///< (coarser level, field there, field here)
+  { level.measures(u) } -> std::same_as<LevelMeasures>;
   level.set_progress(Progress{});
   { other.largest_load_step() } -> std::same_as<double>;
   { level.minimize(options, u, progress) } -> std::same_as<NewtonOutcomeOf<typename Level::Vector>>;
@@ -59,6 +61,7 @@ template <class Level>
 struct Solved {
   std::unique_ptr<Level> level;
   LoadedState<typename Level::Vector> state;
+  std::vector<std::optional<typename Level::Vector>> coarser;  ///< solutions of the levels before, coarse to fine, here
 
   bool converged() const { return level && state.newton.converged; }
 };
@@ -74,6 +77,7 @@ public:
     std::vector<std::size_t> num_cells;  ///< of each level of the lattice
     /// A level under a scene. @throws Error{geometry} for selections and missing supports
     std::function<std::unique_ptr<Level>(int, const Scene&)> make;
+    int finest_there_is = 0;                                           ///< of the levels that make() can make
     std::function<bool(bool)> agree = [](bool mine) { return mine; };  ///< of what all processes decide alike
   };
 
@@ -104,11 +108,16 @@ private:
   bool replaces(const Solved<Level>& next, const Solved<Level>& best);
   void solve_level(Solved<Level>& next, const Solved<Level>& coarser);
   void sharpen(Solved<Level>& next, NewtonOptions options);
+  void carry_on(const Solved<Level>& coarser, Solved<Level>& next);
+  void compare(Solved<Level>& next);
+  bool looks_beyond(const Solved<Level>& best) const;
+  void look_beyond(const Solved<Level>& best);
+  void add_look(double seconds);
   void find_strain();
   void compare_strains();
   LoadedState<Vector> solve(Level& level, const NewtonOptions& options, std::optional<Vector> start) const;
   std::optional<double> algebraic_error(const Solved<Level>& solved) const;
-  void add_report(Solved<Level>& now, const Solved<Level>& coarser, double seconds);
+  void add_report(Solved<Level>& now, double seconds);
   void explain_rotation(const std::string& why, std::optional<bool> active);
   bool is_accurate() const;
   void conclude(const Solved<Level>& best);
@@ -123,7 +132,6 @@ private:
   std::vector<std::string> level_warnings_;  ///< of the last level that counts
   ErrorEstimator estimator_;
   double angle_without_effect_ = 0;  ///< of cells that need not rotate, with strain = "auto" [rad]
-  std::optional<Vector> start_;      ///< the coarser solution on the level being solved
 };
 
 template <EquilibriumLevel Level>
@@ -157,11 +165,20 @@ Solved<Level> NestedIteration<Level>::run() {
     }
     solve_level(next, best);
     if (!replaces(next, best)) break;
+    if (scene_.accuracy && best.level) {
+      // What the level before is off is known now: if that is little enough it is the one.
+      compare(next);
+      estimator_.write(report_.levels);
+      if (is_accurate()) {
+        add_look(watch.seconds());
+        break;
+      }
+    }
     if (is_open_ended()) level_warnings_ = std::move(warnings);
-    add_report(next, best, watch.seconds());
+    add_report(next, watch.seconds());
     best = std::move(next);
-    if (is_accurate()) break;
   }
+  if (looks_beyond(best)) look_beyond(best);
   report_.solve_seconds = solve.seconds();
   report_.warnings.insert(report_.warnings.end(), level_warnings_.begin(), level_warnings_.end());
   conclude(best);
@@ -200,8 +217,8 @@ template <EquilibriumLevel Level>
 void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level>& coarser) {
   CoarseStart<Level> from{coarser.level.get(), &coarser.state.u, {}};
   if (chooses_cells()) from.rotating_above = angle_without_effect_;
-  start_ = next.level->make_zero();
-  const RotatingCells rotating = next.level->build(report_.elasticity, coarser.converged() ? &from : nullptr, *start_);
+  Vector here = next.level->make_zero();
+  const RotatingCells rotating = next.level->build(report_.elasticity, coarser.converged() ? &from : nullptr, here);
   if (rotating)
     explain_rotation(
         fmt::format("; on level {} {} of {} cells rotate", next.level->level(), *rotating, next.level->num_cells()),
@@ -214,7 +231,11 @@ void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level
   if (scene_.budget && coarser.level)
     options.interrupt = [this] { return levels_.agree(clock_.seconds() > *scene_.budget); };
   std::optional<Vector> start;
-  if (coarser.converged()) start = copy_of(*start_);
+  if (coarser.converged()) {
+    start = copy_of(here);
+    carry_on(coarser, next);
+    next.coarser.push_back(std::move(here));
+  }
   next.state = solve(*next.level, options, std::move(start));
   if (scene_.accuracy) sharpen(next, options);
 }
@@ -296,21 +317,76 @@ std::optional<double> NestedIteration<Level>::algebraic_error(const Solved<Level
   return solved.level->size_in_material(*solved.state.algebraic_error, true).mean;
 }
 
+/// The solutions that were compared with the coarser level, here; those of more than two levels before are left behind.
 template <EquilibriumLevel Level>
-void NestedIteration<Level>::add_report(Solved<Level>& now, const Solved<Level>& coarser, double seconds) {
+void NestedIteration<Level>::carry_on(const Solved<Level>& coarser, Solved<Level>& next) {
+  constexpr std::size_t most = 2;
+  for (std::size_t n = 0; n < coarser.coarser.size(); ++n) {
+    next.coarser.emplace_back();
+    if (n + most <= coarser.coarser.size() || !coarser.coarser[n]) continue;
+    next.coarser.back() = next.level->make_zero();
+    next.level->prolongate(*coarser.level, *coarser.coarser[n], *next.coarser.back());
+  }
+}
+
+/// Tell the estimator of a level what it differs from those before.
+template <EquilibriumLevel Level>
+void NestedIteration<Level>::compare(Solved<Level>& next) {
+  std::vector<std::optional<ElasticCells::Size>> differences;
+  if (next.converged())
+    for (std::optional<Vector>& u : next.coarser) {
+      differences.emplace_back();
+      if (!u) continue;
+      Vector change = next.level->make_zero();
+      set_sum(change, next.state.u, -1, *u);
+      differences.back() = next.level->size_in_material(change, false);
+    }
+  for (Effect& e : report_.effects)
+    if (e.kind == EffectKind::error_estimate && !differences.empty()) e.active = true;
+  estimator_.add(std::move(differences), next.level->measures(next.state.u), next.level->level());
+}
+
+template <EquilibriumLevel Level>
+void NestedIteration<Level>::add_report(Solved<Level>& now, double seconds) {
   const Level& level = *now.level;
   report_.levels.push_back({level.level(), level.num_cells(), level.num_nodes(), seconds, now.state.newton, {}});
-  report_.levels.back().error.algebraic_mm = algebraic_error(now);
+  const std::optional<double> algebraic = algebraic_error(now);
   now.state.algebraic_error.reset();
-  std::optional<ElasticCells::Size> difference;
-  if (coarser.converged() && now.converged()) {
-    set_sum(*start_, now.state.u, -1, *start_);
-    difference = level.size_in_material(*start_, false);
-  }
-  estimator_.add(difference, report_.levels);
-  for (Effect& e : report_.effects)
-    if (e.kind == EffectKind::error_estimate && difference) e.active = true;
+  if (!scene_.accuracy || report_.levels.size() == 1) compare(now);
+  estimator_.write(report_.levels);
+  report_.levels.back().error.algebraic_mm = algebraic;
   level.add_effect_seconds(report_);
+}
+
+/// Whether the error of the last level is to be told from the next finer one.
+template <EquilibriumLevel Level>
+bool NestedIteration<Level>::looks_beyond(const Solved<Level>& best) const {
+  const int needed = finest_level_needed(scene_, levels_.num_cells, finest_);
+  return best.converged() && needed < finest_ && needed >= levels_.finest_there_is;
+}
+
+/// Solve the next finer level, as a start for others would be, and compare.
+template <EquilibriumLevel Level>
+void NestedIteration<Level>::look_beyond(const Solved<Level>& best) {
+  const Stopwatch watch;
+  Solved<Level> finer;
+  try {
+    finer.level = levels_.make(finest_ - 1, scene_);
+    solve_level(finer, best);
+  } catch (const hexmesh::Error& e) {
+    if (e.kind() != hexmesh::ErrorKind::geometry) throw;  // else of that level alone
+    return;
+  }
+  if (!finer.converged()) return;
+  compare(finer);
+  estimator_.write(report_.levels);
+  add_look(watch.seconds());
+}
+
+template <EquilibriumLevel Level>
+void NestedIteration<Level>::add_look(double seconds) {
+  for (Effect& e : report_.effects)
+    if (e.kind == EffectKind::error_estimate) e.seconds += seconds;
 }
 
 template <EquilibriumLevel Level>

@@ -13,6 +13,10 @@ namespace hexsolver {
 /// Points and kept directions of each condition.
 std::vector<ConditionReport> report_points(const Constraints& constraints, const Scene& scene);
 
+/// The force of each condition on the body [N].
+/// @param gradient  whose part along the kept directions they balance
+std::vector<Vec3> reactions(const Constraints& constraints, const Scene& scene, const NodeVector& gradient);
+
 /// What conditions hold, and with what forces, into the report.
 /// @param gradient  at u, whose part along the kept directions they balance
 void report_constraints(const Constraints& constraints, const Scene& scene, const NodeVector& u,

@@ -101,7 +101,7 @@ std::vector<Effect> list_effects(const Scene& scene) {
                                            : "the scene has no [damping]: only the steps damp"));
   if (scene.dynamics) return effects;
   effects.push_back(effect(EffectKind::error_estimate, false,
-                           "differences between the levels that a solution passes, if there are two"));
+                           "differences between the levels that a solution passes and the next finer one"));
   return effects;
 }
 

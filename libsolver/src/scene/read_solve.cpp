@@ -60,6 +60,12 @@ bool read_solve(TomlReader table, Scene& scene) {
     table.fail_at("rotation",
                   "rotation = \"edges\" does not go with strain = \"auto\" in a motion, expected one of them");
   read_levels(table, moves, scene);
+  if (auto v = table.choice<Supports>("supports", {{"area", Supports::area}, {"points", Supports::points}}))
+    scene.supports = *v;
+  if (auto v = table.choice<ErrorEstimation>(
+          "error_estimate",
+          {{"auto", ErrorEstimation::automatic}, {"look", ErrorEstimation::look}, {"off", ErrorEstimation::off}}))
+    scene.error_estimation = *v;
   if (auto v = table.number("tolerance", 1e-13, 0.1, "1e-13 to 0.1")) scene.tolerance = *v;
   if (auto v = table.choice<Islands>("islands",
                                      {{"error", Islands::error}, {"drop", Islands::drop}, {"hold", Islands::hold}}))

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 
 #include "hexmesh/core/error.h"
 
@@ -218,6 +219,26 @@ std::vector<SurfacePoint> Selector::select(const Selection& selection, const std
     if (chosen[n])
       points.push_back({list[n].embedding.cell, hexmesh::shape_functions(list[n].embedding.local), list[n].area});
   return points;
+}
+
+std::array<NodeWeights, 4> Selector::gauss_points(const SurfacePoint& face) const {
+  Vec3 center = Vec3::Zero();
+  for (int a = 0; a < 8; ++a)
+    for (int d = 0; d < 3; ++d) center[d] += face.weights[a] * hexmesh::corner_bit(a, d);
+  int across = 0;
+  (lattice_.voxels.direction().transpose() * face.area).cwiseAbs().maxCoeff(&across);
+  const hexmesh::Index3& per_cell = lattice_.levels[static_cast<std::size_t>(level_)].voxels_per_cell;
+  std::array<NodeWeights, 4> out;
+  for (int n = 0; n < 4; ++n) {
+    Vec3 local = center;
+    for (int along = 0; along < 2; ++along) {
+      const int d = (across + 1 + along) % 3;
+      local[d] += (n >> along & 1 ? 0.5 : -0.5) / std::numbers::sqrt3 /
+                  static_cast<double>(per_cell[static_cast<std::size_t>(d)]);
+    }
+    out[static_cast<std::size_t>(n)] = hexmesh::shape_functions(local);
+  }
+  return out;
 }
 
 std::vector<SurfacePoint> Selector::whole_surface() {

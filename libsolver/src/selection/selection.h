@@ -42,6 +42,9 @@ public:
   /// @throws Error{input} for a segment that the lattice does not have
   std::vector<SurfacePoint> select(const Selection& selection, const std::string& what);
 
+  /// The weights of the four Gauss points of a face.
+  std::array<NodeWeights, 4> gauss_points(const SurfacePoint& face) const;
+
   const SurfaceShare& share() const noexcept { return share_; }
 
   /// The centres of all exposed faces.

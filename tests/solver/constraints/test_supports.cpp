@@ -44,7 +44,7 @@ Condition fix_ball(const Vec3& center, double radius) {
 
 std::vector<ConstraintPoint> selected(const Scene& scene, const Lattice& lattice, int level, const Mesh& mesh) {
   Selector selector(lattice, level, mesh);
-  return select_points(scene, selector);
+  return with_face_centers(select_points(scene, selector));
 }
 
 }  // namespace

@@ -19,12 +19,18 @@ using SolveProgress = std::function<void(int, double, int, double, int)>;
 int finest_level(const Scene& scene, const hexmesh::Lattice& lattice);
 int finest_level(const Scene& scene, const std::vector<std::size_t>& num_cells);  ///< of each level
 
+/// The finest level that an equilibrium of `level` needs of a lattice: the next finer one where its error is told from
+/// that.
+/// @param num_cells  of each level
+int finest_level_needed(const Scene& scene, const std::vector<std::size_t>& num_cells, int level);
+
 /// Static equilibrium of a lattice under a scene, solved from a coarse level down to `level`, each level starting from
 /// the one before; where Newton fails the load is cut back and raised in steps. With an accuracy or a budget it ends
 /// at the first level that is good enough, or the last that there was time for.
 ///
 /// The error of a level is estimated from the differences between consecutive levels (THEORY.md, "Accuracy").
-/// @param lattice  with its levels from `level` up; with all where islands may be left out
+/// @param lattice  with its levels from finest_level_needed() up; with all where islands may be left out. Without the
+///                 one finer than `level` errors are estimated from the levels passed
 /// @throws Error{geometry} for selections, incompatible conditions and missing supports, before the level they concern
 ///                         is solved
 /// @throws Error{input} for an accuracy asked of a single point, which has no limit, or of a lattice of one level

@@ -55,10 +55,13 @@ struct ContactReport {
   Vec3 force_n = Vec3::Zero();  ///< on the body [N]
 };
 
-/// How far the displacement is expected to be from that of cells of no size, over the material.
+/// How far a level is expected to be from the finest one of the lattice, and that one from cells of no size; see
+/// ErrorEstimator. Nothing: unknown.
 struct ErrorEstimate {
-  std::optional<double> mean_mm, max_mm;  ///< of discretisation; nothing where there is no level to compare with
-  std::optional<double> algebraic_mm;     ///< mean, of the equations of this level not being solved to the end
+  std::optional<double> mean_mm, max_mm;           ///< of the displacement, over the material
+  std::optional<double> strain_energy_n_mm;        ///< [N mm]
+  std::vector<std::optional<double>> reactions_n;  ///< of each condition [N]
+  std::optional<double> algebraic_mm;              ///< mean, of the equations of this level not being solved to the end
 };
 
 /// One of the levels passed on the way from the coarsest.

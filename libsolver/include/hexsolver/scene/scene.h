@@ -105,6 +105,20 @@ enum class Islands {
   hold   ///< springs hold them where they are; those that touch other parts by an edge or a corner are left out
 };
 
+/// What holds of a patch of faces.
+enum class Supports {
+  area,   ///< the displacement as a function on its area
+  points  ///< that of the faces' centres, as in the paper
+};
+
+/// What the error of the last level is estimated from.
+enum class ErrorEstimation {
+  automatic,  ///< look where the next finer level has at most most_cells_looked_at
+  look,       ///< at the next finer level, solved roughly
+  off         ///< no look: of the last level nothing is known but what its solution passed
+};
+constexpr std::size_t most_cells_looked_at = 50000;
+
 /// How the linear equations of a step of motion are solved.
 enum class StepSolver {
   cg,        ///< conjugate gradients that leave the supports alone, as in the paper
@@ -142,6 +156,8 @@ struct Scene {
   std::optional<int> level;        ///< mechanical level; nothing = the finest of at most 20000 cells
   std::optional<double> accuracy;  ///< solve to the first level whose estimated mean error is at most this [mm]
   std::optional<double> budget;    ///< solve as many levels as this allows [s]
+  ErrorEstimation error_estimation = ErrorEstimation::automatic;
+  Supports supports = Supports::area;
   double tolerance = 1e-8;
   Islands islands = Islands::error;
   bool saves_memory = false;  ///< rather than time; not a key of the file

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "equilibrium/error_estimator.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hexsolver {
+namespace {
+
+/// Rates that differences of levels show: h to h^2 give 0.5 to 0.25, singular strains at the rims of supports more.
+constexpr double least_rate = 0.2, most_rate = 0.7, usual_rate = 0.45;
+
+/// r + r^2 + ... + r^count; count 0: without end.
+double series(double r, int count) { return r * (count > 0 ? 1 - std::pow(r, count) : 1) / (1 - r); }
+
+}  // namespace
+
+void ErrorEstimator::add(std::vector<std::optional<ElasticCells::Size>> differences, LevelMeasures measures,
+                         int finer) {
+  if (differences.empty()) {
+    num_before_ += known_.size();
+    known_.clear();
+  }
+  known_.push_back({std::move(differences), std::move(measures), finer});
+}
+
+template <class Distance>
+std::optional<double> ErrorEstimator::error(std::size_t i, const Distance& distance, double negligible) const {
+  const std::size_t last = known_.size() - 1;
+  const int finer = known_[last].finer;
+  if (last == 0) return {};
+  const double step = distance(last - 1, last);
+  std::optional<double> rate;
+  if (last > 1 && step > negligible) {
+    const double before = distance(last - 2, last - 1);
+    rate = before > 0 ? step / before : 0;
+  }
+  const double r = std::clamp(rate.value_or(usual_rate), least_rate, most_rate);
+  if (i == last) {
+    if (finer > 0 || last < 2 || rate.value_or(0) > most_rate) return {};
+    return step * series(r, 0);
+  }
+  if (finer == 0) return distance(i, last);
+  if (rate && *rate > 1) return {};
+  return distance(i, last) + step * series(r, finer);
+}
+
+void ErrorEstimator::write(std::vector<LevelReport>& levels) const {
+  const auto difference = [&](std::size_t i, std::size_t j, double ElasticCells::Size::*size) {
+    double sum = 0;  // of the way by the levels that were compared with later ones
+    while (i < j) {
+      std::size_t with = j;
+      while (with > i + 1 && !known_[with].differences[i]) --with;
+      sum += (*known_[with].differences[i]).*size;
+      i = with;
+    }
+    return sum;
+  };
+  constexpr double exact = 1e-3;  // of energies and forces of levels that are solved to nested_tolerance
+  const LevelMeasures& last = known_.back().measures;
+  for (std::size_t i = 0; i < known_.size() && num_before_ + i < levels.size(); ++i) {
+    ErrorEstimate& e = levels[num_before_ + i].error;
+    const auto by_size = [&](double ElasticCells::Size::*size) {
+      return error(
+          i, [&](std::size_t a, std::size_t b) { return difference(a, b, size); }, 0);
+    };
+    e.mean_mm = by_size(&ElasticCells::Size::mean);
+    e.max_mm = by_size(&ElasticCells::Size::largest);
+    const auto of_energy = [&](std::size_t a, std::size_t b) {
+      return std::abs(known_[a].measures.strain_energy - known_[b].measures.strain_energy);
+    };
+    e.strain_energy_n_mm = error(i, of_energy, exact * std::abs(last.strain_energy));
+    e.reactions_n.clear();
+    for (std::size_t c = 0; c < known_[i].measures.reactions.size(); ++c) {
+      const auto of_reaction = [&](std::size_t a, std::size_t b) {
+        return (known_[a].measures.reactions[c] - known_[b].measures.reactions[c]).norm();
+      };
+      e.reactions_n.push_back(error(i, of_reaction, exact * last.reactions[c].norm()));
+    }
+  }
+}
+
+}  // namespace hexsolver
