@@ -169,7 +169,10 @@ TriangleSurface read_surface(const Reader& file) {
   check_range(file, "/surface/triangles", triangles, surface.points.size());
   for (std::size_t n = 0; n < triangles.size(); n += 3)
     surface.triangles.push_back({triangles[n], triangles[n + 1], triangles[n + 2]});
-  surface.segment = file.read<std::uint16_t>("/surface/segment", {surface.triangles.size()});
+  surface.segment = file.read<std::uint16_t>("/surface/segment", {0});
+  if (surface.segment.size() != surface.triangles.size())
+    file.fail(fmt::format("has {} rows in '/surface/segment', expected {} as in '/surface/triangles'",
+                          surface.segment.size(), surface.triangles.size()));
   return surface;
 }
 

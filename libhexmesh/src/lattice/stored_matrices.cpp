@@ -36,7 +36,8 @@ Mat3 some_rotation() {
 
 /// @param scale  of what cancels in the value
 bool differ(double value, double expected, double scale = 0) {
-  return !(std::abs(value - expected) <= 1e-9 * std::abs(expected) + 1e-13 * scale);  // NaN differs
+  return !(std::abs(value - expected) <= 1e-9 * std::abs(expected) + 1e-13 * scale) ||
+         std::isinf(expected);  // NaN differs
 }
 
 }  // namespace
@@ -70,7 +71,7 @@ std::ptrdiff_t StoredMatrices::find_contradiction(const Mat3& edges) const {
   const CellVector rigid = linear_field(edges, some_rotation()) + CellVector::Constant(edges.cwiseAbs().maxCoeff());
   // A matrix with a value that is not its own resists some rigid motion.
   const auto resists = [&](const auto& force, double largest) {
-    return !(force <= 1e-9 * largest * rigid.cwiseAbs().maxCoeff());  // NaN does
+    return !(force <= 1e-9 * largest * rigid.cwiseAbs().maxCoeff()) || std::isinf(largest);  // NaN does
   };
   for (std::size_t e = 0; e < size(); ++e) {
     const CellMatrix k = stiffness(e), a = deviatoric(e);
