@@ -161,7 +161,7 @@ void add_texts(LieMaker& lies, const std::string& name) {
     v.type = H5T_STD_U8LE;
     v.bytes.resize(v.shape[0]);
   });
-  lies.add(name + " of variable length", true, [=](hid_t file) {
+  lies.add(name + " of variable length", name != "/costs", [=](hid_t file) {
     Values v = read(file, name);
     if (v.type < 0) return;
     v.type = H5Tcopy(H5T_C_S1);

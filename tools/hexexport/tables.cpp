@@ -31,10 +31,21 @@ std::string nodes_csv(const Result& result) {
   return out;
 }
 
-std::string report_json(const Result& result) { return hexmesh::parse_json(result.report).dump(2) + "\n"; }
+namespace {
+
+/// As the file has it.
+json whole_report(const Result& result) {
+  if (result.report.empty()) throw Error(ErrorKind::input, "the result has no report, expected that of a solution");
+  report_of(result);  // throws where it is none
+  return hexmesh::parse_json(result.report);
+}
+
+}  // namespace
+
+std::string report_json(const Result& result) { return whole_report(result).dump(2) + "\n"; }
 
 std::string report_csv(const Result& result) {
-  const json flat = hexmesh::parse_json(result.report).flatten();
+  const json flat = whole_report(result).flatten();
   std::string out = "key,value\n";
   for (const auto& [key, value] : flat.items())
     out +=

@@ -71,19 +71,21 @@ void check_nodes(const Reader& file, const Result& r) {
   }
 }
 
-/// Whether the report says that cells were left out: then those that are there are not all.
-bool leaves_cells_out(const Reader& file, const Result& r) {
-  const auto parse = [&](const std::string& text, const char* name) {
-    try {
-      nlohmann::json out = parse_json(text);
-      if (out.is_object()) return out;
-    } catch (const std::runtime_error& e) {
-      file.fail(fmt::format("has in '{}' {}", name, e.what()));
-    }
-    file.fail(fmt::format("has JSON in '{}' that is no object", name));
-  };
-  const nlohmann::json report = parse(r.report, "/report");
-  if (!r.costs.empty()) parse(r.costs, "/costs");
+nlohmann::json parse(const Reader& file, const std::string& text, const char* name) {
+  try {
+    nlohmann::json out = parse_json(text);
+    if (out.is_object()) return out;
+  } catch (const std::runtime_error& e) {
+    file.fail(fmt::format("has in '{}' {}", name, e.what()));
+  }
+  file.fail(fmt::format("has JSON in '{}' that is no object", name));
+}
+
+/// Whether cells may have been left out: the report says so, or there is none, as of a result of another program.
+bool may_lack_cells(const Reader& file, const Result& r) {
+  if (!r.costs.empty()) parse(file, r.costs, "/costs");
+  if (r.report.empty()) return true;
+  const nlohmann::json report = parse(file, r.report, "/report");
   const auto dropped = report.find("dropped_cells");
   return dropped != report.end() && dropped->is_number() && dropped->get<double>() > 0;
 }
@@ -114,7 +116,7 @@ void validate(const Reader& file, const Result& r) {
   if (r.nodes.empty()) file.fail("has no nodes in '/mesh/nodes'");
   check_nodes(file, r);
   check_segments(file, "/mesh/segment", r.segment, r.segments, LabelKind::with_material);
-  const StoredCells cells{"/mesh/cells", r.cells, r.voxels_per_cell, !leaves_cells_out(file, r)};
+  const StoredCells cells{"/mesh/cells", r.cells, r.voxels_per_cell, !may_lack_cells(file, r)};
   if (cells.are_all) check_box(file, r.voxels, r.segments, cells);
   check_counts(file, check_labels(file, r.voxels, r.labels, r.segments, cells), r.segments);
   check_values(file, "/displacement", r.displacement, most_displacement);
