@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <zlib.h>
 
+#include <random>
+
 #include "hexmesh/scan/image_io.h"
 #include "support/bodies.h"
 #include "support/files.h"
@@ -30,7 +32,8 @@ std::string surface(char which, const std::string& text) { return which + text; 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
   const fs::path root = argv[1];
-  for (const char* target : {"nrrd", "nifti", "meta", "vti", "dicom", "surface", "markup"})
+  for (const char* target :
+       {"nrrd", "nifti", "meta", "vti", "dicom", "surface", "markup", "lattice", "result", "scene"})
     fs::create_directories(root / target);
   const LabelVolume volume = make_volume({8, 7, 6}, {1, 1, 2}, [](const Index3& v) { return v[0] > 4 ? 2 : v[1] / 4; });
 
@@ -93,5 +96,44 @@ int main(int argc, char** argv) {
              surface(0, R"({"markups":[{"type":"ROI","coordinateSystem":"LPS","center":[1,2,3],"size":[2,4,6],)"
                         R"("objectToBase":[0,1,0,-1,0,0,0,0,1]}]})"));
   write_text(root / "markup/list", surface(1, "# CoordinateSystem = LPS\nF_0,1,2.5,-3,0\n"));
+  write_text(root / "markup/brackets", surface(0, std::string(300000, '[')));
+
+  // Changes of a good file, 12 bytes each: see lying_input.h.
+  std::mt19937 random(1);
+  for (int n = 0; n < 40; ++n) {
+    std::string changes(12 + 12 * (n % 3), '\0');
+    for (char& byte : changes) byte = static_cast<char>(random());
+    write_text(root / "lattice" / std::to_string(n), changes);
+    write_text(root / "result" / std::to_string(n), '\0' + changes);
+  }
+  write_text(root / "lattice/good", "");
+  write_text(
+      root / "result/report",
+      R"(1{"converged":false,"load_fraction":0.5,"reason":"a","dropped_cells":3,"conditions":[{"name":"a",)"
+      R"("reaction_n":[1,2,3]}],"levels":[{"level":1,"error_mm":{"mean":1}}],"motion":{"rows":[{"time_s":1}]}})");
+  write_text(
+      root / "scene/equilibrium",
+      surface(0,
+              "[solve]\nlevel = 1\nstrain = \"auto\"\naccuracy_mm = 0.1\n[material.liver]\nyoung_kpa = 3\n[[fix]]\n"
+              "point_mm = [1, 2, 3]\nradius_mm = 4\n[[displace]]\nbox_mm = [0, 1, 0, 1, 0, 1]\nby_mm = [1, 0, "
+              "0]\naxes = \"xy\"\n[[force]]\nhalfspace = { point_mm = [0, 0, 0], normal = [0, 0, 1e200] }\nnewton = "
+              "[0, 0, 1]\n[gravity]\nm_s2 = [0, 0, -9.8]\n"));
+  write_text(
+      root / "scene/motion",
+      surface(0,
+              "[solve]\nkind = \"dynamics\"\n[dynamics]\nstep_s = 0.01\nduration_s = 1\n[[displace]]\nsegment = "
+              "\"a\"\ntable = [[0, 0, 0, 0], [1, 1, 2, 3]]\n[[contact]]\nsphere = { center_mm = [0, 0, 0], radius_mm "
+              "= 3 }\nstiffness_n_mm = 1\nvelocity_mm_s = [1, 0, 0]\n[damping]\nmass_per_s = 1\n"));
+  write_text(root / "scene/deep", surface(
+                                      0, "a" + [] {
+                                        std::string key;
+                                        for (int n = 0; n < 100000; ++n) key += ".a";
+                                        return key;
+                                      }() + " = 1\n"));
+  write_text(
+      root / "scene/materials",
+      surface(1,
+              "[material.liver]\nyoung_kpa = { offset = 1, slope = 2, min = 0.1 }\npoisson = 0.4\ndensity_kg_m3 = { "
+              "points = [[0, 1], [2, 3]] }\n[material.\"*\"]\nnone = true\n"));
   return 0;
 }

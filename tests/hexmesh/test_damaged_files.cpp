@@ -7,6 +7,7 @@
 #include "hexmesh/file/result_file.h"
 #include "support/files.h"
 #include "support/forms.h"
+#include "support/small_lattice.h"
 
 using namespace hexmesh;
 using namespace testing_support;
@@ -15,20 +16,6 @@ using namespace testing_support;
 extern "C" const char* __asan_default_options() { return "detect_leaks=0"; }
 
 namespace {
-
-Lattice small_lattice() {
-  const Grid grid({5, 4, 3}, {1, 1, 2});
-  LabelVolume volume{grid, std::vector<std::uint16_t>(grid.num_voxels()), {{1, "liver"}, {2, "tumour"}}};
-  for (std::size_t n = 0; n < volume.labels.size(); ++n) volume.labels[n] = n % 7 == 0 ? 0 : n % 5 == 0 ? 2 : 1;
-  const Material soft = material_from_units(5, 0.3, 1000), stiff = material_from_units(50, 0.4, 1100);
-  Lattice lattice = build_lattice(volume, {{volume.segments[0], soft, 0, "given"}, {volume.segments[1], stiff, 0, "x"}},
-                                  {3, {0, 0, 0}});
-  lattice.surface.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
-  lattice.surface.triangles = {{0, 1, 2}};
-  lattice.surface.segment = {1};
-  lattice.history = {"hexscan a", "hexmesh build b"};
-  return lattice;
-}
 
 /// All that a reader gives, as one text.
 std::string content(const Lattice& l) {
@@ -131,15 +118,7 @@ TEST(DamagedFiles, LatticesAreRefusedOrReadRight) {
 
 TEST(DamagedFiles, ResultsAreRefusedOrReadRight) {
   const TemporaryFolder folder;
-  Result result = rest_state(small_lattice(), 1);
-  result.displacement.assign(result.nodes.size(), Vec3(1, 2, 3));
-  result.conditions = {{"held", {{1, 2, 3}}, {{0, 0, 0}}}};
-  result.report = "{}";
-  result.velocity.assign(result.nodes.size(), Vec3(4, 5, 6));
-  ResultWriter writer(folder / "result");
-  writer.add_step(0.5, {result.displacement.front().data(), 3 * result.nodes.size()},
-                  {result.velocity.front().data(), 3 * result.nodes.size()});
-  writer.finish(result);
+  write_small_result(folder / "result");
   damage("result", folder, [](const auto& path) {
     const Result read = read_result(path);
     const MotionStep step = read_step(path, read, 0);

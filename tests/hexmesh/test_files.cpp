@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <hdf5.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <numeric>
@@ -173,6 +174,48 @@ TEST(LatticeFile, ItsChecksumIsThatOfItsContent) {
   EXPECT_NE(content_checksum(folder / "a"), content_checksum(folder / "d"));
 }
 
+TEST(LatticeFile, TheSameContentIsTheSameBytes) {
+  const TemporaryFolder folder;
+  const auto write = [&](const std::string& name) {
+    write_lattice(small_lattice(), folder / ("lattice" + name));
+    Result r = rest_state(small_lattice(), 1);
+    r.displacement.assign(r.nodes.size(), Vec3(1, 2, 3));
+    r.report = "{}";
+    write_result(r, folder / ("result" + name), folder / ("lattice" + name));
+  };
+  write("1");
+  sleep(1);  // what HDF5 notes of times is in seconds
+  write("2");
+  EXPECT_EQ(read_text(folder / "lattice1"), read_text(folder / "lattice2"));
+  EXPECT_EQ(read_text(folder / "result1"), read_text(folder / "result2"));
+}
+
+TEST(LatticeFile, SaysWhetherItsContentWasChanged) {
+  const TemporaryFolder folder;
+  for (const MatrixStorage storage : {MatrixStorage::none, MatrixStorage::all}) {
+    write_lattice(small_lattice(), folder / "a", storage);
+    EXPECT_TRUE(is_as_written(folder / "a"));
+    scale_dataset(folder / "a", "/segments/color", 0.5);
+    EXPECT_FALSE(is_as_written(folder / "a"));
+  }
+}
+
+TEST(LatticeFile, WhatCannotBeUtf8IsReplacedWhereItIsWritten) {
+  const TemporaryFolder folder;
+  Lattice lattice = small_lattice();
+  lattice.segments[1].segment.name =
+      "Gr\xf6\xdf"
+      "e \xc3\xbc \xed\xa0\x80";
+  write_lattice(lattice, folder / "a");
+  EXPECT_EQ(read_lattice(folder / "a").segments[1].segment.name, "Gr\uFFFD\uFFFDe ü \uFFFD\uFFFD\uFFFD");
+}
+
+TEST(LatticeFile, VersionsAreThoseOfTheSpecification) {
+  const std::string formats = read_text(HEXTOOLS_SOURCE "/libhexmesh/FORMATS.md");
+  EXPECT_NE(formats.find(fmt::format("now {} for lattices and {} for results", lattice_version, result_version)),
+            std::string::npos);
+}
+
 TEST(LatticeFile, RefusesNewerOtherAndMissingFilesByName) {
   const TemporaryFolder folder;
   write_lattice(small_lattice(), folder / "a");
@@ -195,7 +238,7 @@ TEST(ResultFile, ReadsBackWhatWasWritten) {
   Result r{lattice.voxels, lattice.labels, lattice.segments};
   r.cells = lattice.levels[0].cells;
   r.cell_nodes = {{0, 1, 3, 4, 6, 7, 9, 10}, {1, 2, 4, 5, 7, 8, 10, 11}};
-  r.nodes.assign(12, Vec3(1, 2, 3));
+  r.nodes = rest_state(lattice, 0).nodes;
   r.displacement.assign(12, Vec3(-1, 0.5, 0.25));
   r.segment = {1, 1};
   r.cell_fields["fill"] = {1, 0.5};

@@ -45,6 +45,19 @@ TEST(Grid, RefusesWhatIsNoGridAndNamesIt) {
                        })
                 .find("spacing along axis 1 is -2"),
             std::string::npos);
+  for (const double spacing : {1e300, 1e-300, double{NAN}, double{INFINITY}})
+    EXPECT_NE(message_of(ErrorKind::input,
+                         [&] {
+                           Grid({1, 1, 1}, {1, 1, spacing});
+                         })
+                  .find("spacing along axis 2 is"),
+              std::string::npos);
+  EXPECT_NE(message_of(ErrorKind::input,
+                       [] {
+                         Grid({1, 1, 1}, {1, 1, 1}, {0, 1e300, 0});
+                       })
+                .find("origin is (0, 1e+300, 0)"),
+            std::string::npos);
   Mat3 shear = Mat3::Identity();
   shear(0, 1) = 0.3;
   EXPECT_NE(message_of(ErrorKind::input,

@@ -41,3 +41,12 @@ TEST(Locator, PointsJustOutsideTakeTheNearestCellAndFarOnesNone) {
   EXPECT_EQ(locator.locate({-10.6, 0, 0}).cell, -1);
   EXPECT_EQ(locator.locate({1e300, 0, 0}).cell, -1);
 }
+
+TEST(Locator, LooksNoFurtherThanTheBox) {
+  // 10 mm are a hundred million voxels here: shells around the point must end where the box does.
+  const Lattice lattice = box({4, 4, 4}, {1e-7, 1e-7, 1e-7});
+  const CellLocator locator(lattice.voxels, {1, 1, 1}, lattice.levels[0].cells);
+  EXPECT_EQ(locator.locate({-3, 0, 0}).cell, 0);
+  EXPECT_EQ(locator.locate({900000, 900000, 900000}).cell, 63);
+  EXPECT_EQ(locator.locate({3, 3, 7}).cell, 63);
+}

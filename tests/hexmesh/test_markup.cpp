@@ -68,3 +68,26 @@ TEST(Markup, AMarginEnlargesABoxOnEverySide) {
   EXPECT_FALSE(box.contains({15.1, 10, 10}));
   EXPECT_FALSE(box.contains({5, 10, -5.1}));
 }
+
+TEST(Markup, WhatIsDeepHugeOrFarAwayIsRefused) {
+  const TemporaryFolder folder;
+  const auto refused = [&](const std::string& text) {
+    write_text(folder / "a.mrk.json", text);
+    const std::string message = message_of(ErrorKind::input, [&] { read_markup(folder / "a.mrk.json"); });
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    return message;
+  };
+  const std::string deep(300000, '[');
+  EXPECT_NE(refused(deep).find("deeper than 64 levels"), std::string::npos);
+  EXPECT_NE(refused(R"({"markups":[{"type":"Line","x":)" + deep + std::string(300000, ']') + "}]}").find("deeper"),
+            std::string::npos);
+  std::string many = "[";
+  for (int n = 0; n < 3000000; ++n) many += "0,";
+  EXPECT_NE(refused(many + "0]").find("more than 2097152 values"), std::string::npos);
+  EXPECT_NE(
+      refused(R"({"markups":[{"type":"Line","controlPoints":[{"position":[1,1e300,2]}]}]})").find("(1, 1e+300, 2)"),
+      std::string::npos);
+  EXPECT_NE(refused(R"({"markups":[{"type":"ROI","center":[1,2,3],"size":[1e-300,1,1]}]})").find("positive size"),
+            std::string::npos);
+  EXPECT_NE(message_of(ErrorKind::input, [] { read_markup("/dev/zero"); }).find("more than 32 MB"), std::string::npos);
+}

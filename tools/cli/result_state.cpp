@@ -4,8 +4,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
+#include "cli/result_report.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/result_file.h"
 #include "hexmesh/scan/image_io.h"
@@ -23,12 +23,11 @@ hexmesh::Result read_with_surface(const std::filesystem::path& path) {
 }
 
 void warn_of_state(const hexmesh::Result& result, const Console& console) {
-  if (result.report.empty()) return;
-  const auto report = nlohmann::json::parse(result.report);
-  if (!report.value("converged", true))
+  const ResultReport said = report_of(result);
+  if (!said.converged())
     console.warning(fmt::format("the result is not converged, it is the state at {:.3g} of the load: {}",
-                                report.value("load_fraction", 0.0), report.value("reason", "")));
-  if (const std::size_t cells = report.value("dropped_cells", std::size_t{0}); cells > 0)
+                                said.load_fraction(), said.reason()));
+  if (const std::size_t cells = said.report.value("dropped_cells", std::size_t{0}); cells > 0)
     console.warning(
         fmt::format("{} cells of parts that nothing holds were left out of the solution: they are shown "
                     "where they were, or not at all",
@@ -36,10 +35,8 @@ void warn_of_state(const hexmesh::Result& result, const Console& console) {
 }
 
 std::string state_note(const hexmesh::Result& result) {
-  if (result.report.empty()) return "";
-  const auto report = nlohmann::json::parse(result.report);
-  if (!report.value("converged", true))
-    return fmt::format("NOT CONVERGED, {:.3g} of the load", report.value("load_fraction", 0.0));
+  const ResultReport said = report_of(result);
+  if (!said.converged()) return fmt::format("NOT CONVERGED, {:.3g} of the load", said.load_fraction());
   return result.times.empty() ? "" : fmt::format("end, {:.4g} s", result.times.back());
 }
 

@@ -4,8 +4,9 @@
 #include <fmt/format.h>
 #include <openssl/evp.h>
 
-#include <nlohmann/json.hpp>
+#include <cmath>
 
+#include "cli/result_report.h"
 #include "hexmesh/view/slice.h"
 #include "hexmesh/view/volume.h"
 #include "svg_chart.h"
@@ -169,7 +170,7 @@ std::string pictures(const Result& result, const hexmesh::IntensityVolume* scan)
 
 /// Error over time, by the levels that were solved.
 std::string accuracy(const json& report, const json& costs) {
-  const json levels = report.value("levels", json::array());
+  const json& levels = report["levels"];
   std::string out = table("Levels solved, coarse to fine", levels,
                           {{"level", "/level"},
                            {"cells", "/cells"},
@@ -182,10 +183,10 @@ std::string accuracy(const json& report, const json& costs) {
   ChartSeries curve;
   double seconds = 0;
   for (const json& l : levels) {
-    seconds += l.value("seconds", 0.0);
+    seconds += ResultReport::number_in(l, "seconds", 0);
     if (l.contains("/error_mm/mean"_json_pointer) && l["error_mm"]["mean"].is_number() && seconds > 0) {
       curve.points.emplace_back(seconds, l["error_mm"]["mean"].get<double>());
-      curve.labels.push_back(fmt::format("level {}", l["level"].get<int>()));
+      curve.labels.push_back(fmt::format("level {}", l.value("level", std::size_t{0})));
     }
   }
   if (curve.points.size() > 1)
@@ -207,10 +208,13 @@ std::string motion(const json& report) {
   if (!report.contains("motion")) return "";
   std::vector<ChartSeries> series = {{"kinetic", {}, {}}, {"strain", {}, {}}, {"contact", {}, {}}};
   for (const json& row : report["motion"]["rows"]) {
-    const double t = row["time_s"];
-    series[0].points.emplace_back(t, row["kinetic_n_mm"].get<double>());
-    series[1].points.emplace_back(t, row["strain_n_mm"].get<double>());
-    series[2].points.emplace_back(t, row["contact_n_mm"].get<double>());
+    const double t = ResultReport::number_in(row, "time_s", NAN);
+    std::size_t n = 0;
+    for (const char* energy : {"kinetic_n_mm", "strain_n_mm", "contact_n_mm"}) {
+      const double value = ResultReport::number_in(row, energy, NAN);
+      if (std::isfinite(t) && std::isfinite(value)) series[n].points.emplace_back(t, value);
+      ++n;
+    }
   }
   if (std::all_of(series[2].points.begin(), series[2].points.end(), [](const auto& p) { return p.second == 0; }))
     series.pop_back();
@@ -228,8 +232,7 @@ std::string provenance(const Result& result, const std::string& made_by) {
 }  // namespace
 
 std::string html_report(const Result& result, const hexmesh::IntensityVolume* scan, const std::string& made_by) {
-  json report = json::parse(result.report);
-  const json costs = result.costs.empty() ? json::object() : json::parse(result.costs);
+  auto [report, costs] = report_of(result);
   for (const char* list : {"levels", "effects"})
     for (std::size_t n = 0; n < costs.value(list, json::array()).size() && n < report[list].size(); ++n)
       report[list][n]["seconds"] = costs[list][n];
@@ -240,9 +243,9 @@ std::string html_report(const Result& result, const hexmesh::IntensityVolume* sc
                         result.times.back());
   if (!report.value("converged", true))
     body += fmt::format("<p class=bad>Not converged: the state at {:.3g} of the load. {}</p>\n",
-                        report.value("load_fraction", 0.0), escaped_html(report.value("reason", "")));
+                        ResultReport::number_in(report, "load_fraction", 0), escaped_html(report.value("reason", "")));
   if (report.value("accuracy_missed", false)) body += "<p class=bad>The accuracy asked for was not reached.</p>\n";
-  for (const json& w : report.value("warnings", json::array()))
+  for (const json& w : report["warnings"])
     body += fmt::format("<p class=note>{}</p>\n", escaped_html(w.get<std::string>()));
   body += "<h2>What was solved</h2>\n" + summary(result, report);
   json segments = json::array();
@@ -263,10 +266,10 @@ std::string html_report(const Result& result, const hexmesh::IntensityVolume* sc
                  {"Poisson", "/poisson"},
                  {"from", "/source"}});
   body += table(
-      "Conditions; reaction: force of the support on the body", report.value("conditions", json::array()),
+      "Conditions; reaction: force of the support on the body", report["conditions"],
       {{"condition", "/name"}, {"points", "/points"}, {"misfit [mm]", "/misfit_mm"}, {"reaction [N]", "/reaction_n"}});
-  body += table("Forces", report.value("forces", json::array()), {{"force", "/name"}, {"total [N]", "/total_n"}});
-  body += table("Contacts", report.value("contacts", json::array()),
+  body += table("Forces", report["forces"], {{"force", "/name"}, {"total [N]", "/total_n"}});
+  body += table("Contacts", report["contacts"],
                 {{"obstacle", "/name"},
                  {"points that touch", "/points"},
                  {"deepest [mm]", "/deepest_mm"},
@@ -274,9 +277,9 @@ std::string html_report(const Result& result, const hexmesh::IntensityVolume* sc
   body += pictures(result, scan);
   body += accuracy(report, costs);
   body += motion(report);
-  body += "<h2>Effects</h2>\n" +
-          table("Only what the scene calls for is built and solved", report.value("effects", json::array()),
-                {{"effect", "/name"}, {"on", "/active"}, {"why", "/why"}, {"seconds", "/seconds"}});
+  body +=
+      "<h2>Effects</h2>\n" + table("Only what the scene calls for is built and solved", report["effects"],
+                                   {{"effect", "/name"}, {"on", "/active"}, {"why", "/why"}, {"seconds", "/seconds"}});
   body += provenance(result, made_by);
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width\">\n<title>How the organ deforms</title>\n<style>" +

@@ -45,7 +45,10 @@ public:
     double step = 10 * power;
     for (const double digit : {5.0, 2.0, 1.0})
       if (digit * power >= rough) step = digit * power;
-    for (double n = std::ceil(low_ / step); n * step <= high_; ++n) out.push_back(n * step + 0.0);  // -0 + 0 = 0
+    constexpr int most = 32;  // of large values that are close to each other the next one may be the same
+    const double first = std::ceil(low_ / step);
+    for (int n = 0; n < most && (first + n) * step <= high_; ++n)
+      out.push_back((first + n) * step + 0.0);  // -0 + 0 = 0
     return out;
   }
 

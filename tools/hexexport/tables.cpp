@@ -7,7 +7,9 @@
 
 #include "cli/csv.h"
 #include "cli/parse.h"
+#include "cli/result_report.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/json_limits.h"
 #include "hexmesh/file/markup_file.h"
 #include "hexmesh/file/result_file.h"
 #include "hexmesh/lattice/embedded_points.h"
@@ -29,10 +31,21 @@ std::string nodes_csv(const Result& result) {
   return out;
 }
 
-std::string report_json(const Result& result) { return json::parse(result.report).dump(2) + "\n"; }
+namespace {
+
+/// As the file has it.
+json whole_report(const Result& result) {
+  if (result.report.empty()) throw Error(ErrorKind::input, "the result has no report, expected that of a solution");
+  report_of(result);  // throws where it is none
+  return hexmesh::parse_json(result.report);
+}
+
+}  // namespace
+
+std::string report_json(const Result& result) { return whole_report(result).dump(2) + "\n"; }
 
 std::string report_csv(const Result& result) {
-  const json flat = json::parse(result.report).flatten();
+  const json flat = whole_report(result).flatten();
   std::string out = "key,value\n";
   for (const auto& [key, value] : flat.items())
     out +=
@@ -42,10 +55,19 @@ std::string report_csv(const Result& result) {
 
 std::vector<hexmesh::ConditionForce> condition_forces(const Result& result) {
   std::vector<hexmesh::ConditionForce> out;
-  const json report = json::parse(result.report);
-  for (const json& c : report["conditions"]) {
-    const json& r = c["reaction_n"];
-    out.push_back({c["name"], {r[0].get<double>(), r[1].get<double>(), r[2].get<double>()}});
+  const ResultReport said = report_of(result);
+  const json& conditions = said.report["conditions"];
+  if (conditions.size() != result.conditions.size())
+    throw Error(ErrorKind::input,
+                fmt::format("the result's '/report/conditions' holds {} conditions, expected {} as in "
+                            "'/condition_names'",
+                            conditions.size(), result.conditions.size()));
+  for (const json& c : conditions) {
+    hexmesh::ConditionForce force{c.value("name", ""), Vec3::Zero()};
+    const json reaction = c.value("reaction_n", json::array());
+    for (std::size_t d = 0; d < reaction.size(); ++d)
+      if (reaction[d].is_number()) force.reaction[static_cast<Eigen::Index>(d)] = reaction[d].get<double>();
+    out.push_back(std::move(force));
   }
   return out;
 }

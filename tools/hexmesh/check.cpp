@@ -19,6 +19,7 @@ int run_check(const std::string& name, bool as_json) {
   const hexmesh::InputFile file(name);
   const hexmesh::Lattice lattice = hexmesh::read_lattice(file.path());
   std::vector<hexmesh::Finding> findings = hexmesh::check_lattice(lattice);
+  findings.push_back({"content is that of its checksum", 0, hexmesh::is_as_written(file.path()) ? 0.0 : 1.0, 0});
   std::vector<int> without_matrices;
   for (int n = 0; n < lattice.num_levels(); ++n) {
     if (const auto error = hexmesh::stored_matrix_error(file.path(), lattice, n))

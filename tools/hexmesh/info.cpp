@@ -10,7 +10,9 @@ namespace {
 
 int run_info(const std::string& lattice, bool as_json) {
   const hexmesh::InputFile file(lattice);
-  nlohmann::json report = describe(hexmesh::read_lattice(file.path()), hexmesh::levels_with_matrices(file.path()));
+  nlohmann::json report =
+      describe(hexmesh::read_lattice(file.path(), {}, hexmesh::Elements::formed, hexmesh::Voxels::surface_only),
+               hexmesh::levels_with_matrices(file.path()));
   report["sha256"] = hexmesh::content_checksum(file.path());
   fmt::print("{}", as_json ? report.dump(2) + "\n" : table(report));
   return 0;

@@ -78,6 +78,16 @@ json describe_segment(const Lattice& lattice, const hexmesh::LatticeSegment& s) 
   return entry;
 }
 
+/// Voxels of the box by class (see hexmesh::VoxelClass), without their labels: those with material are the cells of
+/// level 0.
+json describe_voxels(const Lattice& lattice) {
+  std::size_t boundary = 0;
+  const std::vector<hexmesh::ExposedFace> faces = hexmesh::exposed_faces(lattice);  // sorted by voxel
+  for (std::size_t n = 0; n < faces.size(); ++n) boundary += n == 0 || faces[n].voxel != faces[n - 1].voxel;
+  const std::size_t cells = lattice.levels.front().cells.size();
+  return {{"outside", lattice.voxels.num_voxels() - cells}, {"inside", cells - boundary}, {"boundary", boundary}};
+}
+
 }  // namespace
 
 nlohmann::json describe(const Lattice& lattice, const std::vector<bool>& has_matrices) {
@@ -87,11 +97,7 @@ nlohmann::json describe(const Lattice& lattice, const std::vector<bool>& has_mat
     report["levels"].back()["stored_matrices"] = static_cast<bool>(has_matrices[static_cast<std::size_t>(n)]);
   }
   for (const hexmesh::LatticeSegment& s : lattice.segments) report["segments"].push_back(describe_segment(lattice, s));
-  const std::vector<hexmesh::VoxelClass> classes = hexmesh::classify_voxels(lattice);
-  const auto count = [&](hexmesh::VoxelClass which) { return std::count(classes.begin(), classes.end(), which); };
-  report["voxels"] = {{"outside", count(hexmesh::VoxelClass::outside)},
-                      {"inside", count(hexmesh::VoxelClass::inside)},
-                      {"boundary", count(hexmesh::VoxelClass::boundary)}};
+  report["voxels"] = describe_voxels(lattice);
   const hexmesh::Vec3& spacing = lattice.voxels.spacing();
   report["voxel_mm"] = {spacing[0], spacing[1], spacing[2]};
   for (const hexmesh::LatticeSegment& s : lattice.segments) {

@@ -23,7 +23,8 @@ int run_surface(const SurfaceOptions& o, const CommonOptions& common) {
                 fmt::format("output '{}', expected a name that ends in .obj, .stl, .ply or .off", o.output));
   const auto output = open_output(o.output, ending, common, {o.lattice});
   const hexmesh::InputFile file(o.lattice);
-  const hexmesh::Lattice lattice = hexmesh::read_lattice(file.path(), {-1});
+  const hexmesh::Lattice lattice =
+      hexmesh::read_lattice(file.path(), {-1}, hexmesh::Elements::formed, hexmesh::Voxels::surface_only);
   hexmesh::TriangleSurface surface = lattice.surface;
   if (!o.segment.empty())
     surface = hexmesh::of_segment(surface, hexmesh::segment_named(lattice.segments, o.segment).segment.label);

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 
+#include "../core/text.h"
+#include "hdf5_rules.h"
 #include "hexmesh/core/error.h"
 #include "refuse.h"
 
@@ -13,7 +15,18 @@ namespace hexmesh::hdf5 {
 namespace {
 
 constexpr hsize_t chunk_bytes = 1 << 20;
-constexpr std::size_t most_values = std::size_t{1} << 36;
+constexpr double most_values = 0x1p36;
+constexpr std::size_t most_texts = std::size_t{1} << 20, most_bytes_of_texts = std::size_t{1} << 26;
+constexpr std::ptrdiff_t most_depth = 8;
+constexpr std::size_t most_datasets = std::size_t{1} << 20;
+
+std::string name_of(hid_t native) {
+  return fmt::format("{}{}",
+                     H5Tget_class(native) == H5T_FLOAT     ? "float"
+                     : H5Tget_sign(native) == H5T_SGN_NONE ? "uint"
+                                                           : "int",
+                     8 * H5Tget_size(native));
+}
 
 /// Texts of fixed length: unlike those of variable length they lie in chunks and headers, which have checksums.
 Handle string_type(std::size_t size) {
@@ -31,20 +44,21 @@ Handle open_for_reading(const std::filesystem::path& path) {
   return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose};
 }
 
+/// Of a kind of object, without the time at which it is made.
+Handle without_times(hid_t kind) {
+  Handle list(H5Pcreate(kind), H5Pclose);
+  H5Pset_obj_track_times(list, false);
+  return list;
+}
+
 Handle open_for_writing(const std::filesystem::path& path, Writer::Start start) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   // The 1.10 layout has checksums in its indices and headers too.
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110);
-  return {start == Writer::Start::anew ? H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access)
+  return {start == Writer::Start::anew ? H5Fcreate(path.c_str(), H5F_ACC_TRUNC, without_times(H5P_FILE_CREATE), access)
                                        : H5Fopen(path.c_str(), H5F_ACC_RDWR, access),
           H5Fclose};
-}
-
-Handle make_groups() {
-  Handle list(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
-  H5Pset_create_intermediate_group(list, 1);
-  return list;
 }
 
 /// The rows of a dataset as a part of its space.
@@ -69,10 +83,21 @@ void Writer::check(bool good, const std::string& name) const {
   if (!good) throw Error(ErrorKind::output, fmt::format("cannot write '{}' into '{}'", name, path_.string()));
 }
 
+void Writer::make_groups(const std::string& path) {
+  for (std::size_t end = path.find('/', 1); end != std::string::npos; end = path.find('/', end + 1)) {
+    const std::string group = path.substr(0, end);
+    if (H5Lexists(file_, group.c_str(), H5P_DEFAULT) > 0) continue;
+    const Handle made(H5Gcreate2(file_, group.c_str(), H5P_DEFAULT, without_times(H5P_GROUP_CREATE), H5P_DEFAULT),
+                      H5Gclose);
+    check(made >= 0, group);
+  }
+}
+
 Handle Writer::declare_raw(const std::string& name, hid_t type, const Shape& shape, std::size_t value_size,
                            const Storage& storage) {
   const Handle space(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
-  const Handle layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  const Handle layout = without_times(H5P_DATASET_CREATE);
+  make_groups(name);
   const hsize_t row = std::accumulate(shape.begin() + 1, shape.end(), hsize_t{1}, std::multiplies<>());
   if (shape[0] > 0 && row > 0) {
     Shape chunk = shape;
@@ -85,7 +110,7 @@ Handle Writer::declare_raw(const std::string& name, hid_t type, const Shape& sha
     }
     H5Pset_fletcher32(layout);
   }
-  Handle set(H5Dcreate2(file_, name.c_str(), type, space, make_groups(), layout, H5P_DEFAULT), H5Dclose);
+  Handle set(H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, layout, H5P_DEFAULT), H5Dclose);
   check(set >= 0, name);
   return set;
 }
@@ -117,21 +142,26 @@ void Writer::write_rows_raw(const std::string& name, hid_t type, const void* dat
 }
 
 void Writer::copy(const Reader& from, const std::string& name) {
+  from.check_storage(from.open(name, {}), 1);
+  make_groups(name);
   check(H5Ocopy(from.file_, name.c_str(), file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT) >= 0, name);
 }
 
 void Writer::write(const std::string& name, const std::vector<std::string>& values) {
+  std::vector<std::string> texts;
   std::size_t size = 1;
-  for (const std::string& v : values) size = std::max(size, v.size());
+  for (const std::string& v : values) {
+    texts.push_back(to_utf8(v));
+    size = std::max(size, texts.back().size());
+  }
   std::string bytes;
-  for (const std::string& v : values) bytes += v + std::string(size - v.size(), '\0');
+  for (const std::string& text : texts) bytes += text + std::string(size - text.size(), '\0');
   write_raw(name, string_type(size), bytes.data(), {values.size()}, size, {});
 }
 
 void Writer::attribute_raw(const std::string& group, const std::string& name, hid_t type, const void* data,
                            std::size_t count) {
-  if (group != "/" && H5Lexists(file_, group.c_str(), H5P_DEFAULT) <= 0)
-    Handle(H5Gcreate2(file_, group.c_str(), make_groups(), H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+  if (group != "/") make_groups(group + "/");
   const hsize_t length = count;
   const Handle space(H5Screate_simple(1, &length, nullptr), H5Sclose);
   const Handle attribute(
@@ -142,7 +172,8 @@ void Writer::attribute_raw(const std::string& group, const std::string& name, hi
 }
 
 void Writer::attribute(const std::string& group, const std::string& name, const std::string& text) {
-  attribute_raw(group, name, string_type(std::max<std::size_t>(text.size(), 1)), text.c_str(), 1);
+  const std::string value = to_utf8(text);
+  attribute_raw(group, name, string_type(std::max<std::size_t>(value.size(), 1)), value.c_str(), 1);
 }
 
 void Writer::close() { check(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0, "file"); }
@@ -157,55 +188,75 @@ void Reader::fail(const std::string& message) const {
 }
 
 bool Reader::has(const std::string& name) const {
-  for (std::size_t slash = name.find('/', 1); slash != std::string::npos; slash = name.find('/', slash + 1))
-    if (H5Lexists(file_, name.substr(0, slash).c_str(), H5P_DEFAULT) <= 0) return false;
-  return H5Lexists(file_, name.c_str(), H5P_DEFAULT) > 0;
+  std::string problem;
+  const bool found = is_reached(file_, name, problem);
+  if (!problem.empty()) fail(problem);
+  return found;
+}
+
+Reader::Dataset Reader::open(const std::string& name, const Shape& expected) const {
+  if (!has(name)) fail(fmt::format("has no '{}'", name));
+  Dataset set{name, Handle(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose), {}};
+  if (set.id < 0) fail(fmt::format("has no readable dataset '{}'", name));
+  if (const std::string problem = place_problem(set.id); !problem.empty())
+    fail(fmt::format("has a '{}' that {}", name, problem));
+  const Handle space(H5Dget_space(set.id), H5Sclose);
+  const int rank = H5Sget_simple_extent_type(space) == H5S_SIMPLE ? H5Sget_simple_extent_ndims(space) : 0;
+  set.shape.resize(static_cast<std::size_t>(std::max(rank, 0)));
+  if (!set.shape.empty()) H5Sget_simple_extent_dims(space, set.shape.data(), nullptr);
+  if (!expected.empty() && set.shape.size() != expected.size())
+    fail(fmt::format("has '{}' with {} axes, expected {}", name, set.shape.size(), expected.size()));
+  if (rank < 1) fail(fmt::format("has '{}' without axes, expected some", name));
+  for (std::size_t d = 0; d < expected.size(); ++d)
+    if (expected[d] != 0 && set.shape[d] != expected[d])
+      fail(fmt::format("has '{}' of shape ({}), expected ({}) where 0 is any", name, fmt::join(set.shape, ", "),
+                       fmt::join(expected, ", ")));
+  return set;
 }
 
 Shape Reader::shape(const std::string& name, std::size_t rank) const {
-  if (!has(name)) fail(fmt::format("has no '{}'", name));
-  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
-  if (set < 0) fail(fmt::format("has no readable '{}'", name));
-  const Handle space(H5Dget_space(set), H5Sclose);
-  if (H5Sget_simple_extent_ndims(space) != static_cast<int>(rank))
-    fail(fmt::format("has '{}' with {} axes, expected {}", name, H5Sget_simple_extent_ndims(space), rank));
-  Shape found(rank);
-  H5Sget_simple_extent_dims(space, found.data(), nullptr);
-  return found;
+  const Dataset set = open(name, Shape(rank));
+  check_storage(set, H5Tget_size(Handle(H5Dget_type(set.id), H5Tclose)));
+  return set.shape;
 }
 
-Shape Reader::checked_shape(const std::string& name, const Shape& expected, std::size_t value_size) const {
-  const Shape found = shape(name, expected.size());
-  std::size_t count = 1;
-  for (std::size_t d = 0; d < found.size(); ++d) {
-    if (expected[d] != 0 && found[d] != expected[d])
-      fail(fmt::format("has '{}' of shape ({}), expected ({}) where 0 is any", name, fmt::join(found, ", "),
-                       fmt::join(expected, ", ")));
-    if (found[d] > most_values || count > most_values / std::max<hsize_t>(found[d], 1))
-      fail(fmt::format("claims '{}' of shape ({}), more than can be", name, fmt::join(found, ", ")));
-    count *= found[d];
-  }
-  // What is not compressed cannot claim more values than the file has bytes for.
-  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
-  const hsize_t stored = H5Dget_storage_size(set);
-  if (count * value_size / best_deflation > stored || stored > std::filesystem::file_size(path_))
-    fail(fmt::format("claims '{}' of shape ({}) but stores {} bytes for it", name, fmt::join(found, ", "), stored));
-  return found;
+Reader::Dataset Reader::open_numbers(const std::string& name, const Shape& expected, hid_t type,
+                                     std::size_t value_size) const {
+  Dataset set = open(name, expected);
+  if (!is_kept_as(Handle(H5Dget_type(set.id), H5Tclose), type))
+    fail(fmt::format("has '{}' of another type, expected {}", name, name_of(type)));
+  check_storage(set, value_size);
+  return set;
 }
 
-void Reader::read_raw(const std::string& name, hid_t type, void* data) const {
-  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
-  if (H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0)
-    fail(fmt::format("has a damaged '{}' (checksum or type)", name));
+void Reader::check_storage(const Dataset& set, std::size_t value_size) const {
+  if (kept_well_.contains(set.name)) return;
+  double count = 1;
+  for (const hsize_t n : set.shape) count *= static_cast<double>(n);
+  const double bytes = count * static_cast<double>(value_size);
+  const hsize_t stored = H5Dget_storage_size(set.id);
+  if (count > most_values)
+    fail(fmt::format("claims '{}' of shape ({}), more than can be", set.name, fmt::join(set.shape, ", ")));
+  if (const std::string problem = storage_problem(set.id, set.shape, bytes); !problem.empty())
+    fail(fmt::format("has a '{}' that {}", set.name, problem));
+  // What is packed cannot claim more than its bytes unpack to.
+  if (bytes / best_deflation > static_cast<double>(stored) || stored > std::filesystem::file_size(path_))
+    fail(fmt::format("claims '{}' of shape ({}) but stores {} bytes for it", set.name, fmt::join(set.shape, ", "),
+                     stored));
+  kept_well_.insert(set.name);
 }
 
-void Reader::read_rows_raw(const std::string& name, hid_t type, void* data, hsize_t first, hsize_t count) const {
-  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+void Reader::read_raw(const Dataset& set, hid_t type, void* data) const {
+  if (H5Dread(set.id, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0)
+    fail(fmt::format("has a damaged '{}' (checksum or type)", set.name));
+}
+
+void Reader::read_rows_raw(const Dataset& set, hid_t type, void* data, hsize_t first, hsize_t count) const {
   Shape shape;
-  const Handle rows = rows_of(set, first, count, shape);
+  const Handle rows = hdf5::rows_of(set.id, first, count, shape);
   const Handle memory(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
-  if (H5Dread(set, type, memory, rows, H5P_DEFAULT, data) < 0)
-    fail(fmt::format("has a damaged '{}' (checksum or type)", name));
+  if (H5Dread(set.id, type, memory, rows, H5P_DEFAULT, data) < 0)
+    fail(fmt::format("has a damaged '{}' (checksum or type)", set.name));
 }
 
 void Reader::fail_rows(const std::string& name, hsize_t first, hsize_t count, hsize_t found) const {
@@ -213,15 +264,24 @@ void Reader::fail_rows(const std::string& name, hsize_t first, hsize_t count, hs
 }
 
 std::vector<std::string> Reader::read_strings(const std::string& name) const {
-  shape(name, 1);
-  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
-  const std::size_t size = text_size(Handle(H5Dget_type(set), H5Tclose), name);
-  const Shape found = checked_shape(name, {0}, size);
-  std::string bytes(found[0] * size, '\0');
-  read_raw(name, string_type(size), bytes.data());
+  const Dataset set = open(name, {0});
+  const std::size_t size = text_size(Handle(H5Dget_type(set.id), H5Tclose), name);
+  check_storage(set, size);
+  if (set.shape[0] > most_texts || set.shape[0] * size > most_bytes_of_texts)
+    fail(fmt::format("has {} texts of {} bytes in '{}', expected at most {} MB", set.shape[0], size, name,
+                     most_bytes_of_texts >> 20));
+  std::string bytes(set.shape[0] * size, '\0');
+  read_raw(set, string_type(size), bytes.data());
   std::vector<std::string> values;
-  for (std::size_t at = 0; at < bytes.size(); at += size) values.emplace_back(bytes.substr(at, size).c_str());
+  for (std::size_t at = 0; at < bytes.size(); at += size) {
+    values.emplace_back(bytes.substr(at, size).c_str());
+    check_text(values.back(), name);
+  }
   return values;
+}
+
+void Reader::check_text(const std::string& text, const std::string& name) const {
+  if (!is_utf8(text)) fail(fmt::format("has a text in '{}' that is not UTF-8", name));
 }
 
 std::size_t Reader::text_size(hid_t type, const std::string& name) const {
@@ -231,22 +291,71 @@ std::size_t Reader::text_size(hid_t type, const std::string& name) const {
   return size;
 }
 
+Handle Reader::open_attribute(const std::string& group, const std::string& name) const {
+  if (!has(group)) fail(fmt::format("has no '{}'", group));
+  Handle attribute(H5Aopen_by_name(file_, group.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  if (attribute < 0) fail(fmt::format("has no attribute '{}' of '{}'", name, group));
+  return attribute;
+}
+
 void Reader::attribute_raw(const std::string& group, const std::string& name, hid_t type, void* data,
                            std::size_t count) const {
-  const Handle attribute(H5Aopen_by_name(file_, group.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  if (attribute < 0) fail(fmt::format("has no attribute '{}' of '{}'", name, group));
+  const Handle attribute = open_attribute(group, name);
   const Handle space(H5Aget_space(attribute), H5Sclose);
+  const Handle kept_as(H5Aget_type(attribute), H5Tclose);
+  const bool is_text = H5Tget_class(type) == H5T_STRING;
+  if (!is_text && !is_kept_as(kept_as, type))
+    fail(fmt::format("has an attribute '{}' of '{}' of another type, expected {}", name, group, name_of(type)));
   if (H5Sget_simple_extent_npoints(space) != static_cast<hssize_t>(count) || H5Aread(attribute, type, data) < 0)
     fail(fmt::format("has an unreadable attribute '{}' of '{}', expected {} values", name, group, count));
 }
 
 std::string Reader::text_attribute(const std::string& group, const std::string& name) const {
-  const Handle attribute(H5Aopen_by_name(file_, group.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-  if (attribute < 0) fail(fmt::format("has no attribute '{}' of '{}'", name, group));
-  const std::size_t size = text_size(Handle(H5Aget_type(attribute), H5Tclose), name);
+  const Handle type(H5Aget_type(open_attribute(group, name)), H5Tclose);
+  const std::size_t size = text_size(type, name);
   std::string bytes(size, '\0');
   attribute_raw(group, name, string_type(size), bytes.data(), 1);
+  check_text(bytes.c_str(), group + ":" + name);
   return bytes.c_str();
+}
+
+std::size_t Reader::count_links(const std::string& group) const {
+  H5G_info_t info;
+  if (H5Gget_info_by_name(file_, group.c_str(), &info, H5P_DEFAULT) < 0)
+    fail(fmt::format("has no readable group '{}'", group));
+  return info.nlinks;
+}
+
+std::vector<std::string> Reader::dataset_names() const {
+  std::set<std::string> names;
+  const herr_t status = H5Ovisit_by_name2(  // the second, which HDF5 1.10 and 1.14 both have, each with its own info
+      file_, "/", H5_INDEX_NAME, H5_ITER_NATIVE,
+      [](hid_t, const char* name, const auto* info, void* to) {
+        auto& found = *static_cast<std::set<std::string>*>(to);
+        const std::string path = name;
+        if (std::count(path.begin(), path.end(), '/') > most_depth || found.size() > most_datasets) return -1;
+        if (info->type == H5O_TYPE_DATASET) found.insert("/" + path);
+        return 0;
+      },
+      &names, H5O_INFO_BASIC, H5P_DEFAULT);
+  if (status < 0) fail("has too many or too deep groups, or damaged ones");
+  return {names.begin(), names.end()};
+}
+
+bool Reader::is_text(const std::string& name) const {
+  return H5Tget_class(Handle(H5Dget_type(open(name, {}).id), H5Tclose)) == H5T_STRING;
+}
+
+std::vector<double> Reader::read_any_numbers(const std::string& name, Shape& shape) const {
+  const Dataset set = open(name, {});
+  const Handle type(H5Dget_type(set.id), H5Tclose);
+  if (H5Tget_class(type) != H5T_INTEGER && H5Tget_class(type) != H5T_FLOAT)
+    fail(fmt::format("has '{}' of another type, expected numbers", name));
+  check_storage(set, H5Tget_size(type));
+  std::vector<double> values(set.count());
+  read_raw(set, H5T_NATIVE_DOUBLE, values.data());
+  shape = set.shape;
+  return values;
 }
 
 }  // namespace hexmesh::hdf5

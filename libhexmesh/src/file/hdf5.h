@@ -3,9 +3,11 @@
 
 #include <hdf5.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <numeric>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -63,7 +65,8 @@ inline hid_t native_type<std::uint64_t>() {
 
 class Reader;
 
-/// Writes a file. Datasets carry a Fletcher32 checksum per chunk. Names are paths; their groups are made as needed.
+/// Writes a file. Datasets carry a Fletcher32 checksum per chunk; no object says when it was made, so that the same
+/// content is the same bytes. Names are paths; their groups are made as needed. Texts become UTF-8.
 class Writer {
 public:
   enum class Start { anew, as_it_is };  ///< the second goes on with a file that an earlier one has closed
@@ -90,7 +93,7 @@ public:
     write_rows_raw(name, native_type<T>(), values.data(), first, count);
   }
 
-  /// A dataset, or a group with all in it, as it is in another file: it takes no memory.
+  /// A dataset as it is in another file: it takes no memory. @throws Error{input} as Reader does
   void copy(const Reader& from, const std::string& name);
 
   template <class T>
@@ -120,6 +123,7 @@ private:
   void write_rows_raw(const std::string& name, hid_t type, const void* data, hsize_t first, hsize_t count);
   void attribute_raw(const std::string& group, const std::string& name, hid_t type, const void* data,
                      std::size_t count);
+  void make_groups(const std::string& path);
   void check(bool good, const std::string& name) const;
 
   std::filesystem::path path_;
@@ -127,7 +131,8 @@ private:
   std::unique_ptr<Sha256> noted_;  ///< none if nothing is noted
 };
 
-/// Reads a file; every miss, wrong shape or failed checksum is an Error{input} that names file and dataset.
+/// Reads a file; whatever is missing, of another shape or type, kept against the rules of hdf5_rules.h, or damaged is
+/// an Error{input} that names file and dataset.
 class Reader {
 public:
   /// @param what  named in messages, e.g. "lattice"
@@ -135,26 +140,30 @@ public:
 
   bool has(const std::string& name) const;
 
-  /// Shape of a dataset. @throws unless it has that many axes
+  /// Shape of a dataset, which has as many values. @throws unless it has that many axes
   Shape shape(const std::string& name, std::size_t rank) const;
 
   /// @param expected  0 in an axis: any size
   template <class T>
   std::vector<T> read(const std::string& name, const Shape& expected) const {
-    const Shape found = checked_shape(name, expected, sizeof(T));
-    std::vector<T> values(std::accumulate(found.begin(), found.end(), std::size_t{1}, std::multiplies<>()));
-    read_raw(name, native_type<T>(), values.data());
+    const Dataset set = open_numbers(name, expected, native_type<T>(), sizeof(T));
+    std::vector<T> values(set.count());
+    read_raw(set, native_type<T>(), values.data());
     return values;
   }
   /// Likewise only rows `first` to `first` + `count` - 1 along the first axis.
   template <class T>
   std::vector<T> read_rows(const std::string& name, const Shape& expected, hsize_t first, hsize_t count) const {
-    Shape found = checked_shape(name, expected, sizeof(T));
-    if (first + count > found[0]) fail_rows(name, first, count, found[0]);
-    found[0] = count;
-    std::vector<T> values(std::accumulate(found.begin(), found.end(), std::size_t{1}, std::multiplies<>()));
-    if (!values.empty()) read_rows_raw(name, native_type<T>(), values.data(), first, count);
-    return values;
+    Dataset set = open_numbers(name, expected, native_type<T>(), sizeof(T));
+    return rows_of<T>(set, first, count);
+  }
+  /// All rows, some at a time: take(values, first row). What is wrong with the first rows is told before the last ones
+  /// take memory.
+  template <class T, class Take>
+  void read_in_blocks(const std::string& name, const Shape& expected, hsize_t block_rows, const Take& take) const {
+    const Dataset set = open_numbers(name, expected, native_type<T>(), sizeof(T));
+    for (hsize_t first = 0; first < set.shape[0]; first += block_rows)
+      take(rows_of<T>(set, first, std::min(block_rows, set.shape[0] - first)), first);
   }
   std::vector<std::string> read_strings(const std::string& name) const;
 
@@ -166,22 +175,52 @@ public:
   }
   std::string text_attribute(const std::string& group, const std::string& name) const;
 
+  /// How many links a group holds. @pre has(group)
+  std::size_t count_links(const std::string& group) const;
+
+  /// All datasets, sorted: their paths.
+  std::vector<std::string> dataset_names() const;
+  bool is_text(const std::string& name) const;
+  /// Numbers of any type, and their shape.
+  std::vector<double> read_any_numbers(const std::string& name, Shape& shape) const;
+
   /// @throws Error{input} with the file's name before the message
   [[noreturn]] void fail(const std::string& message) const;
 
 private:
   friend class Writer;  // copies
+  /// A dataset that keeps the rules.
+  struct Dataset {
+    std::string name;
+    Handle id;
+    Shape shape;
+    std::size_t count() const {
+      return std::accumulate(shape.begin(), shape.end(), std::size_t{1}, std::multiplies<>());
+    }
+  };
+  Dataset open(const std::string& name, const Shape& expected) const;
+  Dataset open_numbers(const std::string& name, const Shape& expected, hid_t type, std::size_t value_size) const;
+  void check_storage(const Dataset& set, std::size_t value_size) const;
+  template <class T>
+  std::vector<T> rows_of(const Dataset& set, hsize_t first, hsize_t count) const {
+    if (first + count > set.shape[0]) fail_rows(set.name, first, count, set.shape[0]);
+    std::vector<T> values(set.shape[0] == 0 ? 0 : set.count() / set.shape[0] * count);
+    if (!values.empty()) read_rows_raw(set, native_type<T>(), values.data(), first, count);
+    return values;
+  }
   std::size_t text_size(hid_t type, const std::string& name) const;
-  Shape checked_shape(const std::string& name, const Shape& expected, std::size_t value_size) const;
-  void read_raw(const std::string& name, hid_t type, void* data) const;
-  void read_rows_raw(const std::string& name, hid_t type, void* data, hsize_t first, hsize_t count) const;
+  void check_text(const std::string& text, const std::string& name) const;
+  void read_raw(const Dataset& set, hid_t type, void* data) const;
+  void read_rows_raw(const Dataset& set, hid_t type, void* data, hsize_t first, hsize_t count) const;
   [[noreturn]] void fail_rows(const std::string& name, hsize_t first, hsize_t count, hsize_t found) const;
+  Handle open_attribute(const std::string& group, const std::string& name) const;
   void attribute_raw(const std::string& group, const std::string& name, hid_t type, void* data,
                      std::size_t count) const;
 
   std::string what_;
   std::filesystem::path path_;
   Handle file_;
+  mutable std::set<std::string> kept_well_;  ///< datasets whose storage has been checked
 };
 
 }  // namespace hexmesh::hdf5

@@ -4,12 +4,15 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "face_groups.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/result_file.h"
 #include "hexmesh/lattice/element_tree.h"
 #include "lattice_groups.h"
+#include "level_checks.h"
 
 namespace hexmesh {
 namespace {
@@ -26,7 +29,7 @@ bool stores_matrices(const Lattice& lattice, int number, MatrixStorage storage) 
 /// Calls take(first, matrices) with the matrices of the elements from `first` on, a block at a time.
 template <class Take>
 void for_each_block(const Lattice& lattice, int level, ElementTree& tree, const Take& take) {
-  constexpr std::size_t block = 1 << 12;
+  constexpr std::size_t block = hdf5::matrix_block;
   const ElementMatrices matrices(lattice.cell_edges(level));
   const std::size_t count = lattice.level(level).filled.size();
   for (std::size_t first = 0; first < count; first += block) {
@@ -56,11 +59,12 @@ void write_level(hdf5::Writer& file, const Lattice& lattice, int number, Element
   });
 }
 
-void read_cells(const hdf5::Reader& file, const Grid& voxels, int number, Level& level) {
-  const std::string group = hdf5::level_group(number);
-  level.cells = hdf5::read_cells(file, group + "/cells", coarser_extent(voxels.extent(), level.voxels_per_cell));
-  if (level.cells.empty()) file.fail(fmt::format("has no cells in '{}'", group));
-  hdf5::check_order(file, group, level.cells);
+void read_cells(const hdf5::Reader& file, Lattice& lattice, int number) {
+  Level& level = lattice.level(number);
+  const std::string group = hdf5::level_group(number), name = group + "/cells";
+  hdf5::count_cells(file, lattice, number);
+  level.cells = hdf5::read_cells(file, name, coarser_extent(lattice.voxels.extent(), level.voxels_per_cell));
+  hdf5::check_box(file, lattice.voxels, lattice.segments, {name, level.cells, level.voxels_per_cell});
   level.element = file.read<std::int32_t>(group + "/element", {level.cells.size()});
   hdf5::check_range(file, group + "/element", level.element, level.filled.size());
   level.segment = file.read<std::uint16_t>(group + "/segment", {level.cells.size()});
@@ -88,11 +92,6 @@ Lattice read_lattice(const std::filesystem::path& path, const std::vector<int>& 
                      Voxels voxels) {
   const hdf5::Reader file(path, "lattice");
   Lattice lattice = hdf5::read_outline(file);
-  if (voxels == Voxels::read) {
-    lattice.labels = hdf5::read_labels(file);
-    lattice.surface = hdf5::read_surface(file);
-  }
-  lattice.faces = hdf5::open_faces(path, lattice.voxels.extent());
   const int count = lattice.num_levels();
   const auto is_wanted = [&](int n) {
     return levels.empty() || std::find(levels.begin(), levels.end(), n) != levels.end();
@@ -103,37 +102,47 @@ Lattice read_lattice(const std::filesystem::path& path, const std::vector<int>& 
   for (int n = 1; n <= formed; ++n) {
     Level& level = lattice.level(n);
     const std::size_t num_finer = n == 1 ? lattice.materials.size() : lattice.levels[n - 1].children.size();
-    level.children =
-        hdf5::to_children(file, n, file.read<std::int32_t>(hdf5::children_name(n), {0, 8}), level.merge, num_finer);
+    level.children = hdf5::to_children(
+        file, n, file.read<std::int32_t>(hdf5::children_name(n), {hdf5::count_elements(file, lattice, n), 8}),
+        level.merge, num_finer);
   }
   count_filled(lattice.levels, lattice.materials.size());
   for (int n = 0; n < count; ++n) {
     if (!is_wanted(n)) continue;
     if (elements == Elements::stored && hdf5::has_matrices(file, n))
       hdf5::read_matrices(file, lattice, n, lattice.level(n));
-    read_cells(file, lattice.voxels, n, lattice.level(n));
+    read_cells(file, lattice, n);
   }
+  // After the cells, which tell a box that is too large before it takes memory.
+  if (voxels == Voxels::read) lattice.labels = hdf5::read_labels(file, lattice.voxels);
+  if (voxels != Voxels::left_out) lattice.surface = hdf5::read_surface(file);
+  hdf5::validate(file, lattice);
+  lattice.faces = hdf5::open_faces(path, lattice);
   return lattice;
 }
 
 std::optional<double> stored_matrix_error(const std::filesystem::path& path, const Lattice& lattice, int level) {
   const hdf5::Reader file(path, "lattice");
-  if (!file.has(hdf5::level_group(level) + "/elements/stiffness")) return std::nullopt;
+  if (!hdf5::has_matrices(file, level)) return std::nullopt;
   ElementTree tree(lattice);
   std::array<double, StoredMatrices::num_sets> difference{}, largest{};
+  const auto take_larger = [](double& most, double value) {
+    if (!(value <= most)) most = std::isnan(value) ? std::numeric_limits<double>::infinity() : value;
+  };
+  const std::size_t count = lattice.level(level).filled.size();
   for_each_block(lattice, level, tree, [&](std::size_t first, const StoredMatrices& formed) {
     for (std::size_t k = 0; k < difference.size(); ++k) {
-      const auto& [name, width, values] = formed.sets()[k];
-      const std::vector<double> stored = hdf5::read_matrix_rows(file, level, name, width, first, formed.size());
+      const StoredMatrices::Set& set = formed.sets()[k];
+      const std::vector<double> stored = hdf5::read_matrix_rows(file, level, set, count, first, formed.size());
       for (std::size_t i = 0; i < stored.size(); ++i) {
-        difference[k] = std::max(difference[k], std::abs(stored[i] - values[i]));
-        largest[k] = std::max(largest[k], std::abs(values[i]));
+        take_larger(difference[k], std::abs(stored[i] - set.values[i]));
+        take_larger(largest[k], std::abs(set.values[i]));
       }
     }
   });
   double worst = 0;
   for (std::size_t k = 0; k < difference.size(); ++k)
-    if (largest[k] > 0) worst = std::max(worst, difference[k] / largest[k]);
+    if (difference[k] > 0) take_larger(worst, difference[k] / largest[k]);
   return worst;
 }
 
@@ -146,7 +155,10 @@ std::vector<bool> levels_with_matrices(const std::filesystem::path& path) {
 
 std::string content_checksum(const std::filesystem::path& path) {
   const hdf5::Reader file(path, "lattice");
-  return file.text_attribute("/", "sha256");
+  std::string digits = file.text_attribute("/", "sha256");
+  if (digits.size() != 64 || digits.find_first_not_of("0123456789abcdef") != std::string::npos)
+    file.fail("has an attribute 'sha256' that is none, expected 64 hexadecimal digits");
+  return digits;
 }
 
 std::string format_of(const std::filesystem::path& path) {

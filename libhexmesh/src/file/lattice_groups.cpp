@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cell_checks.h"
 #include "hexmesh/file/lattice_file.h"
 
 namespace hexmesh::hdf5 {
 namespace {
+
+constexpr int most_levels = 49;  ///< of 65536 cells along each axis, level 0 included
 
 /// Each level merges one or two cells along each axis, and some axis.
 void check_merge(const Reader& file, const std::vector<Level>& levels, int n) {
@@ -19,8 +22,6 @@ void check_merge(const Reader& file, const std::vector<Level>& levels, int n) {
     good &= levels[n].merge[d] <= 2 && levels[n].voxels_per_cell[d] == levels[n].merge[d] * finer[d];
   if (!good) file.fail(fmt::format("has a '{}' that does not merge the level before it", level_group(n)));
 }
-
-std::string matrix_name(int level, const char* set) { return level_group(level) + "/elements/" + set; }
 
 /// Voxels with material per element, from the filled volumes.
 void count_filled(const Reader& file, const Lattice& lattice, int number, Level& level) {
@@ -38,9 +39,25 @@ void count_filled(const Reader& file, const Lattice& lattice, int number, Level&
   }
 }
 
+/// No element is heavier than its volume of the densest material.
+void check_masses(const Reader& file, const Lattice& lattice, int number, const Level& level) {
+  constexpr double rounding = 1e-9;
+  double densest = 0;
+  for (const VoxelMaterial& m : lattice.materials) densest = std::max(densest, m.material.density);
+  for (std::size_t e = 0; e < level.matrices.size(); ++e) {
+    const NodeWeights masses = level.matrices.lumped_mass(e);
+    const double most = densest * level.matrices.volume(e) * (1 + rounding);
+    if (!(masses.minCoeff() >= -rounding * most && masses.sum() <= most))
+      file.fail(fmt::format("has a lumped mass of {:g} tonne in element {} of level {}, expected 0 to {:g}",
+                            masses.sum(), e, number, most));
+  }
+}
+
 }  // namespace
 
 std::string level_group(int level) { return fmt::format("/levels/{}", level); }
+
+std::string matrix_name(int level, const char* set) { return level_group(level) + "/elements/" + set; }
 
 std::string children_name(int level) { return level_group(level) + "/elements/children"; }
 
@@ -62,19 +79,20 @@ std::vector<VoxelMaterial> read_materials(const Reader& file, const std::vector<
   for (const LatticeSegment& s : segments)
     if (s.material) names[s.segment.label] = s.segment.name;
   std::vector<VoxelMaterial> materials;
+  // Each is that of some voxel.
+  if (labels.size() > count_material(segments))
+    file.fail(
+        fmt::format("has {} materials in '/materials/label', expected at most {} as voxels in '/segments/num_voxels'",
+                    labels.size(), count_material(segments)));
   for (std::size_t n = 0; n < labels.size(); ++n) {
     if (names[labels[n]].empty()) file.fail(fmt::format("has a material of label {}, which no segment has", labels[n]));
     materials.push_back({labels[n], {values[3 * n], values[3 * n + 1], values[3 * n + 2]}});
-    check_material(materials.back().material, names[labels[n]]);
+    if (const std::string problem = material_problem(materials.back().material); !problem.empty())
+      file.fail(fmt::format("has a material of segment '{}' in row {} of '/materials/value' whose {}", names[labels[n]],
+                            n, problem));
   }
   if (materials.empty()) file.fail("has no materials");
   return materials;
-}
-
-void check_order(const Reader& file, const std::string& group, const std::vector<Index3>& cells) {
-  if (std::adjacent_find(cells.begin(), cells.end(),
-                         [&](const Index3& a, const Index3& b) { return !i_fastest(a, b); }) != cells.end())
-    file.fail(fmt::format("has cells of '{}' twice or out of order", group));
 }
 
 std::vector<Children> to_children(const Reader& file, int level, const std::vector<std::int32_t>& values,
@@ -102,14 +120,39 @@ std::vector<Children> to_children(const Reader& file, int level, const std::vect
 
 int count_levels(const Reader& file) {
   int count = 0;
-  while (file.has(level_group(count))) ++count;
+  while (count <= most_levels && file.has(level_group(count))) ++count;
   if (count == 0) file.fail("has no levels");
+  if (const std::size_t links = file.count_links("/levels"); count <= most_levels && links != as_size(count))
+    file.fail(fmt::format("has {} groups in '/levels', expected {}, numbered from 0 on", links, count));
+  if (count > most_levels)
+    file.fail(fmt::format("has more than {} levels, expected each to merge some axis", most_levels));
   return count;
 }
 
 std::size_t count_cells(const Reader& file, int level) {
   const std::size_t count = file.shape(level_group(level) + "/cells", 2)[0];
   if (count == 0) file.fail(fmt::format("has no cells in '{}'", level_group(level)));
+  return count;
+}
+
+std::size_t count_cells(const Reader& file, const Lattice& outline, int level) {
+  const std::size_t count = count_cells(file, level);
+  const std::size_t voxels = count_material(outline.segments),
+                    most_voxels = count_in(outline.level(level).voxels_per_cell);
+  const bool fits = count <= voxels && (voxels - 1) / most_voxels < count && (level > 0 || count == voxels);
+  if (!fits)
+    file.fail(
+        fmt::format("has {} cells of up to {} voxels in '{}/cells', expected them to hold {} as in "
+                    "'/segments/num_voxels'",
+                    count, most_voxels, level_group(level), voxels));
+  return count;
+}
+
+std::size_t count_elements(const Reader& file, const Lattice& outline, int level) {
+  if (level == 0) return outline.materials.size();
+  const std::size_t count = file.shape(children_name(level), 2)[0], cells = count_cells(file, outline, level);
+  if (count > cells)
+    file.fail(fmt::format("has {} elements in '{}', expected at most {} as cells", count, children_name(level), cells));
   return count;
 }
 
@@ -126,9 +169,10 @@ std::vector<Level> read_merges(const Reader& file) {
 
 Lattice read_outline(const Reader& file) {
   std::vector<std::string> history = read_header(file, lattice_format, lattice_version);
-  std::vector<LatticeSegment> segments = read_segments(file);
+  const Grid voxels = read_grid(file);
+  std::vector<LatticeSegment> segments = read_segments(file, voxels);
   std::vector<VoxelMaterial> materials = read_materials(file, segments);
-  Lattice lattice{read_grid(file), {}, std::move(segments), std::move(materials), {}, {}, std::move(history)};
+  Lattice lattice{voxels, {}, std::move(segments), std::move(materials), {}, {}, std::move(history)};
   lattice.surface_of_voxels = is_surface_of_voxels(file);
   lattice.levels = read_merges(file);
   return lattice;
@@ -145,23 +189,24 @@ void write_matrices(Writer& file, int level, std::size_t first, const StoredMatr
     file.write_rows<double>(matrix_name(level, set.name), set.values, first, matrices.size());
 }
 
-std::vector<double> read_matrix_rows(const Reader& file, int level, const char* set, std::size_t width,
-                                     std::size_t first, std::size_t count) {
-  const std::string name = matrix_name(level, set);
-  if (!file.has(name)) return {};
-  return file.read_rows<double>(name, {0, width}, first, count);
+std::vector<double> read_matrix_rows(const Reader& file, int level, const StoredMatrices::Set& set,
+                                     std::size_t num_elements, std::size_t first, std::size_t count) {
+  return file.read_rows<double>(matrix_name(level, set.name), {num_elements, set.width}, first, count);
 }
 
 bool has_matrices(const Reader& file, int level) {
   const StoredMatrices none;
-  for (const StoredMatrices::Set& set : none.sets())
-    if (!file.has(matrix_name(level, set.name))) return false;
-  return true;
+  std::size_t count = 0;
+  for (const StoredMatrices::Set& set : none.sets()) count += file.has(matrix_name(level, set.name));
+  if (count != 0 && count != StoredMatrices::num_sets)
+    file.fail(fmt::format("has {} of {} sets of matrices in '{}/elements', expected all or none", count,
+                          StoredMatrices::num_sets, level_group(level)));
+  return count != 0;
 }
 
 void read_matrices(const Reader& file, const Lattice& lattice, int number, Level& level,
                    const std::vector<std::int32_t>* numbers) {
-  const std::size_t count = number == 0 ? lattice.materials.size() : file.shape(children_name(number), 2)[0];
+  const std::size_t count = count_elements(file, lattice, number);
   for (auto& [name, width, values] : level.matrices.sets()) {
     const std::string path = matrix_name(number, name);
     values =
@@ -173,6 +218,7 @@ void read_matrices(const Reader& file, const Lattice& lattice, int number, Level
                     "deviatoric, bulk, divergence, volume and shape of one material",
                     numbers ? (*numbers)[static_cast<std::size_t>(e)] : e, number));
   count_filled(file, lattice, number, level);
+  check_masses(file, lattice, number, level);
 }
 
 }  // namespace hexmesh::hdf5

@@ -13,6 +13,8 @@ namespace hexmesh::hdf5 {
 
 std::string level_group(int level);
 std::string children_name(int level);
+std::string matrix_name(int level, const char* set);
+inline constexpr std::size_t matrix_block = 1 << 12;  ///< elements whose matrices are written as one
 
 void write_materials(Writer& file, const std::vector<VoxelMaterial>& materials);
 std::vector<VoxelMaterial> read_materials(const Reader& file, const std::vector<LatticeSegment>& segments);
@@ -20,15 +22,16 @@ std::vector<VoxelMaterial> read_materials(const Reader& file, const std::vector<
 int count_levels(const Reader& file);
 
 std::size_t count_cells(const Reader& file, int level);
+/// Likewise of a file whose outline is known: no more and no fewer than its voxels may make.
+std::size_t count_cells(const Reader& file, const Lattice& outline, int level);
+/// Elements that its cells are made of.
+std::size_t count_elements(const Reader& file, const Lattice& outline, int level);
 
 /// All levels, with nothing but how they merge.
 std::vector<Level> read_merges(const Reader& file);
 
 /// What does not grow with the body: box, segments, materials, levels without cells, history.
 Lattice read_outline(const Reader& file);
-
-/// @throws Error{input} unless they are sorted, each there once
-void check_order(const Reader& file, const std::string& group, const std::vector<Index3>& cells);
 
 /// Children of a level's elements: within the finer level's, none in slots that the merge does not have.
 /// @param values  as the file has them, eight for each element
@@ -39,11 +42,11 @@ std::vector<Children> to_children(const Reader& file, int level, const std::vect
 void declare_matrices(Writer& file, int level, std::size_t num_elements);
 /// @param first  element of the first of these
 void write_matrices(Writer& file, int level, std::size_t first, const StoredMatrices& matrices);
-/// Rows of one of the sets; none if the file does not have it.
-std::vector<double> read_matrix_rows(const Reader& file, int level, const char* set, std::size_t width,
-                                     std::size_t first, std::size_t count);
+/// Rows of one of the sets of a level, which has so many elements.
+std::vector<double> read_matrix_rows(const Reader& file, int level, const StoredMatrices::Set& set,
+                                     std::size_t num_elements, std::size_t first, std::size_t count);
 
-/// Whether the file holds all matrices of a level.
+/// Whether the file holds the matrices of a level. @throws Error{input} if it holds some of them
 bool has_matrices(const Reader& file, int level);
 
 /// The matrices of a level, and from their volumes the voxels of each element.
@@ -52,7 +55,7 @@ bool has_matrices(const Reader& file, int level);
 void read_matrices(const Reader& file, const Lattice& lattice, int number, Level& level,
                    const std::vector<std::int32_t>* numbers = nullptr);
 
-/// The rows of sorted numbers, read in blocks that hold some of them.
+/// The rows of sorted numbers within the dataset, read in blocks that hold some of them.
 template <class T>
 std::vector<T> read_selected_rows(const Reader& file, const std::string& name, hsize_t width,
                                   const std::vector<std::int32_t>& numbers) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "cell_checks.h"
 #include "hexmesh/file/lattice_file.h"
 #include "lattice_groups.h"
 
@@ -73,7 +74,6 @@ LatticePiece LatticeReader::read_layers(const Lattice& outline, int number,
   const std::string group = level_group(number);
   const hsize_t first = row_of(low), count = row_of(high) - first;
   level.cells = hdf5::read_cell_rows(*file_, group + "/cells", layers, first, count);
-  hdf5::check_order(*file_, group, level.cells);
   for (Index3& c : level.cells) {
     c[2] -= low;
     if (c[2] < 0 || c[2] >= high - low) file_->fail(fmt::format("has cells of '{}' out of order", group));
@@ -81,6 +81,9 @@ LatticePiece LatticeReader::read_layers(const Lattice& outline, int number,
   level.element = file_->read_rows<std::int32_t>(group + "/element", {0}, first, count);
   level.segment = file_->read_rows<std::uint16_t>(group + "/segment", {0}, first, count);
   level.parts = file_->read_rows<std::uint16_t>(group + "/parts", {0}, first, count);
+  hdf5::check_segments(*file_, group + "/segment", level.segment, outline.segments, hdf5::LabelKind::with_material);
+  hdf5::check_labels(*file_, piece.lattice.voxels, piece.lattice.labels, outline.segments,
+                     {group + "/cells", level.cells, voxels_per_cell});
   return piece;
 }
 

@@ -9,7 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "bounded_text.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/json_limits.h"
 
 namespace hexmesh {
 namespace {
@@ -21,9 +23,20 @@ Vec3 vector_of(const json& values) {
   return {values[0].get<double>(), values[1].get<double>(), values[2].get<double>()};
 }
 
+/// Far beyond any body, and where squares of distances still are numbers.
+constexpr double most_mm = 1e9;
+
+void check_place(const Vec3& p) {
+  if (!(p.cwiseAbs().maxCoeff() <= most_mm))  // NaN is not
+    throw std::runtime_error(
+        fmt::format("the position ({:g}, {:g}, {:g}), which is not within {:g} mm", p[0], p[1], p[2], most_mm));
+}
+
 Box box_of(const json& markup, const Vec3& sign) {
   const Vec3 size = vector_of(markup.at("size"));
-  if (!(size.minCoeff() > 0)) throw std::runtime_error("an ROI without a positive size");
+  if (!(size.minCoeff() >= 1 / most_mm && size.maxCoeff() <= most_mm))
+    throw std::runtime_error("an ROI without a positive size");
+  check_place(vector_of(markup.at("center")));
   Mat3 axes = Mat3::Identity();
   // Columns are the box's axes; the names changed with the schema's version.
   for (const char* key : {"orientation", "objectToNode", "objectToBase"}) {
@@ -50,8 +63,17 @@ Vec3 to_lps(const std::string& system) {
   throw std::runtime_error("coordinate system '" + system + "'");
 }
 
+/// All of a file, unless it is far larger than any markup, or has no end.
+std::string text_of(std::istream& file) {
+  constexpr std::size_t most_bytes = std::size_t{1} << 25;
+  std::string text = bounded_text(file, most_bytes);
+  if (text.size() > most_bytes) throw std::runtime_error(fmt::format("more than {} MB", most_bytes >> 20));
+  return text;
+}
+
 /// Lines "id,x,y,z,..." after comments that name the coordinate system; RAS where they do not.
-Markup read_fcsv(std::istream& file) {
+Markup read_fcsv(const std::string& text) {
+  std::istringstream file(text);
   Markup out{"Fiducial", {}, {}};
   Vec3 sign = to_lps("RAS");
   for (std::string line; std::getline(file, line);) {
@@ -75,8 +97,8 @@ Markup read_fcsv(std::istream& file) {
   return out;
 }
 
-Markup read_json(std::istream& file) {
-  const json document = json::parse(file);
+Markup read_json(const std::string& text) {
+  const json document = parse_json(text);
   const json& markup = document.at("markups").at(0);
   if (markup.value("coordinateUnits", json("mm")) != json("mm"))
     throw std::runtime_error("coordinateUnits other than mm");
@@ -94,9 +116,9 @@ Markup read_markup(const std::filesystem::path& path) {
   std::ifstream file(path);
   if (!file) throw Error(ErrorKind::input, fmt::format("cannot read markup '{}', expected a file", path.string()));
   try {
-    Markup out = path.extension() == ".fcsv" ? read_fcsv(file) : read_json(file);
-    for (const Vec3& p : out.points)
-      if (!p.allFinite()) throw std::runtime_error("a position that is not finite");
+    const std::string text = text_of(file);
+    Markup out = path.extension() == ".fcsv" ? read_fcsv(text) : read_json(text);
+    for (const Vec3& p : out.points) check_place(p);
     return out;
   } catch (const std::exception& e) {
     throw Error(ErrorKind::input, fmt::format("markup '{}' cannot be used: {}, expected a 3D Slicer .mrk.json or .fcsv",

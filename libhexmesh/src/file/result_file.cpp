@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "result_checks.h"
 #include "shared_groups.h"
 
 namespace hexmesh {
@@ -64,11 +65,11 @@ void write_start(hdf5::Writer& file, const Result& result, const std::filesystem
   const hdf5::Reader from(lattice, "lattice");
   hdf5::write_header(file, result_format, result_version, result.history);
   hdf5::write_segments(file, result.segments);
-  file.copy(from, "/voxels");
-  if (hdf5::is_surface_of_voxels(from))
-    hdf5::write_surface_of_voxels(file);
-  else
-    file.copy(from, "/surface");
+  file.copy(from, "/voxels/labels");
+  hdf5::write_grid(file, hdf5::read_grid(from));
+  if (hdf5::is_surface_of_voxels(from)) return hdf5::write_surface_of_voxels(file);
+  hdf5::write_surface_origin(file, false);
+  for (const char* name : {"/surface/points", "/surface/triangles", "/surface/segment"}) file.copy(from, name);
 }
 
 std::string field_name(const std::string& name) { return "/cell_fields/" + name; }
@@ -141,41 +142,68 @@ void write_result_rows(const ResultRows& rows, const std::filesystem::path& path
   file.close();
 }
 
+namespace {
+
+std::vector<CellNodes> read_cell_nodes(const hdf5::Reader& file, std::size_t num_cells, std::size_t num_nodes) {
+  const auto nodes = file.read<std::int32_t>("/mesh/cell_nodes", {num_cells, 8});
+  hdf5::check_range(file, "/mesh/cell_nodes", nodes, num_nodes);
+  std::vector<CellNodes> out(num_cells);
+  for (std::size_t n = 0; n < nodes.size(); ++n) out[n / 8][n % 8] = nodes[n];
+  return out;
+}
+
+std::vector<ConditionPoints> read_conditions(const hdf5::Reader& file) {
+  std::vector<ConditionPoints> out;
+  for (const std::string& name : file.read_strings("/condition_names")) {
+    const std::string group = fmt::format("/conditions/{}", out.size());
+    std::vector<Vec3> points = hdf5::read_points(file, group + "/points");
+    std::vector<Vec3> moved = hdf5::read_points(file, group + "/displacement", points.size());
+    const auto axes = file.attribute<std::int32_t>(group, "axes", 3);
+    for (const std::int32_t axis : axes)
+      if (axis != 0 && axis != 1) file.fail(fmt::format("has {} in 'axes' of '{}', expected 0 or 1", axis, group));
+    out.push_back({name, std::move(points), std::move(moved), {axes[0] != 0, axes[1] != 0, axes[2] != 0}});
+  }
+  return out;
+}
+
+/// The one text of a dataset.
+std::string read_text(const hdf5::Reader& file, const std::string& name) {
+  std::vector<std::string> texts = file.read_strings(name);
+  if (texts.size() != 1) file.fail(fmt::format("has {} texts in '{}', expected 1", texts.size(), name));
+  return std::move(texts.front());
+}
+
+}  // namespace
+
 Result read_result(const std::filesystem::path& path) {
   const hdf5::Reader file(path, "result");
   std::vector<std::string> history = hdf5::read_header(file, result_format, result_version);
-  Result r{hdf5::read_grid(file), hdf5::read_labels(file), hdf5::read_segments(file)};
+  const Grid voxels = hdf5::read_grid(file);
+  Result r{voxels, {}, hdf5::read_segments(file, voxels)};
   r.history = std::move(history);
-  r.surface_of_voxels = hdf5::is_surface_of_voxels(file);
-  if (!r.surface_of_voxels) r.surface = hdf5::read_surface(file);
   r.level = file.attribute<std::int32_t>("/mesh", "level", 1)[0];
   r.voxels_per_cell = hdf5::read_index(file, "/mesh", "voxels_per_cell");
-  r.cells = hdf5::read_cells(file, "/mesh/cells", {65536, 65536, 65536});
-  const auto nodes = file.read<std::int32_t>("/mesh/cell_nodes", {r.cells.size(), 8});
-  r.cell_nodes.resize(r.cells.size());
-  for (std::size_t n = 0; n < nodes.size(); ++n) r.cell_nodes[n / 8][n % 8] = nodes[n];
+  r.cells = hdf5::read_cells(file, "/mesh/cells", coarser_extent(voxels.extent(), r.voxels_per_cell));
   r.nodes = hdf5::read_points(file, "/mesh/nodes");
-  hdf5::check_range(file, "/mesh/cell_nodes", nodes, r.nodes.size());
+  r.cell_nodes = read_cell_nodes(file, r.cells.size(), r.nodes.size());
   r.displacement = hdf5::read_points(file, "/displacement", r.nodes.size());
   r.velocity = hdf5::read_points(file, "/velocity");
   if (!r.velocity.empty() && r.velocity.size() != r.nodes.size())
     file.fail(fmt::format("/velocity has {} rows, expected none or {}", r.velocity.size(), r.nodes.size()));
   r.times = file.read<double>("/times", {0});
   r.segment = file.read<std::uint16_t>("/mesh/segment", {r.cells.size()});
-  for (const std::string& name : file.read_strings("/cell_field_names"))
-    r.cell_fields[name] = file.read<double>("/cell_fields/" + name, {r.cells.size()});
-  for (const std::string& name : file.read_strings("/condition_names")) {
-    const std::string group = fmt::format("/conditions/{}", r.conditions.size());
-    std::vector<Vec3> points = hdf5::read_points(file, group + "/points");
-    std::vector<Vec3> moved = hdf5::read_points(file, group + "/displacement", points.size());
-    const auto axes = file.attribute<std::int32_t>(group, "axes", 3);
-    r.conditions.push_back({name, std::move(points), std::move(moved), {axes[0] != 0, axes[1] != 0, axes[2] != 0}});
+  for (const std::string& name : file.read_strings("/cell_field_names")) {
+    hdf5::check_name(file, "/cell_field_names", name);
+    if (r.cell_fields.contains(name)) file.fail(fmt::format("has '{}' twice in '/cell_field_names'", name));
+    r.cell_fields[name] = file.read<double>(field_name(name), {r.cells.size()});
   }
-  const std::vector<std::string> report = file.read_strings("/report");
-  if (report.size() != 1) file.fail(fmt::format("has {} reports, expected 1", report.size()));
-  r.report = report.front();
-  if (file.has("/costs"))
-    for (const std::string& text : file.read_strings("/costs")) r.costs = text;
+  r.conditions = read_conditions(file);
+  r.report = read_text(file, "/report");
+  if (file.has("/costs")) r.costs = read_text(file, "/costs");
+  r.labels = hdf5::read_labels(file, voxels);
+  r.surface_of_voxels = hdf5::is_surface_of_voxels(file);
+  if (!r.surface_of_voxels) r.surface = hdf5::read_surface(file);
+  hdf5::validate(file, r);
   if (!r.surface_of_voxels) move_surface(r);
   return r;
 }
@@ -183,8 +211,10 @@ Result read_result(const std::filesystem::path& path) {
 MotionStep read_step(const std::filesystem::path& path, const Result& result, std::size_t number) {
   const hdf5::Reader file(path, "result");
   const std::string group = step_group(number);
-  return {hdf5::read_points(file, group + "/displacement", result.nodes.size()),
-          hdf5::read_points(file, group + "/velocity", result.nodes.size())};
+  MotionStep step{hdf5::read_points(file, group + "/displacement", result.nodes.size()),
+                  hdf5::read_points(file, group + "/velocity", result.nodes.size())};
+  hdf5::validate(file, group, step);
+  return step;
 }
 
 }  // namespace hexmesh

@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <cstring>
 #include <limits>
 
+#include "cell_checks.h"
 #include "hexmesh/core/error.h"
 
 namespace hexmesh::hdf5 {
@@ -27,13 +30,17 @@ std::vector<std::string> read_header(const Reader& file, const std::string& form
   return file.read_strings("/history");
 }
 
+void write_grid(Writer& file, const Grid& grid) {
+  file.attribute("/voxels", "spacing", std::span<const double>(grid.spacing().data(), 3));
+  file.attribute("/voxels", "origin", std::span<const double>(grid.origin().data(), 3));
+  file.attribute("/voxels", "direction", std::span<const double>(grid.direction().data(), 9));
+}
+
 void write_voxels(Writer& file, const Grid& grid, const std::vector<std::uint16_t>& labels) {
   const Index3& n = grid.extent();
   file.write<std::uint16_t>("/voxels/labels", labels,
                             {static_cast<hsize_t>(n[2]), static_cast<hsize_t>(n[1]), static_cast<hsize_t>(n[0])}, true);
-  file.attribute("/voxels", "spacing", std::span<const double>(grid.spacing().data(), 3));
-  file.attribute("/voxels", "origin", std::span<const double>(grid.origin().data(), 3));
-  file.attribute("/voxels", "direction", std::span<const double>(grid.direction().data(), 9));
+  write_grid(file, grid);
 }
 
 Grid read_grid(const Reader& file) {
@@ -43,15 +50,19 @@ Grid read_grid(const Reader& file) {
   const auto spacing = file.attribute<double>("/voxels", "spacing", 3);
   const auto origin = file.attribute<double>("/voxels", "origin", 3);
   const auto direction = file.attribute<double>("/voxels", "direction", 9);
-  return {
-      {static_cast<std::int32_t>(shape[2]), static_cast<std::int32_t>(shape[1]), static_cast<std::int32_t>(shape[0])},
-      Vec3::Map(spacing.data()),
-      Vec3::Map(origin.data()),
-      Mat3::Map(direction.data())};
+  const Index3 extent = {static_cast<std::int32_t>(shape[2]), static_cast<std::int32_t>(shape[1]),
+                         static_cast<std::int32_t>(shape[0])};
+  try {
+    return {extent, Vec3::Map(spacing.data()), Vec3::Map(origin.data()), Mat3::Map(direction.data())};
+  } catch (const Error& e) {
+    file.fail(fmt::format("has '/voxels' of which the {}", e.what()));
+  }
 }
 
-std::vector<std::uint16_t> read_labels(const Reader& file) {
-  return file.read<std::uint16_t>("/voxels/labels", file.shape("/voxels/labels", 3));
+std::vector<std::uint16_t> read_labels(const Reader& file, const Grid& grid) {
+  const Index3& n = grid.extent();
+  return file.read<std::uint16_t>("/voxels/labels",
+                                  {static_cast<hsize_t>(n[2]), static_cast<hsize_t>(n[1]), static_cast<hsize_t>(n[0])});
 }
 
 void write_segments(Writer& file, const std::vector<LatticeSegment>& segments) {
@@ -77,7 +88,35 @@ void write_segments(Writer& file, const std::vector<LatticeSegment>& segments) {
   file.write<std::uint64_t>("/segments/num_voxels", counts, {labels.size()});
 }
 
-std::vector<LatticeSegment> read_segments(const Reader& file) {
+namespace {
+
+/// Labels ascend from 1 on; colours and materials are what they can be; no segment has more voxels than there are.
+void check_segments(const Reader& file, const std::vector<LatticeSegment>& segments, std::size_t num_voxels) {
+  std::size_t left = num_voxels;
+  int last = 0;
+  for (const LatticeSegment& s : segments) {
+    const std::string& name = s.segment.name;
+    if (s.segment.label <= last)
+      file.fail(fmt::format("has the label {} after {} in '/segments/label', expected ascending ones from 1 on",
+                            s.segment.label, last));
+    last = s.segment.label;
+    for (const double c : s.segment.color)
+      if (!(c >= 0 && c <= 1)) file.fail(fmt::format("has {} in '/segments/color' of '{}', expected 0 to 1", c, name));
+    if (s.num_voxels > left)
+      file.fail(
+          fmt::format("has {} voxels of segment '{}' in '/segments/num_voxels', expected at most the {} of "
+                      "'/voxels/labels' in all",
+                      s.num_voxels, name, num_voxels));
+    left -= s.num_voxels;
+    if (s.material)
+      if (const std::string problem = material_problem(*s.material); !problem.empty())
+        file.fail(fmt::format("has a material of segment '{}' in '/segments/material' whose {}", name, problem));
+  }
+}
+
+}  // namespace
+
+std::vector<LatticeSegment> read_segments(const Reader& file, const Grid& voxels) {
   const std::vector<std::string> names = file.read_strings("/segments/name");
   const Shape::value_type n = names.size();
   const auto labels = file.read<std::uint16_t>("/segments/label", {n});
@@ -90,28 +129,24 @@ std::vector<LatticeSegment> read_segments(const Reader& file) {
   for (std::size_t s = 0; s < n; ++s) {
     LatticeSegment entry{
         {labels[s], names[s], {colors[3 * s], colors[3 * s + 1], colors[3 * s + 2]}}, {}, counts[s], sources[s]};
-    if (!std::isnan(materials[3 * s])) {
-      entry.material = Material{materials[3 * s], materials[3 * s + 1], materials[3 * s + 2]};
-      check_material(*entry.material, names[s]);
-    }
+    const bool has_none =
+        std::isnan(materials[3 * s]) && std::isnan(materials[3 * s + 1]) && std::isnan(materials[3 * s + 2]);
+    if (!has_none) entry.material = Material{materials[3 * s], materials[3 * s + 1], materials[3 * s + 2]};
     segments.push_back(std::move(entry));
   }
+  check_segments(file, segments, voxels.num_voxels());
   return segments;
 }
 
-namespace {
-
-void write_origin(Writer& file, bool of_voxels) {
+void write_surface_origin(Writer& file, bool of_voxels) {
   const std::int32_t follows = of_voxels;
   file.attribute("/surface", "of_voxels", std::span(&follows, 1));
 }
 
-}  // namespace
-
-void write_surface_of_voxels(Writer& file) { write_origin(file, true); }
+void write_surface_of_voxels(Writer& file) { write_surface_origin(file, true); }
 
 void write_surface(Writer& file, const TriangleSurface& surface, bool of_voxels) {
-  write_origin(file, of_voxels);
+  write_surface_origin(file, of_voxels);
   write_points(file, "/surface/points", surface.points);
   file.write<std::int32_t>(
       "/surface/triangles",
@@ -121,7 +156,10 @@ void write_surface(Writer& file, const TriangleSurface& surface, bool of_voxels)
 }
 
 bool is_surface_of_voxels(const Reader& file) {
-  return file.attribute<std::int32_t>("/surface", "of_voxels", 1)[0] != 0;
+  const std::int32_t follows = file.attribute<std::int32_t>("/surface", "of_voxels", 1)[0];
+  if (follows != 0 && follows != 1)
+    file.fail(fmt::format("has {} in 'of_voxels' of '/surface', expected 0 or 1", follows));
+  return follows != 0;
 }
 
 TriangleSurface read_surface(const Reader& file) {
@@ -131,7 +169,10 @@ TriangleSurface read_surface(const Reader& file) {
   check_range(file, "/surface/triangles", triangles, surface.points.size());
   for (std::size_t n = 0; n < triangles.size(); n += 3)
     surface.triangles.push_back({triangles[n], triangles[n + 1], triangles[n + 2]});
-  surface.segment = file.read<std::uint16_t>("/surface/segment", {surface.triangles.size()});
+  surface.segment = file.read<std::uint16_t>("/surface/segment", {0});
+  if (surface.segment.size() != surface.triangles.size())
+    file.fail(fmt::format("has {} rows in '/surface/segment', expected {} as in '/surface/triangles'",
+                          surface.segment.size(), surface.triangles.size()));
   return surface;
 }
 
@@ -141,8 +182,8 @@ void write_points(Writer& file, const std::string& name, const std::vector<Vec3>
 
 std::vector<Vec3> read_points(const Reader& file, const std::string& name, std::size_t count) {
   const auto values = file.read<double>(name, {count, 3});
-  std::vector<Vec3> points;
-  for (std::size_t n = 0; n < values.size(); n += 3) points.push_back(Vec3::Map(&values[n]));
+  std::vector<Vec3> points(values.size() / 3);
+  if (!points.empty()) std::memcpy(points.front().data(), values.data(), sizeof(double) * values.size());
   return points;
 }
 
@@ -168,28 +209,42 @@ void write_cell_rows(Writer& file, const std::string& name, const std::vector<In
 
 namespace {
 
-std::vector<Index3> to_cells(const Reader& file, const std::string& name, const Index3& limit,
-                             const std::vector<std::uint16_t>& values) {
-  std::vector<Index3> cells(values.size() / 3);
-  for (std::size_t n = 0; n < values.size(); ++n) {
-    const int axis = static_cast<int>(n % 3);
-    cells[n / 3][axis] = values[n];
-    if (values[n] >= limit[axis])
-      file.fail(
-          fmt::format("has a cell at {} along axis {} in '{}', expected below {}", values[n], axis, name, limit[axis]));
+/// The next cells of a dataset. @throws Error{input} where one is beyond `limit`
+void append_cells(const Reader& file, const std::string& name, const Index3& limit,
+                  const std::vector<std::uint16_t>& values, std::vector<Index3>& cells) {
+  bool is_good = true;
+  for (std::size_t n = 0; n < values.size(); n += 3) {
+    cells.push_back({values[n], values[n + 1], values[n + 2]});
+    is_good &= is_in(limit, cells.back());
   }
-  return cells;
+  if (is_good) return;
+  for (std::size_t n = 0; n < values.size(); ++n)
+    if (values[n] >= limit[n % 3])
+      file.fail(fmt::format("has a cell at {} along axis {} in '{}', expected below {}", values[n], n % 3, name,
+                            limit[n % 3]));
 }
 
 }  // namespace
 
 std::vector<Index3> read_cells(const Reader& file, const std::string& name, const Index3& limit) {
-  return to_cells(file, name, limit, file.read<std::uint16_t>(name, {0, 3}));
+  constexpr hsize_t block_rows = 1 << 18;
+  std::vector<Index3> cells;
+  cells.reserve(file.shape(name, 2)[0]);
+  file.read_in_blocks<std::uint16_t>(name, {0, 3}, block_rows,
+                                     [&](const std::vector<std::uint16_t>& values, hsize_t first) {
+                                       append_cells(file, name, limit, values, cells);
+                                       check_order(file, name, std::span(cells).subspan(first > 0 ? first - 1 : 0));
+                                     });
+  if (cells.empty()) file.fail(fmt::format("has no cells in '{}'", name));
+  return cells;
 }
 
 std::vector<Index3> read_cell_rows(const Reader& file, const std::string& name, const Index3& limit, hsize_t first,
                                    hsize_t count) {
-  return to_cells(file, name, limit, file.read_rows<std::uint16_t>(name, {0, 3}, first, count));
+  std::vector<Index3> cells;
+  append_cells(file, name, limit, file.read_rows<std::uint16_t>(name, {0, 3}, first, count), cells);
+  check_order(file, name, cells);
+  return cells;
 }
 
 Index3 read_index(const Reader& file, const std::string& group, const std::string& name) {
@@ -200,6 +255,9 @@ Index3 read_index(const Reader& file, const std::string& group, const std::strin
 }
 
 void check_range(const Reader& file, const std::string& name, std::span<const std::int32_t> values, std::size_t limit) {
+  bool is_good = true;
+  for (const std::int32_t v : values) is_good &= static_cast<std::uint32_t>(v) < limit;
+  if (is_good) return;
   for (const std::int32_t v : values)
     if (v < 0 || as_size(v) >= limit)
       file.fail(fmt::format("has number {} in '{}', expected within [0, {})", v, name, limit));

@@ -12,16 +12,20 @@ void write_header(Writer& file, const std::string& format, int version, const st
 std::vector<std::string> read_header(const Reader& file, const std::string& format, int version);
 
 void write_voxels(Writer& file, const Grid& grid, const std::vector<std::uint16_t>& labels);
+void write_grid(Writer& file, const Grid& grid);  ///< the attributes alone
 Grid read_grid(const Reader& file);
-std::vector<std::uint16_t> read_labels(const Reader& file);
+std::vector<std::uint16_t> read_labels(const Reader& file, const Grid& grid);
 
 void write_segments(Writer& file, const std::vector<LatticeSegment>& segments);
-std::vector<LatticeSegment> read_segments(const Reader& file);
+/// @param voxels  that they share out
+std::vector<LatticeSegment> read_segments(const Reader& file, const Grid& voxels);
 
 /// @param of_voxels  whether it follows from the voxels
 void write_surface(Writer& file, const TriangleSurface& surface, bool of_voxels);
 /// In place of one that does.
 void write_surface_of_voxels(Writer& file);
+/// Whether the surface follows from the voxels, alone.
+void write_surface_origin(Writer& file, bool of_voxels);
 bool is_surface_of_voxels(const Reader& file);
 TriangleSurface read_surface(const Reader& file);
 
@@ -31,6 +35,7 @@ std::vector<Vec3> read_points(const Reader& file, const std::string& name, std::
 
 void write_cell_rows(Writer& file, const std::string& name, const std::vector<Index3>& cells, hsize_t first);
 void write_cells(Writer& file, const std::string& name, const std::vector<Index3>& cells);
+/// Sorted, each there once, at least one.
 /// @param limit  each index is below it
 std::vector<Index3> read_cells(const Reader& file, const std::string& name, const Index3& limit);
 

@@ -135,6 +135,11 @@ Level finest_level(Lattice& lattice, const GreyMaterials* grey) {
                            varies ? grey->intensity : nullptr);
   }
   Level level;
+  const auto count = static_cast<std::size_t>(std::count_if(
+      lattice.labels.begin(), lattice.labels.end(), [&](std::uint16_t label) { return segment_of[label] >= 0; }));
+  level.cells.reserve(count);
+  level.element.reserve(count);
+  level.segment.reserve(count);
   for (std::size_t n = 0; n < lattice.labels.size(); ++n) {
     const std::int32_t s = segment_of[lattice.labels[n]];
     if (s < 0) continue;

@@ -47,14 +47,20 @@ Embedding CellLocator::locate(const Vec3& voxel_index) const {
   // Shell after shell around the home cell; a cell in shell r is at least r - 1 shortest edges away.
   Vec3 size;
   for (int d = 0; d < 3; ++d) size[d] = voxels_per_cell_[d] * voxels_.spacing()[d];
-  const int reach = std::max(2, static_cast<int>(std::ceil(embedding_reach / size.minCoeff())));
+  // Nothing lies beyond the box, which may be far smaller than what is in reach, or far away.
+  const double most =
+      std::max({extent_[0], extent_[1], extent_[2]}) + Vec3(home[0], home[1], home[2]).cwiseAbs().maxCoeff();
+  const int reach = std::max(2, static_cast<int>(std::min(most, std::ceil(embedding_reach / size.minCoeff()))));
+  const auto from = [&](int d, int shell) { return std::max(-shell, -home[d]); };
+  const auto to = [&](int d, int shell) { return std::min(shell, extent_[d] - 1 - home[d]); };
   Embedding nearest;
   double least = std::numeric_limits<double>::infinity();
   for (int shell = 1; shell <= reach && (shell - 1) * size.minCoeff() < least; ++shell)
-    for (int k = -shell; k <= shell; ++k)
-      for (int j = -shell; j <= shell; ++j) {
+    for (int k = from(2, shell); k <= to(2, shell); ++k)
+      for (int j = from(1, shell); j <= to(1, shell); ++j) {
         const bool on_shell = std::max(std::abs(j), std::abs(k)) == shell;
-        for (int i = -shell; i <= shell; i += on_shell ? 1 : 2 * shell) {
+        for (int i = on_shell ? from(0, shell) : -shell; i <= (on_shell ? to(0, shell) : shell);
+             i += on_shell ? 1 : 2 * shell) {
           const std::int32_t cell = cell_at({home[0] + i, home[1] + j, home[2] + k});
           if (cell < 0) continue;
           const Embedding e = embed(cell, voxel_index);

@@ -15,12 +15,13 @@ Material material_from_units(double young_kpa, double poisson, double density_kg
 }
 
 std::string material_problem(const Material& material) {
-  if (!(std::isfinite(material.young) && material.young > 0))
-    return fmt::format("young_kpa is {}, expected > 0", material.young * 1e3);
+  constexpr double most = 1e30;  // [kPa, kg/m^3]: where products of it still are numbers
+  if (!(material.young > 0 && material.young * 1e3 <= most))
+    return fmt::format("young_kpa is {}, expected > 0 and at most {:g}", material.young * 1e3, most);
   if (!(material.poisson > -1 && material.poisson < 0.5))
     return fmt::format("poisson is {}, expected within (-1, 0.5)", material.poisson);
-  if (!(std::isfinite(material.density) && material.density >= 0))
-    return fmt::format("density_kg_m3 is {}, expected >= 0", material.density * 1e12);
+  if (!(material.density >= 0 && material.density * 1e12 <= most))
+    return fmt::format("density_kg_m3 is {}, expected >= 0 and at most {:g}", material.density * 1e12, most);
   return {};
 }
 

@@ -27,9 +27,17 @@ Mat3 some_shear() {
   return strain;
 }
 
+/// A small rotation about no axis in particular.
+Mat3 some_rotation() {
+  Mat3 spin;
+  spin << 0, -0.5, 0.25, 0.5, 0, -1, -0.25, 1, 0;
+  return spin;
+}
+
 /// @param scale  of what cancels in the value
 bool differ(double value, double expected, double scale = 0) {
-  return !(std::abs(value - expected) <= 1e-9 * std::abs(expected) + 1e-13 * scale);  // NaN differs
+  return !(std::abs(value - expected) <= 1e-9 * std::abs(expected) + 1e-13 * scale) ||
+         std::isinf(expected);  // NaN differs
 }
 
 }  // namespace
@@ -60,13 +68,21 @@ double StoredMatrices::shear(std::size_t element, const Mat3& edges) const {
 
 std::ptrdiff_t StoredMatrices::find_contradiction(const Mat3& edges) const {
   const CellVector shear = linear_field(edges, some_shear()), swelling = linear_field(edges, Mat3::Identity());
+  const CellVector rigid = linear_field(edges, some_rotation()) + CellVector::Constant(edges.cwiseAbs().maxCoeff());
+  // A matrix with a value that is not its own resists some rigid motion.
+  const auto resists = [&](const auto& force, double largest) {
+    return !(force <= 1e-9 * largest * rigid.cwiseAbs().maxCoeff()) || std::isinf(largest);  // NaN does
+  };
   for (std::size_t e = 0; e < size(); ++e) {
     const CellMatrix k = stiffness(e), a = deviatoric(e);
     const double volume_of = volume(e), bulk_of = bulk(e), of_shear = shear.dot(a * shear);
     const bool wrong = !(volume_of > 0) || !(bulk_of > 0) || !(of_shear > 0) || !lumped_mass(e).allFinite() ||
                        differ(shear.dot(k * shear), of_shear, bulk_of) ||
                        differ(swelling.dot(k * swelling), 9 * bulk_of, of_shear) ||
-                       differ(divergence(e).dot(swelling), 3 * volume_of) || differ(shape(e).sum(), volume_of);
+                       differ(divergence(e).dot(swelling), 3 * volume_of) || differ(shape(e).sum(), volume_of) ||
+                       resists((k * rigid).cwiseAbs().maxCoeff(), k.cwiseAbs().maxCoeff()) ||
+                       resists((a * rigid).cwiseAbs().maxCoeff(), a.cwiseAbs().maxCoeff()) ||
+                       resists(std::abs(divergence(e).dot(rigid)), divergence(e).cwiseAbs().maxCoeff());
     if (wrong) return static_cast<std::ptrdiff_t>(e);
   }
   return -1;

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <utility>
 
+#include "curve.h"
 #include "hexmesh/core/index.h"
 
 namespace hexmesh {
@@ -45,6 +46,10 @@ SurfaceFaces::Ball ball_around(const SurfaceFaces::Range& range, const Grid& vox
 
 bool by_voxel(const ExposedFace& a, const ExposedFace& b) {
   return a.voxel == b.voxel ? a.side < b.side : i_fastest(a.voxel, b.voxel);
+}
+
+bool along_curve(const ExposedFace& a, const ExposedFace& b) {
+  return a.voxel == b.voxel ? a.side < b.side : place_on_curve(a.voxel) < place_on_curve(b.voxel);
 }
 
 Vec3 face_index(const ExposedFace& face) {

@@ -155,7 +155,9 @@ std::vector<SlicerSegment> slicer_segments(const std::map<std::string, std::stri
     SlicerSegment s{{0, value("Name"), distinct_color(out.size()), ""}, n + 1, 0};
     std::istringstream color(value("Color")), label(value("LabelValue")), layer(value("Layer")), tags(value("Tags"));
     std::array<double, 3> rgb;
-    if (color >> rgb[0] >> rgb[1] >> rgb[2]) s.segment.color = rgb;
+    if (color >> rgb[0] >> rgb[1] >> rgb[2] &&
+        std::all_of(rgb.begin(), rgb.end(), [](double c) { return c >= 0 && c <= 1; }))
+      s.segment.color = rgb;
     if (int v; label >> v) s.value = v;
     if (int v; layer >> v) s.layer = v;
     const std::string entry = "TerminologyEntry:";

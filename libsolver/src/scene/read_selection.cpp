@@ -8,10 +8,10 @@ HalfSpace read_halfspace(TomlReader& table, const char* key) {
   const auto point = table.vector("point_mm", "three numbers [x, y, z], LPS, mm");
   const auto normal = table.vector("normal", "three numbers [x, y, z]");
   table.finish();
-  if (!point || !normal || normal->norm() == 0)
+  if (!point || !normal || normal->stableNorm() == 0)
     table.fail_here(
         fmt::format("{}, expected {{ point_mm = [x, y, z], normal = [x, y, z] }} with a normal that is not 0", key));
-  return {*point, normal->normalized()};
+  return {*point, normal->stableNormalized()};  // whatever its length
 }
 
 Selection read_selection(TomlReader& table, const std::filesystem::path& folder, const std::string& condition,

@@ -227,3 +227,23 @@ TEST(Scene, AContactIsAPlaneOrASphere) {
   EXPECT_EQ(error_of("[[contact]]\nsphere = { center_mm = [1, 2, 3], radius_mm = 7 }\n"),
             "s.toml:1:1: [[contact]] has no stiffness_n_mm, expected the stiffness of each surface point");
 }
+
+TEST(Scene, TheLengthOfANormalDoesNotMatter) {
+  for (const char* normal : {"[0, 0, 1e200]", "[0, 0, 1e-200]", "[0, 0, 3]"}) {
+    const Scene scene =
+        scene_of(std::string("[[fix]]\nhalfspace = { point_mm = [0, 0, 0], normal = ") + normal + " }\n");
+    EXPECT_LT((scene.conditions[0].selection.halfspace->normal - Vec3(0, 0, 1)).norm(), 1e-12) << normal;
+  }
+}
+
+TEST(Scene, FilesThatAreNoneAndKeysThatAreDeepAreRefused) {
+  const auto message = [](const std::filesystem::path& path) {
+    return message_of(ErrorKind::input, [&] { read_scene(path, path.string()); });
+  };
+  EXPECT_NE(message("/dev/zero").find("more than 16 MB"), std::string::npos);
+  EXPECT_NE(message("/tmp").find("cannot read '/tmp'"), std::string::npos);
+  std::string key = "a";
+  for (int n = 0; n < 200000; ++n) key += ".a";
+  EXPECT_NE(error_of("# a.b.c\nname = \"...\"\n" + key + " = 1\n").find("s.toml:3: a key of more than 64 parts"),
+            std::string::npos);
+}

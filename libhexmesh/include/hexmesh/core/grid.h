@@ -25,8 +25,8 @@ using Mat3 = Eigen::Matrix3d;
 class Grid {
 public:
   /// @param extent     voxels along i, j, k; each >= 1
-  /// @param spacing    voxel size along i, j, k [mm]; each finite and > 0
-  /// @param origin     centre of voxel (0, 0, 0) [mm]; finite
+  /// @param spacing    voxel size along i, j, k [mm]; each from 1e-9 to 1e9
+  /// @param origin     centre of voxel (0, 0, 0) [mm]; within 1e12
   /// @param direction  orthonormal to 1e-3, either handedness
   /// @throws Error{input} if an argument breaks its bound; the message names it
   Grid(Index3 extent, Vec3 spacing, Vec3 origin = Vec3::Zero(), const Mat3& direction = Mat3::Identity());

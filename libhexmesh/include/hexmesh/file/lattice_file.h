@@ -30,16 +30,22 @@ enum class Elements : std::uint8_t {
 
 /// Whether labels and picture surface are read, which pictures need and whatever changes the voxels; a solution does
 /// not.
-enum class Voxels : std::uint8_t { read, left_out };
+enum class Voxels : std::uint8_t { read, left_out, surface_only };
 
 /// @param levels    which levels to read; of the others only `children` below the coarsest one wanted whose elements
 ///                  are to be formed are there, which form_elements() needs. Nothing here reads all
+///
+/// What is read is a lattice: its levels, elements, labels and surface fit together. It costs a few per cent of
+/// reading, and tells nothing of what is not read; check_lattice() looks at all of a file and forms it anew.
 /// @throws Error{input} naming the file and what is wrong with it
 Lattice read_lattice(const std::filesystem::path& path, const std::vector<int>& levels = {},
                      Elements elements = Elements::formed, Voxels voxels = Voxels::read);
 
 /// SHA-256 of what the file holds, as it was written: the same for the same lattice, however HDF5 lays it out.
 std::string content_checksum(const std::filesystem::path& path);
+
+/// Whether it still is what the file holds: nothing was changed since it was written. @throws Error{input}
+bool is_as_written(const std::filesystem::path& path);
 
 /// Number of cells of each level of a lattice file.
 std::vector<std::size_t> cells_of_levels(const std::filesystem::path& path);

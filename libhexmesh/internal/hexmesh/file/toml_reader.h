@@ -22,16 +22,10 @@
 
 namespace hexmesh {
 
+/// A file of at most 16 MB, and of keys that are no deeper than anybody writes.
 /// @param display_name  of the file in messages
 /// @throws Error{input} "file:line:column: what the parser says"
-inline toml::table parse_toml(const std::filesystem::path& path, const std::string& display_name) {
-  try {
-    return toml::parse_file(path.string());
-  } catch (const toml::parse_error& e) {
-    throw Error(ErrorKind::input, fmt::format("{}:{}:{}: {}", display_name, e.source().begin.line,
-                                              e.source().begin.column, e.description()));
-  }
-}
+toml::table parse_toml(const std::filesystem::path& path, const std::string& display_name);
 
 /// Reads one TOML table and answers for every key: its type, its range, and that none is left over.
 /// Each error is "file:line:column: key, value, what was expected".

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/result_report.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <stdexcept>
+
+#include "hexmesh/core/error.h"
+#include "hexmesh/file/json_limits.h"
+
+namespace hextools {
+namespace {
+
+using nlohmann::json;
+
+enum class Kind { flag, number, count, text, vector, list_of_numbers, list_of_texts, table, rows };
+
+/// A key of an object. Numbers may be null, which is what JSON has for those that are not finite.
+struct Key {
+  const char* name;
+  Kind kind;
+};
+
+constexpr std::array report_keys = {Key{"kind", Kind::text},
+                                    Key{"converged", Kind::flag},
+                                    Key{"reason", Kind::text},
+                                    Key{"load_fraction", Kind::number},
+                                    Key{"accuracy_missed", Kind::flag},
+                                    Key{"dropped_cells", Kind::count},
+                                    Key{"held_cells", Kind::count},
+                                    Key{"strain", Kind::text},
+                                    Key{"law", Kind::text},
+                                    Key{"volumetric", Kind::text},
+                                    Key{"stiffness", Kind::text},
+                                    Key{"lattice", Kind::table},
+                                    Key{"error_estimate_mm", Kind::table},
+                                    Key{"motion", Kind::table},
+                                    Key{"conditions", Kind::rows},
+                                    Key{"forces", Kind::rows},
+                                    Key{"contacts", Kind::rows},
+                                    Key{"levels", Kind::rows},
+                                    Key{"effects", Kind::rows},
+                                    Key{"warnings", Kind::list_of_texts}};
+constexpr std::array costs_keys = {Key{"levels", Kind::list_of_numbers}, Key{"effects", Kind::list_of_numbers},
+                                   Key{"seconds", Kind::table}, Key{"peak_memory_mb", Kind::number}};
+constexpr std::array condition_keys = {Key{"name", Kind::text}, Key{"reaction_n", Kind::vector}};
+constexpr std::array level_keys = {Key{"level", Kind::count}, Key{"seconds", Kind::number},
+                                   Key{"error_mm", Kind::table}};
+constexpr std::array motion_keys = {Key{"rows", Kind::rows}};
+constexpr std::array row_keys = {Key{"time_s", Kind::number}, Key{"kinetic_n_mm", Kind::number},
+                                 Key{"strain_n_mm", Kind::number}, Key{"contact_n_mm", Kind::number}};
+
+bool is_number(const json& v) { return v.is_number() || v.is_null(); }
+
+template <class Is>
+bool all_are(const json& list, Is is) {
+  if (!list.is_array()) return false;
+  for (const json& v : list)
+    if (!is(v)) return false;
+  return true;
+}
+
+bool is_of(const json& v, Kind kind) {
+  constexpr double most_count = 0x1p52;
+  switch (kind) {
+    case Kind::flag:
+      return v.is_boolean();
+    case Kind::number:
+      return is_number(v);
+    case Kind::count:
+      return v.is_number_unsigned() && v.get<double>() <= most_count;
+    case Kind::text:
+      return v.is_string();
+    case Kind::vector:
+      return v.is_array() && v.size() == 3 && all_are(v, is_number);
+    case Kind::list_of_numbers:
+      return all_are(v, is_number);
+    case Kind::list_of_texts:
+      return all_are(v, [](const json& t) { return t.is_string(); });
+    case Kind::table:
+      return v.is_object();
+    case Kind::rows:
+      return all_are(v, [](const json& row) { return row.is_object(); });
+  }
+  return false;
+}
+
+const char* name_of(Kind kind) {
+  constexpr std::array names = {"true or false",   "a number",      "a whole number >= 0",
+                                "a text",          "three numbers", "a list of numbers",
+                                "a list of texts", "an object",     "a list of objects"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+[[noreturn]] void refuse(const std::string& what) {
+  throw hexmesh::Error(hexmesh::ErrorKind::input, "the result's " + what);
+}
+
+template <std::size_t N>
+void check(const json& object, const std::array<Key, N>& keys, const std::string& path) {
+  for (const Key& key : keys) {
+    const auto found = object.find(key.name);
+    if (found == object.end() || is_of(*found, key.kind)) continue;
+    std::string value = found->dump(-1, ' ', false, json::error_handler_t::replace);
+    constexpr std::size_t most_shown = 60;
+    if (value.size() > most_shown) value = value.substr(0, most_shown) + "...";
+    refuse(fmt::format("'{}/{}' is {}, expected {}", path, key.name, value, name_of(key.kind)));
+  }
+}
+
+/// Rows of a list in an object, and an empty list where there is none.
+template <std::size_t N>
+void check_rows(json& object, const char* name, const std::array<Key, N>& keys, const std::string& path) {
+  json& rows = object[name];
+  if (rows.is_null()) rows = json::array();
+  for (std::size_t n = 0; n < rows.size(); ++n) check(rows[n], keys, fmt::format("{}/{}/{}", path, name, n));
+}
+
+json parse(const std::string& text, const char* dataset) {
+  if (text.empty()) return json::object();
+  try {
+    json out = hexmesh::parse_json(text);
+    if (out.is_object()) return out;
+  } catch (const std::runtime_error& e) {
+    refuse(fmt::format("'{}' is {}", dataset, e.what()));
+  }
+  refuse(fmt::format("'{}' is no object", dataset));
+}
+
+}  // namespace
+
+ResultReport report_of(const hexmesh::Result& result) {
+  ResultReport out{parse(result.report, "/report"), parse(result.costs, "/costs")};
+  json& report = out.report;
+  check(report, report_keys, "/report");
+  check(out.costs, costs_keys, "/costs");
+  check_rows(report, "conditions", condition_keys, "/report");
+  check_rows(report, "levels", level_keys, "/report");
+  for (const char* list : {"forces", "contacts", "effects", "warnings"})
+    if (!report.contains(list)) report[list] = json::array();
+  if (report.contains("motion")) {
+    check(report["motion"], motion_keys, "/report/motion");
+    check_rows(report["motion"], "rows", row_keys, "/report/motion");
+  }
+  return out;
+}
+
+}  // namespace hextools
