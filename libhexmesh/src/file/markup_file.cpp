@@ -5,11 +5,11 @@
 
 #include <Eigen/LU>
 #include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/text_file.h"
 
 namespace hexmesh {
 namespace {
@@ -91,8 +91,8 @@ Markup read_json(std::istream& file) {
 }  // namespace
 
 Markup read_markup(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file) throw Error(ErrorKind::input, fmt::format("cannot read markup '{}', expected a file", path.string()));
+  constexpr std::uintmax_t most_bytes = std::uintmax_t{32} << 20;  // curves of many thousand points
+  std::istringstream file(read_text_file(path, path.string(), most_bytes));
   try {
     Markup out = path.extension() == ".fcsv" ? read_fcsv(file) : read_json(file);
     for (const Vec3& p : out.points)

@@ -19,6 +19,7 @@
 
 #include "hexmesh/core/error.h"
 #include "hexmesh/core/grid.h"
+#include "hexmesh/file/text_file.h"
 
 namespace hexmesh {
 
@@ -26,7 +27,7 @@ namespace hexmesh {
 /// @throws Error{input} "file:line:column: what the parser says"
 inline toml::table parse_toml(const std::filesystem::path& path, const std::string& display_name) {
   try {
-    return toml::parse_file(path.string());
+    return toml::parse(read_text_file(path, display_name));
   } catch (const toml::parse_error& e) {
     throw Error(ErrorKind::input, fmt::format("{}:{}:{}: {}", display_name, e.source().begin.line,
                                               e.source().begin.column, e.description()));
