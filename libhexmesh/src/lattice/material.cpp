@@ -7,6 +7,7 @@
 
 #include "../core/text.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/lattice/material_bounds.h"
 
 namespace hexmesh {
 
@@ -17,8 +18,8 @@ Material material_from_units(double young_kpa, double poisson, double density_kg
 std::string material_problem(const Material& material) {
   if (!(std::isfinite(material.young) && material.young > 0))
     return fmt::format("young_kpa is {}, expected > 0", material.young * 1e3);
-  if (!(material.poisson > -1 && material.poisson < 0.5))
-    return fmt::format("poisson is {}, expected within (-1, 0.5)", material.poisson);
+  if (!(material.poisson >= least_poisson && material.poisson <= most_poisson))
+    return fmt::format("poisson is {}, expected {} to {}", material.poisson, least_poisson, most_poisson);
   if (!(std::isfinite(material.density) && material.density >= 0))
     return fmt::format("density_kg_m3 is {}, expected >= 0", material.density * 1e12);
   return {};
