@@ -43,10 +43,20 @@ void forget(const fs::path& path) {
     if (entry->path == path.string()) entry->used = false;
 }
 
-extern "C" void remove_and_exit(int signal_number) {
+void remove_remembered() {
   for (Remembered* entry = remembered; entry; entry = entry->next)
     if (entry->used && unlink(entry->path.c_str()) != 0) rmdir(entry->path.c_str());
+}
+
+extern "C" void remove_and_exit(int signal_number) {
+  remove_remembered();
   _exit(128 + signal_number);
+}
+
+/// A bug: the process ends as it would have.
+extern "C" void remove_and_crash(int signal_number) {
+  remove_remembered();
+  raise(signal_number);
 }
 
 std::map<std::string, std::string>& known_names() {
@@ -252,6 +262,13 @@ void remove_temporary_files_on_signals() {
   struct sigaction action {};
   action.sa_handler = remove_and_exit;
   for (const int s : {SIGINT, SIGTERM, SIGQUIT, SIGXCPU, SIGALRM, SIGUSR1, SIGUSR2}) sigaction(s, &action, nullptr);
+  struct sigaction crash {};
+  crash.sa_handler = remove_and_crash;
+  crash.sa_flags = SA_RESETHAND;
+  for (const int s : {SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGSEGV}) {
+    struct sigaction before {};  // sanitizers have handlers of their own
+    if (sigaction(s, nullptr, &before) == 0 && before.sa_handler == SIG_DFL) sigaction(s, &crash, nullptr);
+  }
   // A run that is to outlive its terminal (nohup) goes on.
   struct sigaction before {};
   sigaction(SIGHUP, nullptr, &before);
