@@ -8,7 +8,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 folder=bench force=
 while [ $# -gt 0 ]; do
   case "$1" in
-    -o) folder=${2:?-o needs a folder}; shift 2 ;;
+    -o) folder=$(file_name "${2:?-o needs a folder}"); shift 2 ;;
     --force) force=--force; shift ;;
     *) echo "unknown option '$1', expected -o FOLDER or --force" >&2; exit 2 ;;
   esac

@@ -22,8 +22,8 @@ TEXT
 scans='' out='' jobs='' settings=() more=()
 while [ $# -gt 0 ]; do
   case $1 in
-    -o) out=${2:?-o needs a folder}; shift ;;
-    --scene | --materials) settings+=("${1#--}=$(realpath -e "$2")"); shift ;;
+    -o) out=$(file_name "${2:?-o needs a folder}"); shift ;;
+    --scene | --materials) settings+=("${1#--}=$(realpath -e -- "$2")"); shift ;;
     --segment | --level | --processes) settings+=("${1#--}=$2"); shift ;;
     --jobs) jobs=$2; shift ;;
     --slurm) more+=(--profile "$here/cohort/slurm") ;;

@@ -21,21 +21,31 @@ TEXT
 scan='' segment=() ct='' scene='' levels='3 2 1' poissons='0.3 0.4' radius='' force=() out=''
 while [ $# -gt 0 ]; do
   case $1 in
-    --scan) scan=$2; shift ;;
-    --segment) segment=(--segment "$2"); shift ;;
-    --ct) ct=$2; shift ;;
-    --scene) scene=$2; shift ;;
-    --levels) levels=$2; shift ;;
-    --poisson) poissons=$2; shift ;;
+    --scan | --segment | --ct | --scene | --levels | --poisson | -o)
+      [ $# -gt 1 ] || { echo "liver.sh: $1 needs a value" >&2; usage >&2; exit 2; }
+      case $1 in
+        --scan) scan=$(file_name "$2") ;;
+        --segment) segment=("--segment=$2") ;;
+        --ct) ct=$(file_name "$2") ;;
+        --scene) scene=$(file_name "$2") ;;
+        --levels) levels=$2 ;;
+        --poisson) poissons=$2 ;;
+        -o) out=$(file_name "$2") ;;
+      esac
+      shift ;;
     --points) radius=0 ;;
     --force) force=(--force) ;;
-    -o) out=$2; shift ;;
     -h | --help) usage; exit 0 ;;
     *) echo "liver.sh: unknown option '$1'" >&2; usage >&2; exit 2 ;;
   esac
   shift
 done
 [ -n "$out" ] || { usage >&2; exit 2; }
+# The scan is read twice, and each scene several times: by the pipe at the end too.
+for file in "$scan" "$ct" "$scene"; do
+  [ -z "$file" ] || [ -f "$file" ] || [ -d "$file" ] ||
+    { echo "liver.sh: '$file' is no file or folder, expected one that can be read again" >&2; exit 3; }
+done
 mkdir -p "$out"
 
 read_scan() { # writes the labelled volume to "$1"; further words go to hexscan

@@ -8,7 +8,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 folder=performance short= against=
 while [ $# -gt 0 ]; do
   case "$1" in
-    -o) folder=${2:?-o needs a folder}; shift 2 ;;
+    -o) folder=$(file_name "${2:?-o needs a folder}"); shift 2 ;;
     --short) short=1; shift ;;
     --against) against=$(realpath "${2:?--against needs a performance.csv}"); shift 2 ;;
     *) echo "unknown option '$1', expected -o FOLDER, --short or --against OLD.csv" >&2; exit 2 ;;

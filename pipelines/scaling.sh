@@ -9,7 +9,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 folder=scaling spacings="4 3.175 2.52 2"
 while [ $# -gt 0 ]; do
   case "$1" in
-    -o) folder=${2:?-o needs a folder}; shift 2 ;;
+    -o) folder=$(file_name "${2:?-o needs a folder}"); shift 2 ;;
     --short) spacings="8 6.35"; shift ;;
     *) echo "unknown option '$1', expected -o FOLDER or --short" >&2; exit 2 ;;
   esac

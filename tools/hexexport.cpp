@@ -26,7 +26,7 @@ using hexmesh::Result;
 using std::filesystem::path;
 
 /// A result, or a level of a lattice file at rest.
-Result read_input(const ExportOptions& o, const hexmesh::InputFile& input, const Console& console) {
+Result read_input(const ExportOptions& o, const Input& input, const Console& console) {
   if (hexmesh::format_of(input.path()) == hexmesh::result_format) {
     if (o.level >= 0) throw Error(ErrorKind::usage, "--level goes with a lattice file, but the input is a result");
     return o.shows_surface() ? read_with_surface(input.path()) : hexmesh::read_result(input.path());
@@ -58,37 +58,45 @@ void write_surface(const Result& result, Configuration configuration, const path
 }
 
 /// The command that makes the report, with what it reads.
-std::string made_by(const ExportOptions& o, const hexmesh::InputFile& input) {
-  std::vector<std::string> read = {checksum_line(o.input, input.path())};
-  if (!o.scan.empty() && o.scan != "-") read.push_back(checksum_line(o.scan, o.scan));
+std::string made_by(const Input& input, const Input* scan) {
+  std::vector<std::string> read = {checksum_line(input.name(), input.path())};
+  if (scan) read.push_back(checksum_line(scan->name(), scan->path()));
   return history_entry(read);
+}
+
+/// @param input, scan, grid  the last two may be nullptr
+void write_all(const ExportOptions& o, const Result& result, const Input& input, const Input* scan_file,
+               const Input* grid, const OutputWriter& out, const Console& console) {
+  const Configuration configuration = o.deformed ? Configuration::deformed : Configuration::rest;
+  out.write_steps(o.lattice, result, input.path(),
+                  [&](const Result& step, const path& file) { write_lattice(step, configuration, file); });
+  out.write_steps(o.surface, result, input.path(),
+                  [&](const Result& step, const path& file) { write_surface(step, configuration, file); });
+  out.write(o.conditions, [&](const path& file) {
+    hexmesh::write_conditions_vtp(result, condition_forces(result), configuration, file);
+  });
+  out.write_text(o.csv, [&] { return nodes_csv(result); });
+  out.write(o.deck, [&](const path& file) { write_deck(result, file); });
+  out.write_text(o.report, [&] { return o.report.ends_with(".csv") ? report_csv(result) : report_json(result); });
+  ScanOfResult scan(scan_file, result, console);
+  write_volumes(o, result, scan, grid, out, console);
+  out.write_text(o.html, [&] { return html_report(result, scan.get(), made_by(input, scan_file)); });
 }
 
 int run(const ExportOptions& o, const CommonOptions& common, const Console& console) {
   check_options(o);
-  const hexmesh::InputFile input(o.input);
+  RunFiles files(common);
+  const Input& input = files.input(o.input);
+  const Input* scan = files.input_if_named(o.scan);
+  const Input* grid = o.grid == "fitted" ? nullptr : files.input_if_named(o.grid);
+  const std::vector<Probe> probes = read_probes(o.probes, files);
+  Output* table = o.probes.empty() ? nullptr : &files.output("-", Content::text);
   const Result result = read_input(o, input, console);
+  OutputWriter out(o, result.times.size(), files, common);
   warn_of_state(result, console);
-  const Configuration configuration = o.deformed ? Configuration::deformed : Configuration::rest;
-  const OutputWriter out(o, common, console);
-  out.check_names();
-  out.write_steps(o.lattice, endings::lattice, result, input.path(),
-                  [&](const Result& step, const path& file) { write_lattice(step, configuration, file); });
-  out.write_steps(o.surface, endings::surface, result, input.path(),
-                  [&](const Result& step, const path& file) { write_surface(step, configuration, file); });
-  out.write(o.conditions, endings::conditions, [&](const path& file) {
-    hexmesh::write_conditions_vtp(result, condition_forces(result), configuration, file);
-  });
-  out.write(o.csv, endings::csv, [&](const path& file) { write_whole(file, nodes_csv(result)); });
-  out.write(o.deck, endings::deck, [&](const path& file) { write_deck(result, file); });
-  out.write(o.report, endings::report, [&](const path& file) {
-    write_whole(file, file.extension() == ".csv" ? report_csv(result) : report_json(result));
-  });
-  if (!o.probes.empty()) fmt::print("{}", probe_table(input.path(), result, read_probes(o.probes)));
-  ScanOfResult scan(o, result, console);
-  write_volumes(o, result, scan, out, console);
-  out.write(o.html, endings::html,
-            [&](const path& file) { write_whole(file, html_report(result, scan.get(), made_by(o, input))); });
+  if (table) table->write(probe_table(input.path(), result, probes));
+  write_all(o, result, input, scan, grid, out, console);
+  out.commit(console);
   return 0;
 }
 

@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <memory>
 #include <optional>
 
+#include "cli/json_text.h"
+#include "cli/run_files.h"
 #include "cli/solve_report.h"
 #include "distributed/shared_equilibrium.h"
 #include "hexmesh/core/error.h"
+#include "hexsolver/scene/scene_files.h"
 
 namespace {
 
@@ -42,7 +44,7 @@ json to_json(const std::vector<ProcessReport>& processes) {
 }
 
 hexsolver::Scene read_scene(const Options& o) {
-  hexsolver::Scene scene = hexsolver::read_scene(hexmesh::InputFile(o.scene).path(), o.scene, o.settings);
+  hexsolver::Scene scene = hexsolver::read_scene(o.scene, o.scene, o.settings);
   if (!o.level) return scene;
   scene.level = o.level;
   scene.accuracy.reset();
@@ -53,18 +55,21 @@ hexsolver::Scene read_scene(const Options& o) {
 int solve(const Run& run, const Options& o, const CommonOptions& common, const Console& console) {
   const double start = omp_get_wtime();
   hexsolver::Scene scene;
-  std::unique_ptr<hexmesh::OutputFile> output, report_file;
+  RunFiles files(common);  // of the first process
+  Output *output = nullptr, *report_file = nullptr;
   run.on_first([&] {  // every process reads them, but only one tells what is wrong
     if (o.scene.empty() || o.output.empty())
       throw Error(ErrorKind::usage, fmt::format("{} is missing, expected hexsolve-mpi LATTICE SCENE -o RESULT",
                                                 o.scene.empty() ? "SCENE" : "-o RESULT"));
     for (const std::string* name : {&o.lattice, &o.scene, &o.output})
       if (*name == "-") throw Error(ErrorKind::usage, "- is standard input or output, expected a file for each");
-    const hexmesh::InputFile lattice(o.lattice);
+    files.input(o.lattice);
+    files.input(o.scene, Content::text);
     scene = read_scene(o);
     hexsolver::mpi::check_is_shareable(scene);
-    output = open_output(o.output, "", common, {o.lattice, o.scene});
-    if (!o.report.empty()) report_file = open_output(o.report, "", common, {o.lattice, o.scene});
+    for (const std::filesystem::path& file : hexsolver::files_of(scene)) files.input(file.string());
+    output = &files.output(o.output, Content::binary);
+    report_file = files.output_if_named(o.report, Content::text);
   });
   if (!run.is_first()) scene = read_scene(o);
   if (run.is_first())
@@ -76,13 +81,19 @@ int solve(const Run& run, const Options& o, const CommonOptions& common, const C
       run, o.lattice, scene, run.of_first(output ? output->path().string() : ""), processes,
       [&](hexmesh::Result& result, const SolveReport& solved) {
         summary = hextools::to_json(solved, scene);
-        result.report = summary.dump();
-        result.costs = costs_of(solved, 0).dump();
+        result.report = json_line(summary);
+        result.costs = json_line(costs_of(solved, 0));
         result.history.push_back(solve_history(o.lattice, o.lattice, o.scene, o.scene, scene));
       },
       run.is_first() ? progress_on(console) : hexsolver::SolveProgress());
   run.on_first([&] {
-    output->commit();
+    output->prepare();
+    summary["seconds"] = {
+        {"setup", report.setup_seconds}, {"solve", report.solve_seconds}, {"total", omp_get_wtime() - start}};
+    add_costs(summary, report);
+    summary["processes"] = to_json(processes);
+    if (report_file) report_file->write(json_text(summary));
+    files.commit();
     for (const std::string& w : report.warnings) console.warning(w);
     for (const std::string& option : run.unused_options())
       console.warning(fmt::format("PETSc did not ask for its option '{}' (misspelt?)", option));
@@ -90,23 +101,14 @@ int solve(const Run& run, const Options& o, const CommonOptions& common, const C
     const auto [fewest, most] = std::minmax_element(processes.begin(), processes.end(),
                                                     [](const auto& a, const auto& b) { return a.cells < b.cells; });
     console.note(fmt::format("{} processes, {} to {} cells each", processes.size(), fewest->cells, most->cells));
-    if (!report_file) return;
-    summary["seconds"] = {
-        {"setup", report.setup_seconds}, {"solve", report.solve_seconds}, {"total", omp_get_wtime() - start}};
-    add_costs(summary, report);
-    summary["processes"] = to_json(processes);
-    write_whole(report_file->path(), summary.dump(2) + "\n");
-    report_file->commit();
   });
   if (report.accuracy_missed) {
     if (run.is_first())
-      fmt::print(stderr, "hexsolve-mpi: error: accuracy not reached: {}; '{}' holds that level, solved\n",
-                 report.reason, o.output);
+      console.error(fmt::format("accuracy not reached: {}; '{}' holds that level, solved", report.reason, o.output));
     return exit_not_converged;
   }
   if (report.converged) return 0;
-  if (run.is_first())
-    fmt::print(stderr, "hexsolve-mpi: error: not converged: {}{}\n", report.reason, what_is_kept(report, o.output));
+  if (run.is_first()) console.error(fmt::format("not converged: {}{}", report.reason, what_is_kept(report, o.output)));
   return exit_not_converged;
 }
 
@@ -127,7 +129,8 @@ int run_on_all(const Run& run, const Options& o, const CommonOptions& common, co
   } catch (const std::exception& e) {
     const bool has_no_memory = dynamic_cast<const std::bad_alloc*>(&e) != nullptr;
     const int code = has_no_memory ? 3 : 70;
-    const std::string line = fmt::format("hexsolve-mpi: error: a process failed alone, which ends all: {}\n", e.what());
+    const std::string line =
+        error_line("hexsolve-mpi", fmt::format("a process failed alone, which ends all: {}", e.what()));
     if (write(loud_error, line.data(), line.size()) < 0) std::perror("standard error");
     run.abort(code);
   }
@@ -160,5 +163,6 @@ int main(int argc, char** argv) {
          app.add_option("--report", o->report, "Write a JSON report");
          app.add_option("-o,--output", o->output, "Result file (.hexresult, HDF5)");
          return [=, &run, &common, &console] { return run_on_all(run, *o, common, console); };
-       }});
+       },
+       true});
 }

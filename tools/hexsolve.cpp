@@ -2,11 +2,14 @@
 #include <fmt/format.h>
 #include <omp.h>
 
+#include "cli/json_text.h"
+#include "cli/scene_input.h"
 #include "cli/solve_report.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/file/result_file.h"
 #include "hexsolve/motion.h"
+#include "hexsolve/options.h"
 #include "hexsolve/show.h"
 
 namespace {
@@ -22,19 +25,11 @@ void check_names(const SolveOptions& o, bool solves) {
   if (o.scene.empty() || (solves && o.output.empty() && !o.stream))
     throw Error(ErrorKind::usage, fmt::format("{} is missing, expected hexsolve LATTICE SCENE -o RESULT",
                                               o.scene.empty() ? "SCENE" : "-o RESULT"));
-  if (o.scene == "-") throw Error(ErrorKind::usage, "SCENE is -, expected a file");
-}
-
-void check_stream(const SolveOptions& o, const hexsolver::Scene& scene) {
-  if (!o.stream) return;
-  if (!scene.dynamics) throw Error(ErrorKind::usage, "--stream goes with a motion, expected solve.kind = \"dynamics\"");
-  if (o.output == "-" || o.report == "-")
-    throw Error(ErrorKind::usage, "--stream takes standard output, expected -o and --report with a file or none");
 }
 
 /// The scene of the file with what the command line overrides.
-Scene read_scene(const SolveOptions& o, const std::filesystem::path& path, const Console& console) {
-  Scene scene = hexsolver::read_scene(path, o.scene, o.settings);
+Scene read_scene(const SolveOptions& o, const Input& input, RunFiles& files, const Console& console) {
+  Scene scene = hextools::read_scene(input, files, o.settings);
   if (scene.dynamics && (o.accuracy || o.budget))
     throw Error(ErrorKind::usage,
                 fmt::format("{} goes with an equilibrium, but the scene is a motion, expected --level",
@@ -45,7 +40,8 @@ Scene read_scene(const SolveOptions& o, const std::filesystem::path& path, const
     scene.accuracy = o.accuracy;
     scene.budget = o.budget;
   }
-  check_stream(o, scene);
+  if (o.stream && !scene.dynamics)
+    throw Error(ErrorKind::usage, "--stream goes with a motion, expected solve.kind = \"dynamics\"");
   return scene;
 }
 
@@ -90,55 +86,47 @@ int fit_into_memory(const SolveOptions& o, const hexmesh::Lattice& lattice, int 
   return level;
 }
 
-/// Result and report, as long as they are not written.
-struct Outputs {
-  std::unique_ptr<hexmesh::OutputFile> result, report;
-};
-
-Outputs open_outputs(const SolveOptions& o, const Scene& scene, const CommonOptions& common) {
-  std::vector<std::string> inputs = {o.lattice, o.scene};
-  if (scene.dynamics && !scene.dynamics->start.empty()) inputs.push_back(scene.dynamics->start.string());
-  Outputs out;
-  if (!o.output.empty()) out.result = open_output(o.output, "", common, inputs);
-  if (!o.report.empty()) out.report = open_output(o.report, "", common, inputs);
-  return out;
-}
-
 /// Says on standard error what is wrong with a solution. @returns the exit code
-int judge(const SolveReport& report, const std::string& output) {
+int judge(const SolveReport& report, const std::string& output, const Console& console) {
   if (report.accuracy_missed) {
-    fmt::print(stderr, "hexsolve: error: accuracy not reached: {}; '{}' holds that level, solved\n", report.reason,
-               output);
+    console.error(fmt::format("accuracy not reached: {}; '{}' holds that level, solved", report.reason, output));
     return exit_not_converged;
   }
   if (report.converged) return 0;
-  fmt::print(stderr, "hexsolve: error: not converged: {}{}\n", report.reason,
-             output.empty() ? "" : what_is_kept(report, output));
+  console.error(fmt::format("not converged: {}{}", report.reason, output.empty() ? "" : what_is_kept(report, output)));
   return exit_not_converged;
+}
+
+int write_example(const SolveOptions& o, const CommonOptions& common) {
+  RunFiles files(common);
+  const Input& lattice = files.input(o.lattice);
+  Output& output = files.output(o.output.empty() ? "-" : o.output, Content::text);
+  output.write(hexsolver::example_scene(hexmesh::read_lattice(lattice.path(), {-1})));
+  files.commit();
+  return 0;
 }
 
 int run(const SolveOptions& o, const CommonOptions& common, const Console& console) {
   const double start = omp_get_wtime();
-  const hexmesh::InputFile lattice_file(o.lattice);
-  if (o.example) {
-    write_text(o.output.empty() ? "-" : o.output,
-               hexsolver::example_scene(hexmesh::read_lattice(lattice_file.path(), {-1})), common);
-    return 0;
-  }
+  if (o.example) return write_example(o, common);
   const bool solves = !o.check && !o.plan;
   check_names(o, solves);
-  const hexmesh::InputFile scene_file(o.scene);
-  Scene scene = read_scene(o, scene_file.path(), console);
-  const Outputs outputs = solves ? open_outputs(o, scene, common) : Outputs{};
+  RunFiles files(common);
+  const Input& lattice_file = files.input(o.lattice);
+  const Input& scene_file = files.input(o.scene, Content::text);
+  Scene scene = read_scene(o, scene_file, files, console);
+  if (o.stream) files.reserve_standard_output(Content::binary);
+  Output* output = solves ? files.output_if_named(o.output, Content::binary) : nullptr;
+  Output* report_file = files.output_if_named(o.report, Content::text);
   int level = 0;
   const hexmesh::Lattice lattice = read_lattice(o, lattice_file.path(), scene, level);
-  if (o.check) return show_check(hexsolver::check_scene(lattice, scene, level), o, common, console);
-  if (o.plan) return show_plan(hexsolver::plan_solution(lattice, scene, level), o, common);
+  if (o.check) return show_check(hexsolver::check_scene(lattice, scene, level), report_file, files, console);
+  if (o.plan) return show_plan(hexsolver::plan_solution(lattice, scene, level), report_file, files);
   const double read_done = omp_get_wtime();
   level = fit_into_memory(o, lattice, level, scene, console);
 
   std::optional<hexmesh::ResultWriter> writer;
-  if (outputs.result && scene.dynamics) writer.emplace(outputs.result->path());
+  if (output && scene.dynamics) writer.emplace(output->path());
   auto [result, report] = scene.dynamics
                               ? solve_motion(lattice, scene, level, writer ? &*writer : nullptr, o.stream, console)
                               : hexsolver::solve_equilibrium(lattice, scene, level, progress_on(console));
@@ -146,27 +134,25 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   json summary = to_json(report, scene);
   result.history = lattice.history;
   result.history.push_back(solve_history(o.lattice, lattice_file.path(), o.scene, scene_file.path(), scene));
-  result.report = summary.dump();
-  result.costs = costs_of(report, read_done - start).dump();
+  result.report = json_line(summary);
+  result.costs = json_line(costs_of(report, read_done - start));
   const double solve_done = omp_get_wtime();
   if (writer)
     writer->finish(result, lattice_file.path());
-  else if (outputs.result)
-    hexmesh::write_result(result, outputs.result->path(), lattice_file.path());
-  if (outputs.result) outputs.result->commit();
+  else if (output)
+    hexmesh::write_result(result, output->path(), lattice_file.path());
+  if (output) output->prepare();
   summary["seconds"] = {{"read", read_done - start},
                         {"setup", report.setup_seconds},
                         {"solve", report.solve_seconds},
                         {"write", omp_get_wtime() - solve_done},
                         {"total", omp_get_wtime() - start}};
   add_costs(summary, report);
+  if (report_file) report_file->write(json_text(summary));
+  files.commit();
   for (const std::string& w : report.warnings) console.warning(w);
   summarize(report, console);
-  if (outputs.report) {
-    write_whole(outputs.report->path(), summary.dump(2) + "\n");
-    outputs.report->commit();
-  }
-  return judge(report, o.output);
+  return judge(report, o.output, console);
 }
 
 }  // namespace

@@ -86,6 +86,13 @@ def main():
                           for key, files in (("inputs", case["inputs"]), ("ct", [case["ct"]]), ("scene", [case["scene"]]),
                                              ("materials", [settings.get("materials", "")]))}
         cases[label] = case
+    results = re.compile(re.escape(str(out)) + r"/(sub-.*|summary\.(tsv|json|html)|cases\.json|dataset_description\.json)")
+    named = [str(path), *(settings.get(key, "") for key in ("scene", "materials"))]
+    for case in cases.values():
+        named += [*case["inputs"], case["ct"], case["scene"]]
+    for file in named:
+        if file and results.fullmatch(os.path.realpath(file)):
+            fail(f"input '{file}' is what this run writes, expected one outside of '{out}' or another folder for -o")
     if not cases:
         fail(f"'{path}' holds no cases, expected files that end in {', '.join(ENDINGS)} or folders of DICOM files")
     new = out / "cases.json.new"

@@ -65,6 +65,22 @@ TEST(VtkExport, HexahedraReadBackWithPositiveJacobiansAndTheSameNumbers) {
   EXPECT_NE(grid->GetCellData()->GetArray("segment"), nullptr);
 }
 
+TEST(VtkExport, FieldNamesOfAFileDoNotBreakTheXml) {
+  const TemporaryFolder folder;
+  Result r = moved(bitten_ball({1, 1, 1}), 1, Mat3::Zero(), {1, 2, 3});
+  const std::string odd = "a<b & \"c\"";
+  r.cell_fields[odd] = r.cell_fields.at("fill");
+  r.cell_fields["red\x1b[31m"] = r.cell_fields.at("fill");
+  r.cell_fields["l\xe9"] = r.cell_fields.at("fill");
+  write_vtu(r, Configuration::rest, folder / "a.vtu");
+  vtkNew<vtkXMLUnstructuredGridReader> reader;
+  reader->SetFileName((folder / "a.vtu").c_str());
+  reader->Update();
+  ASSERT_EQ(reader->GetOutput()->GetNumberOfCells(), static_cast<vtkIdType>(r.cells.size()));
+  for (const std::string& name : {odd, std::string("red\\x1b[31m"), std::string("l\\xe9")})
+    EXPECT_NE(reader->GetOutput()->GetCellData()->GetArray(name.c_str()), nullptr) << name;
+}
+
 TEST(VtkExport, TheSurfaceReadsBackAtRestWithItsDisplacement) {
   const TemporaryFolder folder;
   const Result r = moved(bitten_ball({1, 1, 1}), 0, Mat3::Zero(), {1, 2, 3});

@@ -47,8 +47,6 @@ TEST(KeyAndValue, SplitsAtTheFirstEqualsSign) {
   EXPECT_EQ(key_and_value("a="), Pair("a", ""));
   EXPECT_EQ(key_and_value("a"), Pair("a", ""));
   EXPECT_EQ(key_and_value(""), Pair("", ""));
-  EXPECT_EQ(file_of_pair("liver=a=b.stl"), "a=b.stl");
-  EXPECT_EQ(file_of_pair("b.stl"), "b.stl");
 }
 
 TEST(ParsePair, NamesTheOptionTheTextAndWhatWasExpected) {

@@ -18,8 +18,10 @@ std::string sha256(const std::filesystem::path& path) {
   std::vector<std::filesystem::path> files = {path};
   if (std::filesystem::is_directory(path)) {
     files.clear();
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(path))
-      if (entry.is_regular_file()) files.push_back(entry.path());
+    std::error_code failed;  // of a link that leads to no file
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(
+             path, std::filesystem::directory_options::skip_permission_denied))
+      if (entry.is_regular_file(failed)) files.push_back(entry.path());
     std::sort(files.begin(), files.end());
   }
   hexmesh::Sha256 sum;

@@ -37,6 +37,4 @@ std::pair<std::string, std::string> parse_pair(const std::string& option, std::s
   return pair;
 }
 
-std::string file_of_pair(std::string_view text) { return std::string(text.substr(text.find('=') + 1)); }
-
 }  // namespace hextools

@@ -59,7 +59,4 @@ std::pair<std::string, std::string> key_and_value(std::string_view text);
 std::pair<std::string, std::string> parse_pair(const std::string& option, std::string_view text,
                                                const std::string& expected);
 
-/// FILE of NAME=FILE, or the whole text where it has no =: what an option may read before it is known to be right.
-std::string file_of_pair(std::string_view text);
-
 }  // namespace hextools

@@ -40,15 +40,15 @@ std::string state_note(const hexmesh::Result& result) {
   return result.times.empty() ? "" : fmt::format("end, {:.4g} s", result.times.back());
 }
 
-std::optional<hexmesh::IntensityVolume> read_scan_of(const hexmesh::Result& result, const std::string& name,
+std::optional<hexmesh::IntensityVolume> read_scan_of(const hexmesh::Result& result, const Input* file,
                                                      const Console& console) {
-  if (name.empty()) return std::nullopt;
-  const hexmesh::InputFile file(name);
-  hexmesh::IntensityVolume scan = hexmesh::read_intensity(file.path(), {.warn = warning_on(console)});
+  if (!file) return std::nullopt;
+  hexmesh::IntensityVolume scan = hexmesh::read_intensity(file->path(), {.warn = warning_on(console)});
   const auto covered = [&](const hexmesh::Vec3& p) { return scan.grid.covers(scan.grid.continuous_index(p)); };
   if (std::none_of(result.nodes.begin(), result.nodes.end(), covered))
-    throw Error(ErrorKind::input,
-                fmt::format("scan '{}' covers no part of the body, expected the scan it was segmented on", name));
+    throw Error(
+        ErrorKind::input,
+        fmt::format("scan '{}' covers no part of the body, expected the scan it was segmented on", file->known_as()));
   return scan;
 }
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "cli/tool.h"
+#include "cli/run_files.h"
 #include "hexmesh/result/result.h"
 #include "hexmesh/volume/intensity_volume.h"
 
@@ -20,9 +20,10 @@ void warn_of_state(const hexmesh::Result& result, const Console& console);
 /// What a picture of a result has to say beside itself: that it is not converged, or a motion's end; else nothing.
 std::string state_note(const hexmesh::Result& result);
 
-/// The scan of a result, if a name is given.
+/// The scan of a result.
+/// @param file  or nullptr, for none
 /// @throws Error{input} if it covers no part of the body
-std::optional<hexmesh::IntensityVolume> read_scan_of(const hexmesh::Result& result, const std::string& name,
+std::optional<hexmesh::IntensityVolume> read_scan_of(const hexmesh::Result& result, const Input* file,
                                                      const Console& console);
 
 }  // namespace hextools

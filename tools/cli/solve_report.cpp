@@ -4,9 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <set>
 
 #include "cli/checksum.h"
+#include "hexsolver/scene/scene_files.h"
 
 namespace hextools {
 
@@ -265,13 +265,8 @@ std::string solve_history(const std::string& lattice, const std::filesystem::pat
                           const hexsolver::Scene& scene) {
   std::vector<std::string> read = {hexmesh::content_checksum(lattice_file) + "  " + lattice,
                                    checksum_line(scene_name, scene_file)};
-  if (scene.dynamics && !scene.dynamics->start.empty())
-    read.push_back(checksum_line(scene.dynamics->start.string(), scene.dynamics->start));
-  std::set<std::filesystem::path> markups;
-  for (const hexsolver::Condition& c : scene.conditions) markups.insert(c.selection.markup);
-  for (const hexsolver::Force& f : scene.forces) markups.insert(f.selection.markup);
-  for (const std::filesystem::path& markup : markups)
-    if (!markup.empty()) read.push_back(checksum_line(markup.string(), markup));
+  for (const std::filesystem::path& file : hexsolver::files_of(scene))
+    read.push_back(checksum_line(file.string(), file));
   return history_entry(read);
 }
 

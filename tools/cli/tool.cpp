@@ -10,13 +10,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <exception>
 #include <filesystem>
-#include <fstream>
 #include <new>
 
 #include "cli/commit.h"
+#include "cli/streams.h"
 #include "cli/threads.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/core/printable.h"
+#include "hexmesh/file/atomic_file.h"
+#include "hexmesh/file/temporary_file.h"
 
 namespace hextools {
 namespace {
@@ -26,8 +30,22 @@ using hexmesh::ErrorKind;
 
 constexpr int exit_bug = 70;
 std::string quoted_command_line;
+std::string running_tool;
 
+/// Likewise what no text can hold, as bash reads it: $'liver\xe9.nrrd'.
+std::string quoted_bytes(const std::string& word) {
+  std::string out = "$'";
+  for (const char c : word)
+    if (c == '\'' || c == '\\')
+      out += std::string("\\") + c;
+    else
+      out += c >= ' ' && c <= '~' ? std::string(1, c) : fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+  return out + "'";
+}
+
+/// For a shell.
 std::string quoted(const std::string& word) {
+  if (hexmesh::printable_line(word) != word) return quoted_bytes(word);
   if (!word.empty() && word.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
                                               "_-+=./:,@%") == std::string::npos)
     return word;
@@ -50,11 +68,6 @@ int exit_code(ErrorKind kind) {
   return exit_bug;
 }
 
-std::string one_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text;
-}
-
 /// hexsolve 0.2.0 (1acd72f)
 std::string version_line(const std::string& tool) {
   const std::string version = tool + " " HEXTOOLS_VERSION;
@@ -62,31 +75,60 @@ std::string version_line(const std::string& tool) {
 }
 
 int fail(const std::string& tool, int code, const std::string& message) {
-  fmt::print(stderr, "{}: error: {}\n", tool, one_line(message));
+  say(error_line(tool, message));
   return code;
 }
 
 }  // namespace
 
-void Console::note(const std::string& message) const {
-  if (!options_.quiet) fmt::print(stderr, "{}: {}\n", tool_, message);
+std::string error_line(const std::string& tool, const std::string& message) {
+  return fmt::format("{}: error: {}\n", tool, hexmesh::printable_line(hexmesh::with_known_names(message)));
 }
 
-void Console::warning(const std::string& message) const { fmt::print(stderr, "{}: warning: {}\n", tool_, message); }
+void Console::note(const std::string& message) const {
+  if (!options_.quiet) say(fmt::format("{}: {}\n", tool_, hexmesh::with_known_names(message)));
+}
+
+void Console::warning(const std::string& message) const {
+  say(fmt::format("{}: warning: {}\n", tool_, hexmesh::printable_line(hexmesh::with_known_names(message))));
+}
+
+void Console::error(const std::string& message) const { say(error_line(tool_, message)); }
 
 bool Console::shows_progress() const {
   if (options_.quiet || options_.progress == "never") return false;
-  return options_.progress == "always" || isatty(STDERR_FILENO);
+  return options_.progress == "always" || messages_go_to_terminal();
 }
 
-void Console::progress(const std::string& line) const { fmt::print(stderr, "{}:   {}\n", tool_, line); }
+void Console::progress(const std::string& line) const { say(fmt::format("{}:   {}\n", tool_, line)); }
 
 std::function<void(const std::string&)> warning_on(const Console& console) {
   return [&console](const std::string& message) { console.warning(message); };
 }
 
+namespace {
+
+/// --help and --version.
+int show_help(const CLI::App& app, const std::string& tool, const CLI::ParseError& asked_for) {
+  const int code = app.exit(asked_for);
+  try {
+    flush_standard_output();
+    return code;
+  } catch (const Error& e) {
+    return fail(tool, exit_code(e.kind()), e.what());
+  }
+}
+
+}  // namespace
+
 int run_tool(int argc, char** argv, const Tool& tool) {
+  running_tool = tool.name;
+  std::set_terminate([] {
+    say(error_line(running_tool, "this is a bug of ours, please report it: an error that nobody caught"));
+    std::abort();
+  });
   hexmesh::remove_temporary_files_on_signals();
+  if (!tool.libraries_talk) silence_libraries();
   std::vector<std::string> words = {tool.name};
   for (int n = 1; n < argc; ++n) words.push_back(quoted(argv[n]));
   quoted_command_line = fmt::format("{}", fmt::join(words, " "));
@@ -113,9 +155,11 @@ int run_tool(int argc, char** argv, const Tool& tool) {
     const std::function<int()> run = tool.declare(app, common, console);
     app.parse(argc, argv);
     omp_set_num_threads(common.threads > 0 ? common.threads : default_threads());
-    return run();
+    const int code = run();
+    flush_standard_output();
+    return code;
   } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return app.exit(e);
+    if (e.get_exit_code() == 0) return show_help(app, tool.name, e);
     std::string command = tool.name;
     for (const CLI::App* subcommand : app.get_subcommands()) command += " " + subcommand->get_name();
     return fail(tool.name, exit_code(ErrorKind::usage), fmt::format("{} (see {} --help)", e.what(), command));
@@ -127,6 +171,10 @@ int run_tool(int argc, char** argv, const Tool& tool) {
   } catch (const std::bad_alloc&) {
     return fail(tool.name, exit_code(ErrorKind::input),
                 "out of memory, expected a machine with more or a smaller input");
+  } catch (const std::filesystem::filesystem_error& e) {
+    return fail(
+        tool.name, exit_code(ErrorKind::input),
+        fmt::format("'{}' cannot be read: {}, expected a file or folder", e.path1().string(), e.code().message()));
   } catch (const std::exception& e) {
     return fail(tool.name, exit_bug, fmt::format("this is a bug of ours, please report it: {}", e.what()));
   }
@@ -175,34 +223,10 @@ CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<st
   return app.add_option(name, values, what)->allow_extra_args(false);
 }
 
-std::string command_line() { return quoted_command_line; }
-
 std::string history_entry(const std::vector<std::string>& checksum_lines) {
   std::string out = quoted_command_line;
-  for (const std::string& line : checksum_lines) out += "\n" + line;
+  for (const std::string& line : checksum_lines) out += "\n" + hexmesh::printable_line(line);
   return out;
-}
-
-std::unique_ptr<hexmesh::OutputFile> open_output(const std::string& name, const std::string& extension,
-                                                 const CommonOptions& options, const std::vector<std::string>& inputs) {
-  std::error_code ignored;
-  for (const std::string& input : inputs)
-    if (name != "-" && std::filesystem::equivalent(name, input, ignored))
-      throw Error(ErrorKind::usage, fmt::format("output '{}' is also an input, expected another name", name));
-  return std::make_unique<hexmesh::OutputFile>(name, extension, options.force);
-}
-
-void write_whole(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  if (!file.flush())
-    throw Error(ErrorKind::output, fmt::format("cannot write '{}', expected room for it", path.string()));
-}
-
-void write_text(const std::string& name, const std::string& text, const CommonOptions& options) {
-  const auto file = open_output(name, "", options, {});
-  write_whole(file->path(), text);
-  file->commit();
 }
 
 double peak_memory_mb() {

@@ -7,8 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "hexmesh/file/atomic_file.h"
-
 namespace hextools {
 
 /// A run that ended without a usable result although nothing was wrong with the input: exit 5.
@@ -22,13 +20,15 @@ struct CommonOptions {
   int threads = 0;
 };
 
-/// Talks to the user on standard error; standard output is for results only.
+/// Talks to the user on standard error; standard output is for results only. What it says may hold names from files:
+/// control characters are shown, and temporary files are called what they stand for.
 class Console {
 public:
   Console(std::string tool, const CommonOptions& options) : tool_(std::move(tool)), options_(options) {}
 
   void note(const std::string& message) const;     ///< unless --quiet
   void warning(const std::string& message) const;  ///< always
+  void error(const std::string& message) const;    ///< of a run that goes on to its exit code: one line
   bool shows_progress() const;                     ///< on a terminal, or as --progress says
   void progress(const std::string& line) const;
 
@@ -49,6 +49,7 @@ struct Tool {
   std::string description;
   std::string example;  ///< one command that runs as it stands in the README's demo folder
   std::function<Declare> declare;
+  bool libraries_talk = false;  ///< on standard error
 };
 
 /// The only main and the only catch: parses, runs, maps errors to one line and the published exit codes.
@@ -79,22 +80,11 @@ CLI::Option* add_output(CLI::App& app, std::string& output, const std::string& w
 CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<std::string>& values,
                           const std::string& what);
 
-/// The command line of this run, quoted for a shell.
-std::string command_line();
-
 /// The command line of this run, then a line for each file that it read (see checksum.h).
 std::string history_entry(const std::vector<std::string>& checksum_lines);
 
-/// Opens an output that must not be one of the inputs.
-/// @throws Error{usage} if it is, Error{output} if it exists without --force
-std::unique_ptr<hexmesh::OutputFile> open_output(const std::string& name, const std::string& extension,
-                                                 const CommonOptions& options, const std::vector<std::string>& inputs);
-
-/// Write a text file that is committed or removed by someone else. @throws Error{output} also where there is no room
-void write_whole(const std::filesystem::path& path, const std::string& text);
-
-/// Write text to a file or to standard output, whole or not at all.
-void write_text(const std::string& name, const std::string& text, const CommonOptions& options);
+/// "TOOL: error: MESSAGE" and the end of the line, as a run ends with.
+std::string error_line(const std::string& tool, const std::string& message);
 
 /// Peak memory of this process [MB].
 double peak_memory_mb();

@@ -2,6 +2,8 @@
 #include <fstream>
 
 #include "accuracy_tables.h"
+#include "cli/json_text.h"
+#include "cli/scene_input.h"
 #include "commands.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/lattice_file.h"
@@ -20,8 +22,7 @@ struct Options {
 };
 
 /// A lattice file, or a segmentation whose segments get the named defaults of their tissues.
-Lattice read_body(const std::string& name, const Console& console) {
-  const hexmesh::InputFile file(name);
+Lattice read_body(const Input& file, const Console& console) {
   std::string start(8, '\0');
   std::ifstream(file.path(), std::ios::binary).read(start.data(), 8);
   if (start == "\x89HDF\r\n\x1a\n") return hexmesh::read_lattice(file.path());
@@ -32,15 +33,21 @@ Lattice read_body(const std::string& name, const Console& console) {
 }
 
 int run_accuracy(const Options& o, const CommonOptions& common, const Console& console) {
-  hexsolver::Scene scene = hexsolver::read_scene(o.scene, o.scene);
+  RunFiles files(common);
+  const Input& body = files.input(o.body);
+  hexsolver::Scene scene = read_scene(files.input(o.scene, Content::text), files);
+  for (const std::string& mesh : o.accuracy.meshes) files.input(mesh);
+  Output& output = files.output(o.output, Content::text);
+  Output* csv = files.output_if_named(o.csv, Content::text);
   if (scene.dynamics) throw hexmesh::Error(hexmesh::ErrorKind::usage, "the scene is a motion, expected an equilibrium");
   scene.accuracy.reset();
   scene.budget.reset();
-  const Experiment experiment{hexsolver::with_overrides(read_body(o.body, console), scene), scene};
+  const Experiment experiment{hexsolver::with_overrides(read_body(body, console), scene), scene};
   const AccuracyTables tables = bench_accuracy(experiment, o.accuracy, console);
   const Row report = {{"about", tables.about}, {"equilibria", tables.equilibria}, {"motions", tables.motions}};
-  write_text(o.output, report.dump(2) + "\n", common);
-  if (!o.csv.empty()) write_text(o.csv, to_csv(tables.equilibria), common);
+  output.write(json_text(report));
+  if (csv) csv->write(to_csv(tables.equilibria));
+  files.commit();
   return 0;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "cli/json_text.h"
+#include "cli/run_files.h"
 #include "commands.h"
 #include "hexmesh/file/dataset_compare.h"
 #include "hexmesh/file/result_file.h"
@@ -18,13 +20,14 @@ struct CompareOptions {
 };
 
 int compare_results(const CompareOptions& o, const CommonOptions& common, const Console& console) {
-  const hexmesh::InputFile first(o.result);
+  RunFiles files(common);
+  const Input &first = files.input(o.result), &second = files.input(o.reference);
+  Output& output = files.output(o.output, Content::text);
   if (!o.exact) {
-    const Row row = compare(hexmesh::read_result(first.path()), read_points(hexmesh::InputFile(o.reference).path()));
-    write_text(o.output, row.dump(2) + "\n", common);
+    output.write(json_text(compare(hexmesh::read_result(first.path()), read_points(second.path()))));
+    files.commit();
     return 0;
   }
-  const hexmesh::InputFile second(o.reference);
   Row report = Row::array();
   for (const hexmesh::DatasetDifference& d : hexmesh::compare_datasets(first.path(), second.path())) {
     console.note(
@@ -32,7 +35,8 @@ int compare_results(const CompareOptions& o, const CommonOptions& common, const 
     report.push_back({{"dataset", d.name}, {"what", d.what}, {"largest", d.largest}});
   }
   if (report.empty()) console.note("all datasets are the same");
-  write_text(o.output, report.dump(2) + "\n", common);
+  output.write(json_text(report));
+  files.commit();
   return report.empty() ? 0 : exit_differs;
 }
 

@@ -114,10 +114,10 @@ json bench_effects(const SceneOnLevel& whole, int repeats, const Console& consol
 
 std::function<int()> declare_effects(CLI::App& app, const CommonOptions& common, const Console& console) {
   const auto o = add_scene_options(app);
-  return [o, &common, &console] {
-    write_text(o->output, bench_effects(read_scene_on_level(*o, false), o->repeats, console).dump(2) + "\n", common);
-    return 0;
+  const auto measure = [](const SceneOnLevel& on, const SceneOptions& options, const Console& talk) {
+    return bench_effects(on, options.repeats, talk);
   };
+  return run_on_scene(o, false, measure, common, console);
 }
 
 }  // namespace hextools

@@ -2,6 +2,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "cli/json_text.h"
 #include "commands.h"
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/lattice/element_tree.h"
@@ -56,8 +57,11 @@ std::function<int()> declare_lattice(CLI::App& app, const CommonOptions& common,
   add_repeats(app, o->repeats);
   add_report(app, o->output);
   return [o, &common] {
-    const hexmesh::InputFile file(o->lattice);
-    write_text(o->output, bench_lattice(hexmesh::read_lattice(file.path()), o->repeats).dump(2) + "\n", common);
+    RunFiles files(common);
+    const Input& file = files.input(o->lattice);
+    Output& output = files.output(o->output, Content::text);
+    output.write(json_text(bench_lattice(hexmesh::read_lattice(file.path()), o->repeats)));
+    files.commit();
     return 0;
   };
 }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "cli/json_text.h"
 #include "commands.h"
 #include "scene_options.h"
 #include "statistics.h"
@@ -110,12 +111,15 @@ std::function<int()> declare_machine(CLI::App& app, const CommonOptions& common,
   add_repeats(app, o->repeats);
   add_report(app, o->output);
   return [o, &common] {
+    RunFiles files(common);
+    Output& output = files.output(o->output, Content::text);
     const MachineLimits limits = measure_machine(o->repeats);
     const nlohmann::json report = {{"threads", omp_get_max_threads()},
                                    {"triad_gb_s", limits.triad / 1e9},
                                    {"double_gflops", limits.double_flops / 1e9},
                                    {"single_gflops", limits.single_flops / 1e9}};
-    write_text(o->output, report.dump(2) + "\n", common);
+    output.write(json_text(report));
+    files.commit();
     return 0;
   };
 }

@@ -122,10 +122,10 @@ json bench_motion(const SceneOnLevel& on, const Console& console) {
 
 std::function<int()> declare_motion(CLI::App& app, const CommonOptions& common, const Console& console) {
   const auto o = add_scene_options(app);
-  return [o, &common, &console] {
-    write_text(o->output, bench_motion(read_scene_on_level(*o, true), console).dump(2) + "\n", common);
-    return 0;
+  const auto measure = [](const SceneOnLevel& on, const SceneOptions&, const Console& talk) {
+    return bench_motion(on, talk);
   };
+  return run_on_scene(o, true, measure, common, console);
 }
 
 }  // namespace hextools

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "cli/json_text.h"
+#include "cli/run_files.h"
 #include "commands.h"
 #include "hexmesh/core/error.h"
 #include "paper/measurements.h"
@@ -47,6 +49,9 @@ std::string to_markdown(const std::string& name, const std::vector<Row>& rows) {
 }
 
 int run_paper(const PaperOptions& o, const CommonOptions& common, const Console& console) {
+  RunFiles files(common);
+  Output& output = files.output(o.output, Content::text);
+  Output* rows_file = files.output_if_named(o.json, Content::text);
   std::vector<std::string> names = o.experiments;
   std::replace(names.begin(), names.end(), std::string("fig14"), std::string("table3"));  // its pictures
   if (names.empty())
@@ -58,8 +63,9 @@ int run_paper(const PaperOptions& o, const CommonOptions& common, const Console&
     text += to_markdown(name, rows);
     report[name] = rows;
   }
-  write_text(o.output, text, common);
-  if (!o.json.empty()) write_text(o.json, report.dump(2) + "\n", common);
+  output.write(text);
+  if (rows_file) rows_file->write(json_text(report));
+  files.commit();
   return 0;
 }
 

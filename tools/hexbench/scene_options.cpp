@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "cli/json_text.h"
+#include "cli/scene_input.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/lattice_file.h"
 #include "hexsolver/equilibrium/equilibrium.h"
@@ -33,9 +35,9 @@ std::shared_ptr<SceneOptions> add_scene_options(CLI::App& app) {
   return o;
 }
 
-SceneOnLevel read_scene_on_level(const SceneOptions& o, bool wants_motion) {
-  const hexmesh::InputFile file(o.lattice);
-  hexsolver::Scene scene = hexsolver::read_scene(o.scene, o.scene);
+SceneOnLevel read_scene_on_level(const SceneOptions& o, bool wants_motion, RunFiles& files) {
+  const Input& file = files.input(o.lattice);
+  hexsolver::Scene scene = read_scene(files.input(o.scene, Content::text), files);
   scene.level = o.level;
   hexmesh::Lattice lattice = hexsolver::read_lattice_for(scene, file.path(), {{}, true});
   const int level = hexsolver::finest_level(scene, lattice);
@@ -44,6 +46,18 @@ SceneOnLevel read_scene_on_level(const SceneOptions& o, bool wants_motion) {
                          fmt::format("the scene is {}, expected {}", scene.dynamics ? "a motion" : "no motion",
                                      wants_motion ? "one" : "an equilibrium"));
   return {std::move(lattice), std::move(scene), level};
+}
+
+std::function<int()> run_on_scene(const std::shared_ptr<SceneOptions>& o, bool wants_motion,
+                                  const MeasureScene& measure, const CommonOptions& common, const Console& console) {
+  return [o, wants_motion, measure, &common, &console] {
+    RunFiles files(common);
+    const SceneOnLevel scene = read_scene_on_level(*o, wants_motion, files);
+    Output& output = files.output(o->output, Content::text);
+    output.write(json_text(measure(scene, *o, console)));
+    files.commit();
+    return 0;
+  };
 }
 
 }  // namespace hextools

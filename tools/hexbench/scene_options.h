@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 
-#include "cli/tool.h"
+#include "cli/run_files.h"
 #include "hexsolver/scene/scene.h"
 
 namespace hextools {
@@ -29,6 +32,12 @@ struct SceneOnLevel {
 };
 
 /// @throws Error{usage} if the scene is a motion and none is wanted, or the other way round; as the readers
-SceneOnLevel read_scene_on_level(const SceneOptions& o, bool wants_motion);
+SceneOnLevel read_scene_on_level(const SceneOptions& o, bool wants_motion, RunFiles& files);
+
+/// A subcommand that measures a scene on a level and writes what it found.
+/// @param measure  with the options and the console
+using MeasureScene = std::function<nlohmann::json(const SceneOnLevel&, const SceneOptions&, const Console&)>;
+std::function<int()> run_on_scene(const std::shared_ptr<SceneOptions>& o, bool wants_motion,
+                                  const MeasureScene& measure, const CommonOptions& common, const Console& console);
 
 }  // namespace hextools

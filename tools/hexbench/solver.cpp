@@ -28,12 +28,12 @@ nlohmann::json bench_solver(const SceneOnLevel& on, int repeats) {
 
 }  // namespace
 
-std::function<int()> declare_solver(CLI::App& app, const CommonOptions& common, const Console& /*console*/) {
+std::function<int()> declare_solver(CLI::App& app, const CommonOptions& common, const Console& console) {
   const auto o = add_scene_options(app);
-  return [o, &common] {
-    write_text(o->output, bench_solver(read_scene_on_level(*o, false), o->repeats).dump(2) + "\n", common);
-    return 0;
+  const auto measure = [](const SceneOnLevel& on, const SceneOptions& options, const Console&) {
+    return bench_solver(on, options.repeats);
   };
+  return run_on_scene(o, false, measure, common, console);
 }
 
 }  // namespace hextools

@@ -3,9 +3,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <filesystem>
-
 #include "hexmesh/core/error.h"
 
 namespace hextools {
@@ -13,13 +10,7 @@ namespace hextools {
 using hexmesh::Error;
 using hexmesh::ErrorKind;
 
-std::vector<std::string> ExportOptions::outputs() const {
-  std::vector<std::string> out;
-  for (const std::string& name :
-       {lattice, surface, conditions, csv, deck, report, html, warped, segmentation, transform, transform_points})
-    if (!name.empty()) out.push_back(name);
-  return out;
-}
+bool ExportOptions::has_outputs() const { return !lattice.empty() || !surface.empty() || needs_a_result(); }
 
 bool ExportOptions::shows_surface() const {
   return !surface.empty() || !html.empty() || !warped.empty() || !segmentation.empty();
@@ -69,20 +60,10 @@ void add_options(CLI::App& app, ExportOptions& o) {
 }
 
 void check_options(const ExportOptions& o) {
-  std::vector<std::string> outputs = o.outputs();
-  if (outputs.empty() && o.probes.empty())
+  if (!o.has_outputs())
     throw Error(ErrorKind::usage, "nothing to write, expected --lattice, --surface, --html or another output");
-  for (std::string& name : outputs)
-    if (name != "-") name = std::filesystem::weakly_canonical(std::filesystem::absolute(name)).string();
-  if (!o.probes.empty()) outputs.push_back("-");
-  std::sort(outputs.begin(), outputs.end());
-  if (const auto twice = std::adjacent_find(outputs.begin(), outputs.end()); twice != outputs.end())
-    throw Error(ErrorKind::usage, *twice == "-" ? "two outputs go to standard output, expected one at most"
-                                                : fmt::format("two outputs are both '{}', expected two names", *twice));
   for (const std::string& name : {o.warped, o.segmentation, o.transform, o.transform_points, o.html})
     if (name == "-") throw Error(ErrorKind::usage, "volumes, transforms and --html are written to files, not to -");
-  if (o.scan == "-" && o.input == "-")
-    throw Error(ErrorKind::usage, "the input and --scan are both -, expected one of them at most");
   if (o.scan.empty() && !o.warped.empty())
     throw Error(ErrorKind::usage, "--to is given without the scan to deform, expected --warp SCAN");
   if (!o.scan.empty() && o.warped.empty() && o.html.empty() && o.segmentation.empty())

@@ -17,8 +17,7 @@ struct ExportOptions {
   int level = -1;
   bool deformed = false;
 
-  /// All names that are written to.
-  std::vector<std::string> outputs() const;
+  bool has_outputs() const;
   /// Whether something is asked for that takes the picture surface.
   bool shows_surface() const;
   /// Whether something is asked for that only a result has.

@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 
+#include "cli/run_files.h"
 #include "hexmesh/file/result_file.h"
 #include "options.h"
 
@@ -24,34 +26,50 @@ inline const Endings volume = {".nrrd", ".nii.gz", ".nii"};
 inline const Endings transform = {".h5", ".nrrd", ".nii.gz", ".nii", ".mha"};
 }  // namespace endings
 
-/// Writes files by the names that the user gave, each whole or not at all; nothing where a name is empty.
+/// Writes files by the names that the user gave; nothing where a name is empty. They appear together.
 class OutputWriter {
 public:
-  OutputWriter(const ExportOptions& o, const CommonOptions& common, const Console& console)
-      : o_(o), common_(common), console_(console) {}
-
   /// All names are good and free before the first file is written.
-  /// @throws Error{usage} for an ending that the output does not have; as open_output
-  void check_names() const;
+  /// @param num_steps  of the motion; 0 = none
+  /// @throws Error{usage} for an ending that the output does not have, or a name in .pvd if there is no motion; as
+  ///         RunFiles::output
+  OutputWriter(const ExportOptions& o, std::size_t num_steps, RunFiles& files, const CommonOptions& common);
 
   using Write = std::function<void(const std::filesystem::path&)>;
-  void write(const std::string& name, const Endings& endings, const Write& write_file) const;
+  void write(const std::string& name, const Write& write_file) const;
+
+  using MakeText = std::function<std::string()>;
+  void write_text(const std::string& name, const MakeText& make_text) const;
 
   /// Likewise; or of a name in .pvd a file of the first ending for each step of a motion, NAME/NAME_0000.vtu, ..., and
   /// NAME.pvd that lists them.
   /// @param path  of the result
-  /// @throws Error{usage} for a name in .pvd if the result is no motion
   using WriteStep = std::function<void(const hexmesh::Result&, const std::filesystem::path&)>;
-  void write_steps(const std::string& name, const Endings& endings, const hexmesh::Result& result,
-                   const std::filesystem::path& path, const WriteStep& write_step) const;
+  void write_steps(const std::string& name, const hexmesh::Result& result, const std::filesystem::path& path,
+                   const WriteStep& write_step) const;
+
+  /// All of them appear.
+  void commit(const Console& console);
 
 private:
-  void write_series(const std::string& name, const std::string& ending, const hexmesh::Result& result,
-                    const std::filesystem::path& path, const WriteStep& write_step) const;
+  /// NAME.pvd and the files that it lists.
+  struct Series {
+    std::filesystem::path folder;
+    std::string stem, ending;
+    std::vector<Output*> steps;
 
-  const ExportOptions& o_;
+    std::string name_of(std::size_t step) const;
+  };
+
+  void declare(const std::string& name, const Endings& endings, Content content);
+  void declare_series(const std::string& name, const Endings& endings, std::size_t num_steps);
+  void remove_surplus(const Series& series) const;
+
+  RunFiles& files_;
   const CommonOptions& common_;
-  const Console& console_;
+  std::vector<std::string> names_;  ///< in their order
+  std::map<std::string, Output*> outputs_;
+  std::map<std::string, Series> series_;
 };
 
 }  // namespace hextools

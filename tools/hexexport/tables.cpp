@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/csv.h"
+#include "cli/json_text.h"
 #include "cli/parse.h"
 #include "cli/result_report.h"
 #include "hexmesh/core/error.h"
@@ -42,14 +43,14 @@ json whole_report(const Result& result) {
 
 }  // namespace
 
-std::string report_json(const Result& result) { return whole_report(result).dump(2) + "\n"; }
+std::string report_json(const Result& result) { return json_text(whole_report(result)); }
 
 std::string report_csv(const Result& result) {
   const json flat = whole_report(result).flatten();
   std::string out = "key,value\n";
   for (const auto& [key, value] : flat.items())
-    out +=
-        csv_field(key.substr(1)) + ',' + csv_field(value.is_string() ? value.get<std::string>() : value.dump()) + '\n';
+    out += csv_field(key.substr(1)) + ',' + (value.is_string() ? csv_field(value.get<std::string>()) : value.dump()) +
+           '\n';
   return out;
 }
 
@@ -72,22 +73,25 @@ std::vector<hexmesh::ConditionForce> condition_forces(const Result& result) {
   return out;
 }
 
-std::vector<Probe> read_probes(const std::vector<std::string>& texts) {
+std::vector<Probe> read_probes(const std::vector<std::string>& texts, RunFiles& files) {
   std::vector<Probe> out;
   for (const std::string& text : texts) {
     if (const auto point = parse_numbers<3>(text)) {
       out.push_back({text, {(*point)[0], (*point)[1], (*point)[2]}});
       continue;
     }
-    if (!std::filesystem::exists(text))
+    std::error_code failed;
+    if (text != "-" && !std::filesystem::exists(text, failed))
       throw Error(
           ErrorKind::usage,
           fmt::format("--probe is '{}', expected x,y,z in mm or the name of a markup file that is there", text));
-    const hexmesh::Markup markup = hexmesh::read_markup(text);
+    const Input& file = files.input(text);
+    const hexmesh::Markup markup = hexmesh::read_markup(file.path());
     if (markup.points.empty())
       throw Error(ErrorKind::input, fmt::format("markup '{}' has no points, expected those to probe", text));
     for (std::size_t n = 0; n < markup.points.size(); ++n)
-      out.push_back({fmt::format("{}:{}", std::filesystem::path(text).filename().string(), n + 1), markup.points[n]});
+      out.push_back(
+          {fmt::format("{}:{}", std::filesystem::path(file.known_as()).filename().string(), n + 1), markup.points[n]});
   }
   return out;
 }

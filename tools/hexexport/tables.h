@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/run_files.h"
 #include "hexmesh/result/result.h"
 #include "hexmesh/view/vtk_export.h"
 
@@ -28,7 +29,7 @@ struct Probe {
 
 /// @param texts  "x,y,z", or markup files
 /// @throws Error{usage}, Error{input}
-std::vector<Probe> read_probes(const std::vector<std::string>& texts);
+std::vector<Probe> read_probes(const std::vector<std::string>& texts, RunFiles& files);
 
 /// probe,time_s,x,y,z,ux,uy,uz,segment as CSV: a row for each probe, and of a motion for each state it keeps; the
 /// segment is empty where the point is not in the material.

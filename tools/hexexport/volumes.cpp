@@ -21,12 +21,10 @@ using hexmesh::Error;
 using hexmesh::ErrorKind;
 
 /// The voxels of --to and --segmentation.
-hexmesh::Grid grid_of(const ExportOptions& o, const hexmesh::Result& result, ScanOfResult& scan,
+hexmesh::Grid grid_of(const ExportOptions& o, const hexmesh::Result& result, ScanOfResult& scan, const Input* file,
                       const Console& console) {
-  if (o.grid == "fitted" || (o.grid.empty() && !scan.get())) return hexmesh::fitted_grid(result);
-  if (o.grid.empty()) return scan.get()->grid;
-  const hexmesh::InputFile file(o.grid);
-  return hexmesh::read_intensity(file.path(), {.warn = warning_on(console)}).grid;
+  if (file) return hexmesh::read_intensity(file->path(), {.warn = warning_on(console)}).grid;
+  return o.grid == "fitted" || !scan.get() ? hexmesh::fitted_grid(result) : scan.get()->grid;
 }
 
 double body_ml(const hexmesh::Result& result) {
@@ -85,11 +83,11 @@ void warn_of_what_is_outside(const hexmesh::Result& result, const hexmesh::Grid&
 }  // namespace
 
 const hexmesh::IntensityVolume* ScanOfResult::get() {
-  if (!o_.scan.empty() && !scan_) scan_ = read_scan_of(result_, o_.scan, console_);
+  if (file_ && !scan_) scan_ = read_scan_of(result_, file_, console_);
   return scan_ ? &*scan_ : nullptr;
 }
 
-void write_volumes(const ExportOptions& o, const hexmesh::Result& result, ScanOfResult& scan,
+void write_volumes(const ExportOptions& o, const hexmesh::Result& result, ScanOfResult& scan, const Input* grid,
                    const OutputWriter& writer, const Console& console) {
   if (o.warped.empty() && o.segmentation.empty() && o.transform.empty() && o.transform_points.empty()) return;
   if (!o.warped.empty()) scan.get();
@@ -97,19 +95,17 @@ void write_volumes(const ExportOptions& o, const hexmesh::Result& result, ScanOf
   const hexmesh::Warp warp = hexmesh::make_warp(result);
   if (!o.transform.empty() || !o.transform_points.empty()) check_consistency(result, warp, console);
   if (!o.warped.empty() || !o.segmentation.empty()) {
-    const hexmesh::Grid voxels = grid_of(o, result, scan, console);
+    const hexmesh::Grid voxels = grid_of(o, result, scan, grid, console);
     warn_of_what_is_outside(result, voxels, console);
-    writer.write(o.warped, endings::volume, [&](const auto& path) {
+    writer.write(o.warped, [&](const auto& path) {
       hexmesh::write_intensity(hexmesh::deform(result, *scan.get(), warp.to_rest, voxels), path);
     });
-    writer.write(o.segmentation, endings::volume, [&](const auto& path) {
+    writer.write(o.segmentation, [&](const auto& path) {
       hexmesh::write_labels(hexmesh::deformed_labels(result, warp.to_rest, voxels), path);
     });
   }
-  writer.write(o.transform, endings::transform,
-               [&](const auto& path) { hexmesh::write_transform(warp.to_rest, path); });
-  writer.write(o.transform_points, endings::transform,
-               [&](const auto& path) { hexmesh::write_transform(warp.from_rest, path); });
+  writer.write(o.transform, [&](const auto& path) { hexmesh::write_transform(warp.to_rest, path); });
+  writer.write(o.transform_points, [&](const auto& path) { hexmesh::write_transform(warp.from_rest, path); });
 }
 
 }  // namespace hextools

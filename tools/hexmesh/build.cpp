@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/checksum.h"
+#include "cli/json_text.h"
 #include "cli/parse.h"
+#include "cli/run_files.h"
 #include "commands.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/lattice_file.h"
@@ -23,10 +25,21 @@ using hexmesh::ErrorKind;
 using hexmesh::Lattice;
 using nlohmann::json;
 
-hexmesh::LabelVolume read_voxels(const BuildOptions& o, Notes& notes, std::vector<std::string>& read,
+BuildInputs inputs_of(const BuildOptions& o, RunFiles& files) {
+  BuildInputs inputs{&files.input(o.labels),
+                     files.input_if_named(o.materials_file, Content::text),
+                     files.input_if_named(o.intensity),
+                     {}};
+  for (const std::string& text : o.embedded) {
+    const auto [segment, file] = parse_pair("--embed", text, "SEGMENT=FILE");
+    inputs.embedded.emplace_back(segment, &files.input(file));
+  }
+  return inputs;
+}
+
+hexmesh::LabelVolume read_voxels(const BuildOptions& o, const Input& file, Notes& notes, std::vector<std::string>& read,
                                  const Console& console) {
-  const hexmesh::InputFile file(o.labels);
-  read.push_back(checksum_line(o.labels, file.path()));
+  read.push_back(checksum_line(file.name(), file.path()));
   hexmesh::LabelVolume labels = hexmesh::read_labels(file.path(), {.warn = warning_on(console)});
   if (o.cell_size == 0) return labels;
   const auto volume = [](const hexmesh::LabelVolume& v) {
@@ -44,22 +57,22 @@ hexmesh::LabelVolume read_voxels(const BuildOptions& o, Notes& notes, std::vecto
   return labels;
 }
 
-Lattice build(const BuildOptions& o, Notes& notes, std::vector<std::string>& read, const Console& console) {
-  const auto choices = material_choices(o, read);
-  const hexmesh::LabelVolume labels = read_voxels(o, notes, read, console);
+Lattice build(const BuildOptions& o, const BuildInputs& inputs, Notes& notes, std::vector<std::string>& read,
+              const Console& console) {
+  const auto choices = material_choices(o, inputs.materials, read);
+  const hexmesh::LabelVolume labels = read_voxels(o, *inputs.labels, notes, read, console);
   hexmesh::AssignedMaterials materials = hexmesh::assign_materials(labels, choices);
   notes.insert(notes.end(), materials.notes.begin(), materials.notes.end());
   if (materials.rules.empty()) {
-    if (!o.intensity.empty())
+    if (inputs.intensity)
       throw Error(ErrorKind::usage,
                   "--intensity is given but no material follows the grey values, expected a law in "
                   "--materials");
     return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice);
   }
-  if (o.intensity.empty())
-    throw Error(ErrorKind::usage, "a material follows the grey values, expected --intensity SCAN");
-  const hexmesh::InputFile file(o.intensity);
-  read.push_back(checksum_line(o.intensity, file.path()));
+  if (!inputs.intensity) throw Error(ErrorKind::usage, "a material follows the grey values, expected --intensity SCAN");
+  const Input& file = *inputs.intensity;
+  read.push_back(checksum_line(file.name(), file.path()));
   const hexmesh::IntensityVolume intensity = hexmesh::read_intensity(file.path(), {.warn = warning_on(console)});
   const hexmesh::GreyMaterials grey{&intensity, std::move(materials.rules)};
   return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice, &grey);
@@ -80,35 +93,37 @@ hexmesh::MatrixStorage storage_named(const std::string& name) {
 
 int run_build(const BuildOptions& o, const CommonOptions& common, const Console& console) {
   const double start = omp_get_wtime();
-  std::vector<std::string> inputs = {o.labels, o.materials_file, o.intensity};
-  for (const std::string& text : o.embedded) inputs.push_back(file_of_pair(text));
-  const auto output = open_output(o.output, "", common, inputs);
+  RunFiles files(common);
+  const BuildInputs inputs = inputs_of(o, files);
+  Output& output = files.output(o.output, Content::binary);
+  Output* report_file = files.output_if_named(o.report, Content::text);
   Notes notes;
   std::vector<std::string> read;  // checksum lines
-  Lattice lattice = build(o, notes, read, console);
+  Lattice lattice = build(o, inputs, notes, read, console);
   if (o.cell_size > 0)
     notes.push_back(fmt::format("level {} has cells of {:g} mm", level_of_size(lattice, o.cell_size), o.cell_size));
   const double levels_done = omp_get_wtime();
-  const SurfaceMaker surfaces(o, lattice);
+  const SurfaceMaker surfaces(o, inputs, lattice);
   lattice.surface = surfaces.make(notes);
   lattice.surface_of_voxels = surfaces.all_of_voxels();
-  for (const std::string& file : surfaces.files()) read.push_back(checksum_line(file, file));
+  for (const auto& [segment, file] : inputs.embedded) read.push_back(checksum_line(file->name(), file->path()));
   const double surfaces_done = omp_get_wtime();
   lattice.history.push_back(history_entry(read));
-  hexmesh::write_lattice(lattice, output->path(), storage_named(o.matrices));
-  json report = describe(lattice, hexmesh::levels_with_matrices(output->path()));
-  output->commit();
+  hexmesh::write_lattice(lattice, output.path(), storage_named(o.matrices));
+  json report = describe(lattice, hexmesh::levels_with_matrices(output.path()));
+  output.prepare();
 
   report["seconds"] = {{"levels", levels_done - start},
                        {"surfaces", surfaces_done - levels_done},
                        {"write", omp_get_wtime() - surfaces_done},
                        {"total", omp_get_wtime() - start}};
   report["peak_memory_mb"] = peak_memory_mb();
+  if (report_file) report_file->write(json_text(report));
+  files.commit();
   for (const std::string& line : notes) console.note(line);
   console.note(fmt::format("{} levels in {:.2f} s, {:.0f} MB\n{}", lattice.levels.size(), omp_get_wtime() - start,
                            peak_memory_mb(), table(report)));
   note_joined(report, console);
-  if (!o.report.empty()) write_text(o.report, report.dump(2) + "\n", common);
   return 0;
 }
 

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "cli/run_files.h"
 #include "hexmesh/lattice/lattice.h"
 
 namespace hextools {
@@ -15,6 +17,14 @@ struct BuildOptions {
   hexmesh::LatticeOptions lattice;
   double cell_size = 0;
   std::string matrices = "auto";
+};
+
+/// What it reads.
+struct BuildInputs {
+  const Input* labels = nullptr;
+  const Input* materials = nullptr;  ///< or none, as those after it
+  const Input* intensity = nullptr;
+  std::vector<std::pair<std::string, const Input*>> embedded;  ///< segments' surfaces
 };
 
 using Notes = std::vector<std::string>;  ///< said once all went well

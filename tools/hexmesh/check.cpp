@@ -6,8 +6,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "cli/json_text.h"
+#include "cli/streams.h"
 #include "commands.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/atomic_file.h"
 #include "hexmesh/file/lattice_file.h"
 
 namespace hextools {
@@ -39,7 +42,7 @@ int run_check(const std::string& name, bool as_json) {
   }
   if (!without_matrices.empty())
     text += fmt::format("levels without stored matrices, nothing to compare: {}\n", fmt::join(without_matrices, ", "));
-  fmt::print("{}", as_json ? report.dump(2) + "\n" : text);
+  as_json ? print_data(json_text(report)) : print(text);
   if (!broken.empty())
     throw hexmesh::Error(hexmesh::ErrorKind::input,
                          fmt::format("lattice file '{}' breaks {} of {} properties: {}, expected none", name,

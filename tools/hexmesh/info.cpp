@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/format.h>
-
+#include "cli/json_text.h"
+#include "cli/streams.h"
 #include "commands.h"
+#include "hexmesh/file/atomic_file.h"
 #include "hexmesh/file/lattice_file.h"
 #include "lattice_report.h"
 
@@ -14,7 +15,7 @@ int run_info(const std::string& lattice, bool as_json) {
       describe(hexmesh::read_lattice(file.path(), {}, hexmesh::Elements::formed, hexmesh::Voxels::surface_only),
                hexmesh::levels_with_matrices(file.path()));
   report["sha256"] = hexmesh::content_checksum(file.path());
-  fmt::print("{}", as_json ? report.dump(2) + "\n" : table(report));
+  as_json ? print_data(json_text(report)) : print(table(report));
   return 0;
 }
 

@@ -6,7 +6,6 @@
 #include "cli/checksum.h"
 #include "cli/parse.h"
 #include "hexmesh/core/error.h"
-#include "hexmesh/file/atomic_file.h"
 #include "hexmesh/file/material_file.h"
 
 namespace hextools {
@@ -30,6 +29,7 @@ void apply_setting(const std::string& setting, const std::string& option, hexmes
   std::optional<hexmesh::Quantity>& quantity = quantity_named(key, option, choice);
   const std::optional<double> value = parse_number<double>(text);
   if (!value) throw Error(ErrorKind::usage, fmt::format("--material '{}': '{}' is not a number", option, text));
+  if (quantity) throw Error(ErrorKind::usage, fmt::format("--material '{}': {} is given twice", option, key));
   quantity = *value;
 }
 
@@ -51,12 +51,12 @@ std::pair<std::string, hexmesh::MaterialChoice> parse_material(const std::string
 
 }  // namespace
 
-std::map<std::string, hexmesh::MaterialChoice> material_choices(const BuildOptions& o, std::vector<std::string>& read) {
+std::map<std::string, hexmesh::MaterialChoice> material_choices(const BuildOptions& o, const Input* file,
+                                                                std::vector<std::string>& read) {
   std::map<std::string, hexmesh::MaterialChoice> choices;
-  if (!o.materials_file.empty()) {
-    const hexmesh::InputFile file(o.materials_file);
-    read.push_back(checksum_line(o.materials_file, file.path()));
-    choices = hexmesh::read_materials(file.path(), o.materials_file);
+  if (file) {
+    read.push_back(checksum_line(file->name(), file->path()));
+    choices = hexmesh::read_materials(file->path(), file->known_as());
   }
   for (const std::string& option : o.materials)
     if (!choices.insert(parse_material(option)).second)

@@ -9,8 +9,10 @@
 namespace hextools {
 
 /// The materials that --materials and --material give to segments.
-/// @param read  gets the checksum line of the file
+/// @param file  of --materials, or nullptr
+/// @param read  gets its checksum line
 /// @throws Error{usage} naming the option; Error{input} as read_materials
-std::map<std::string, hexmesh::MaterialChoice> material_choices(const BuildOptions& o, std::vector<std::string>& read);
+std::map<std::string, hexmesh::MaterialChoice> material_choices(const BuildOptions& o, const Input* file,
+                                                                std::vector<std::string>& read);
 
 }  // namespace hextools

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "cli/run_files.h"
 #include "commands.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/lattice_file.h"
@@ -21,17 +22,18 @@ int run_surface(const SurfaceOptions& o, const CommonOptions& common) {
   if (ending != ".obj" && ending != ".stl" && ending != ".ply" && ending != ".off")
     throw Error(ErrorKind::usage,
                 fmt::format("output '{}', expected a name that ends in .obj, .stl, .ply or .off", o.output));
-  const auto output = open_output(o.output, ending, common, {o.lattice});
-  const hexmesh::InputFile file(o.lattice);
+  RunFiles files(common);
+  const Input& input = files.input(o.lattice);
+  Output& output = files.output(o.output, Content::binary, ending);
   const hexmesh::Lattice lattice =
-      hexmesh::read_lattice(file.path(), {-1}, hexmesh::Elements::formed, hexmesh::Voxels::surface_only);
+      hexmesh::read_lattice(input.path(), {-1}, hexmesh::Elements::formed, hexmesh::Voxels::surface_only);
   hexmesh::TriangleSurface surface = lattice.surface;
   if (!o.segment.empty())
     surface = hexmesh::of_segment(surface, hexmesh::segment_named(lattice.segments, o.segment).segment.label);
   if (surface.triangles.empty())
     throw Error(ErrorKind::input, fmt::format("lattice file '{}' has no such surface, expected one", o.lattice));
-  hexmesh::write_surface(surface, output->path());
-  output->commit();
+  hexmesh::write_surface(surface, output.path());
+  files.commit();
   return 0;
 }
 

@@ -15,7 +15,8 @@ namespace hextools {
 using hexmesh::Error;
 using hexmesh::ErrorKind;
 
-SurfaceMaker::SurfaceMaker(const BuildOptions& o, const hexmesh::Lattice& lattice) : lattice_(lattice) {
+SurfaceMaker::SurfaceMaker(const BuildOptions& o, const BuildInputs& inputs, const hexmesh::Lattice& lattice)
+    : lattice_(lattice) {
   for (const std::string& text : o.surfaces) {
     const auto [name, value] = parse_pair("--surface", text, "SEGMENT=TRIANGLES");
     const std::optional<std::size_t> count = parse_number<std::size_t>(value);
@@ -23,11 +24,7 @@ SurfaceMaker::SurfaceMaker(const BuildOptions& o, const hexmesh::Lattice& lattic
       throw Error(ErrorKind::usage, fmt::format("--surface '{}': '{}' is not a number of triangles", text, value));
     triangles_[label_of(name)] = *count;
   }
-  for (const std::string& text : o.embedded) {
-    const auto [name, file] = parse_pair("--embed", text, "SEGMENT=FILE");
-    files_of_[label_of(name)].push_back(file);
-    files_.push_back(file);
-  }
+  for (const auto& [name, file] : inputs.embedded) files_of_[label_of(name)].push_back(file);
 }
 
 hexmesh::TriangleSurface SurfaceMaker::make(Notes& notes) const {
@@ -35,7 +32,7 @@ hexmesh::TriangleSurface SurfaceMaker::make(Notes& notes) const {
   for (const hexmesh::LatticeSegment& s : lattice_.segments) {
     const std::uint16_t label = s.segment.label;
     if (const auto files = files_of_.find(label); files != files_of_.end())
-      for (const std::string& file : files->second) append(all, embedded(file, label));
+      for (const Input* file : files->second) append(all, embedded(*file, label));
     else if (s.material)
       append(all, extracted(s, notes));
   }
@@ -61,8 +58,8 @@ hexmesh::TriangleSurface SurfaceMaker::extracted(const hexmesh::LatticeSegment& 
   return surface;
 }
 
-hexmesh::TriangleSurface SurfaceMaker::embedded(const std::string& file, std::uint16_t label) const {
-  hexmesh::TriangleSurface surface = hexmesh::read_surface(file);
+hexmesh::TriangleSurface SurfaceMaker::embedded(const Input& file, std::uint16_t label) const {
+  hexmesh::TriangleSurface surface = hexmesh::read_surface(file.path());
   surface.segment.assign(surface.triangles.size(), label);
   const hexmesh::CellLocator locator(lattice_.voxels, {1, 1, 1}, lattice_.levels.front().cells);
   for (const hexmesh::Vec3& p : surface.points)
@@ -70,7 +67,7 @@ hexmesh::TriangleSurface SurfaceMaker::embedded(const std::string& file, std::ui
       throw Error(ErrorKind::geometry,
                   fmt::format("surface '{}' has a point at ({:.1f}, {:.1f}, {:.1f}) mm, more than {} mm from the "
                               "material, expected a surface of this body in LPS and mm",
-                              file, p[0], p[1], p[2], hexmesh::embedding_reach));
+                              file.known_as(), p[0], p[1], p[2], hexmesh::embedding_reach));
   return surface;
 }
 

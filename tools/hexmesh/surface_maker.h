@@ -12,28 +12,24 @@ namespace hextools {
 /// asked for, or none.
 class SurfaceMaker {
 public:
-  /// @throws Error{usage} naming what is wrong with --surface or --embed; Error{input} for an unknown segment
-  SurfaceMaker(const BuildOptions& o, const hexmesh::Lattice& lattice);
+  /// @throws Error{usage} naming what is wrong with --surface; Error{input} for an unknown segment
+  SurfaceMaker(const BuildOptions& o, const BuildInputs& inputs, const hexmesh::Lattice& lattice);
 
   /// All of them as one. @param notes  gets warnings of surfaces that cross themselves
   /// @throws Error{geometry} for a surface that is not of this body
   hexmesh::TriangleSurface make(Notes& notes) const;
 
   /// Whether each is from the voxels, with as many triangles as these give.
-  bool all_of_voxels() const { return triangles_.empty() && files_.empty(); }
-
-  /// Files of --embed, as the user named them.
-  const std::vector<std::string>& files() const { return files_; }
+  bool all_of_voxels() const { return triangles_.empty() && files_of_.empty(); }
 
 private:
   std::uint16_t label_of(const std::string& name) const;
   hexmesh::TriangleSurface extracted(const hexmesh::LatticeSegment& s, Notes& notes) const;
-  hexmesh::TriangleSurface embedded(const std::string& file, std::uint16_t label) const;
+  hexmesh::TriangleSurface embedded(const Input& file, std::uint16_t label) const;
 
   const hexmesh::Lattice& lattice_;
-  std::vector<std::string> files_;
   std::map<std::uint16_t, std::size_t> triangles_;
-  std::map<std::uint16_t, std::vector<std::string>> files_of_;  ///< by label
+  std::map<std::uint16_t, std::vector<const Input*>> files_of_;  ///< by label
 };
 
 }  // namespace hextools

@@ -38,9 +38,9 @@ LabelVolume one_label_per_voxel(const ScanOptions& o, Segmentation segmentation,
   return out;
 }
 
-hexmesh::Box zone_of_interest(const ScanOptions& o) {
-  if (!o.roi_markup.empty()) {
-    const std::optional<hexmesh::Box> box = hexmesh::read_markup(o.roi_markup).box;
+hexmesh::Box zone_of_interest(const ScanOptions& o, const Input* markup) {
+  if (markup) {
+    const std::optional<hexmesh::Box> box = hexmesh::read_markup(markup->path()).box;
     if (!box) throw Error(ErrorKind::input, fmt::format("--roi-markup '{}' holds no ROI, expected one", o.roi_markup));
     return *box;
   }
@@ -51,9 +51,9 @@ hexmesh::Box zone_of_interest(const ScanOptions& o) {
   return hexmesh::box_between({x0, y0, z0}, {x1, y1, z1});
 }
 
-LabelVolume cut_out(const ScanOptions& o, LabelVolume volume) {
-  if (!o.roi.empty() || !o.roi_markup.empty())
-    return hexmesh::crop_to_box(volume, hexmesh::enlarged(zone_of_interest(o), std::max(o.margin, 0.0)));
+LabelVolume cut_out(const ScanOptions& o, const Input* markup, LabelVolume volume) {
+  if (!o.roi.empty() || markup)
+    return hexmesh::crop_to_box(volume, hexmesh::enlarged(zone_of_interest(o, markup), std::max(o.margin, 0.0)));
   return o.margin >= 0 ? hexmesh::crop_to_segments(volume, o.margin) : volume;
 }
 
@@ -94,6 +94,16 @@ void warn_uncovered(const LabelVolume& volume, const Grid& scan, const Console& 
         fmt::format("{} of {} labelled voxels lie outside the scan and get its lowest grey value", outside, labelled));
 }
 
+Sources sources_of(const ScanOptions& o, RunFiles& files) {
+  Sources sources;
+  for (const std::string& name : o.inputs) sources.files.push_back(&files.input(name));
+  for (const std::string& text : o.named_inputs) {
+    const auto [name, file] = parse_pair("--input", text, "NAME=FILE");
+    sources.named.emplace_back(name, &files.input(file));
+  }
+  return sources;
+}
+
 int run_conversion(const ScanOptions& o, const CommonOptions& common, const Console& console) {
   const bool labels_wanted = !o.inputs.empty() || !o.named_inputs.empty();
   if (!labels_wanted && o.intensity.empty())
@@ -101,22 +111,23 @@ int run_conversion(const ScanOptions& o, const CommonOptions& common, const Cons
   if (labels_wanted && o.output.empty()) throw Error(ErrorKind::usage, "no output, expected -o OUT.nrrd");
   if (o.intensity.empty() != o.intensity_output.empty())
     throw Error(ErrorKind::usage, "--intensity SCAN and --intensity-out OUT.nrrd go together");
-  if (!o.output.empty() && o.output == o.intensity_output)
-    throw Error(ErrorKind::usage, fmt::format("-o and --intensity-out are both '{}', expected two names", o.output));
-  const auto output = labels_wanted ? open_volume(o.output, o, common) : nullptr;
-  const auto intensity_output = o.intensity.empty() ? nullptr : open_volume(o.intensity_output, o, common);
+  RunFiles files(common);
+  const Sources sources = sources_of(o, files);
+  const Input* scan = files.input_if_named(o.intensity);
+  const Input* roi = files.input_if_named(o.roi_markup);
+  Output* output = labels_wanted ? volume_if_named(o.output, files) : nullptr;
+  Output* intensity_output = volume_if_named(o.intensity_output, files);
 
   hexmesh::ReadOptions options = read_options(o, console);
   std::optional<hexmesh::IntensityVolume> intensity;
-  if (!o.intensity.empty()) {
-    const hexmesh::InputFile file(o.intensity);
+  if (scan) {
     std::optional<Grid> stored;
-    intensity = hexmesh::read_intensity(file.path(), options, &stored);
+    intensity = hexmesh::read_intensity(scan->path(), options, &stored);
     options.reference = stored;
   }
   if (labels_wanted) {
-    LabelVolume volume = one_label_per_voxel(o, gather(o, options, console), console);
-    volume = cut_out(o, std::move(volume));
+    LabelVolume volume = one_label_per_voxel(o, gather(o, sources, options, console), console);
+    volume = cut_out(o, roi, std::move(volume));
     clean(o, volume, console);
     if (intensity) warn_uncovered(volume, intensity->grid, console);
     note_segments(volume, console);
@@ -127,11 +138,8 @@ int run_conversion(const ScanOptions& o, const CommonOptions& common, const Cons
       intensity = hexmesh::place_on(*intensity, volume.grid);
     }
   }
-  if (intensity) {
-    hexmesh::write_intensity(*intensity, intensity_output->path());
-    intensity_output->commit();
-  }
-  if (output) output->commit();
+  if (intensity) hexmesh::write_intensity(*intensity, intensity_output->path());
+  files.commit();
   return 0;
 }
 

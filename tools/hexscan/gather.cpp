@@ -3,7 +3,6 @@
 
 #include <fmt/format.h>
 
-#include "cli/parse.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/surface/surface_file.h"
 #include "hexmesh/surface/voxelize.h"
@@ -35,39 +34,33 @@ void name_after_file(Segmentation& segmentation, const std::filesystem::path& pa
 }
 
 /// All inputs before they share a grid.
-struct Sources {
+struct Parts {
   std::vector<Segmentation> volumes;
   std::vector<hexmesh::Shape> shapes;
   std::vector<std::string> shape_names;
 };
 
-Sources read_sources(const ScanOptions& o, const hexmesh::ReadOptions& options) {
-  Sources out;
-  std::vector<std::unique_ptr<hexmesh::InputFile>> files;  // standard input stays until all is read
-  const auto open = [&](const std::string& name) {
-    files.push_back(std::make_unique<hexmesh::InputFile>(name));
-    return files.back()->path();
-  };
+Parts read_parts(const Sources& sources, const hexmesh::ReadOptions& options) {
+  Parts out;
   const auto add_shape = [&](const std::string& name, const std::filesystem::path& path) {
     out.shapes.push_back(hexmesh::read_shape(path));
     out.shape_names.push_back(name);
   };
   std::vector<std::filesystem::path> dicom;
-  for (const std::string& input : o.inputs) {
-    const std::filesystem::path path = open(input);
+  for (const Input* input : sources.files) {
+    const std::filesystem::path& path = input->path();
     if (hexmesh::is_surface_name(path)) {
-      add_shape(path.stem().string(), path);
+      add_shape(std::filesystem::path(input->known_as()).stem().string(), path);
     } else if (hexmesh::is_dicom(path)) {
       dicom.push_back(path);
     } else {
       out.volumes.push_back(hexmesh::read_segmentation({path}, options));
-      if (o.inputs.size() > 1) name_after_file(out.volumes.back(), path);
+      if (sources.files.size() > 1) name_after_file(out.volumes.back(), input->known_as());
     }
   }
   if (!dicom.empty()) out.volumes.insert(out.volumes.begin(), hexmesh::read_segmentation(dicom, options));
-  for (const std::string& text : o.named_inputs) {
-    const auto [name, file] = parse_pair("--input", text, "NAME=FILE");
-    const std::filesystem::path path = open(file);
+  for (const auto& [name, file] : sources.named) {
+    const std::filesystem::path& path = file->path();
     if (hexmesh::is_surface_name(path)) {
       add_shape(name, path);
       continue;
@@ -79,16 +72,16 @@ Sources read_sources(const ScanOptions& o, const hexmesh::ReadOptions& options) 
 }
 
 /// Where shapes go beside label volumes: voxels of their size around them.
-std::vector<Grid> grids_of_shapes(const ScanOptions& o, const Sources& sources) {
-  if (sources.volumes.empty() && o.spacing == 0)
+std::vector<Grid> grids_of_shapes(const ScanOptions& o, const Parts& parts) {
+  if (parts.volumes.empty() && o.spacing == 0)
     throw Error(ErrorKind::usage, "surfaces have no voxels of their own, expected --spacing MM");
-  if (!sources.volumes.empty() && o.spacing != 0)
+  if (!parts.volumes.empty() && o.spacing != 0)
     throw Error(
         ErrorKind::usage,
         fmt::format("--spacing {} goes with surfaces alone, the voxels of the label volume are used", o.spacing));
-  if (sources.shapes.empty()) return {};
-  return {hexmesh::grid_around(
-      sources.shapes, sources.volumes.empty() ? o.spacing : sources.volumes.front().grid.spacing().minCoeff())};
+  if (parts.shapes.empty()) return {};
+  return {hexmesh::grid_around(parts.shapes,
+                               parts.volumes.empty() ? o.spacing : parts.volumes.front().grid.spacing().minCoeff())};
 }
 
 void report_shape(const std::string& name, const hexmesh::Voxelization& v, const Grid& grid, const Console& console) {
@@ -117,14 +110,15 @@ void report_shape(const std::string& name, const hexmesh::Voxelization& v, const
 
 }  // namespace
 
-Segmentation gather(const ScanOptions& o, const hexmesh::ReadOptions& options, const Console& console) {
-  Sources sources = read_sources(o, options);
-  const std::vector<Grid> around = grids_of_shapes(o, sources);
-  Segmentation out = sources.volumes.empty() ? Segmentation{around.front(), {}, {}}
-                                             : hexmesh::join(std::move(sources.volumes), around, options.warn);
-  for (std::size_t n = 0; n < sources.shapes.size(); ++n) {
-    const std::string& name = sources.shape_names[n];
-    const hexmesh::Voxelization voxels = hexmesh::voxelize(sources.shapes[n], out.grid);
+Segmentation gather(const ScanOptions& o, const Sources& sources, const hexmesh::ReadOptions& options,
+                    const Console& console) {
+  Parts parts = read_parts(sources, options);
+  const std::vector<Grid> around = grids_of_shapes(o, parts);
+  Segmentation out = parts.volumes.empty() ? Segmentation{around.front(), {}, {}}
+                                           : hexmesh::join(std::move(parts.volumes), around, options.warn);
+  for (std::size_t n = 0; n < parts.shapes.size(); ++n) {
+    const std::string& name = parts.shape_names[n];
+    const hexmesh::Voxelization voxels = hexmesh::voxelize(parts.shapes[n], out.grid);
     report_shape(name, voxels, out.grid, console);
     Segmentation added{out.grid, {}, {}};
     hexmesh::add_segment(added, {1, name, hexmesh::distinct_color(n), ""}, voxels.voxels);

@@ -1,11 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <utility>
+
 #include "options.h"
 
 namespace hextools {
 
-/// All inputs as segments of one grid.
-hexmesh::Segmentation gather(const ScanOptions& o, const hexmesh::ReadOptions& options, const Console& console);
+/// Segmentations and surfaces to read.
+struct Sources {
+  std::vector<const Input*> files;
+  std::vector<std::pair<std::string, const Input*>> named;  ///< each one segment of that name
+};
+
+/// All of them as segments of one grid.
+hexmesh::Segmentation gather(const ScanOptions& o, const Sources& sources, const hexmesh::ReadOptions& options,
+                             const Console& console);
 
 }  // namespace hextools

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "cli/streams.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/temporary_file.h"
 #include "options.h"
 #include "scan_report.h"
 
@@ -9,16 +11,13 @@ namespace {
 int run_info(const ScanOptions& o, bool as_json, const CommonOptions& common, const Console& console) {
   std::vector<std::string> warnings;
   hexmesh::ReadOptions options = read_options(o, console);
-  options.warn = [&](const std::string& message) { warnings.push_back(message); };
-  std::vector<std::unique_ptr<hexmesh::InputFile>> files;
+  options.warn = [&](const std::string& message) { warnings.push_back(hexmesh::with_known_names(message)); };
+  RunFiles files(common);
   std::vector<std::filesystem::path> paths;
-  for (const std::string& input : o.inputs) {
-    files.push_back(std::make_unique<hexmesh::InputFile>(input));
-    paths.push_back(files.back()->path());
-  }
+  for (const std::string& input : o.inputs) paths.push_back(files.input(input).path());
   if (paths.empty()) throw hexmesh::Error(hexmesh::ErrorKind::usage, "no input, expected a file or folder");
   const std::string text = describe_scans(paths, options, warnings, as_json);
-  write_text("-", text, common);
+  as_json ? print_data(text) : print(text);
   if (!as_json)
     for (const std::string& warning : warnings) console.warning(warning);
   return 0;

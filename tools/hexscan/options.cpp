@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "cli/parse.h"
 #include "hexmesh/core/error.h"
 
 namespace hextools {
@@ -28,16 +27,12 @@ void note_segments(const hexmesh::LabelVolume& volume, const Console& console) {
                              counts[s], static_cast<double>(counts[s]) * volume.grid.voxel_volume() / 1000));
 }
 
-std::unique_ptr<hexmesh::OutputFile> open_volume(const std::string& name, const ScanOptions& o,
-                                                 const CommonOptions& common) {
+Output* volume_if_named(const std::string& name, RunFiles& files) {
   for (const char* other : {".nii", ".nii.gz", ".mha", ".mhd", ".vti", ".dcm", ".stl", ".obj"})
     if (name.ends_with(other))
       throw hexmesh::Error(hexmesh::ErrorKind::usage,
                            fmt::format("output '{}' would hold an NRRD, expected a name in .nrrd", name));
-  std::vector<std::string> inputs = o.inputs;
-  for (const std::string& named : o.named_inputs) inputs.push_back(file_of_pair(named));
-  inputs.push_back(o.intensity);
-  return open_output(name, ".nrrd", common, inputs);
+  return files.output_if_named(name, Content::binary, ".nrrd");
 }
 
 }  // namespace hextools

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/tool.h"
+#include "cli/run_files.h"
 #include "hexmesh/scan/image_io.h"
 
 namespace hextools {
@@ -21,9 +21,9 @@ struct ScanOptions {
 
 hexmesh::ReadOptions read_options(const ScanOptions& o, const Console& console);
 
-/// @throws Error{usage} for a name of another format than NRRD, or that of an input; Error{output}
-std::unique_ptr<hexmesh::OutputFile> open_volume(const std::string& name, const ScanOptions& o,
-                                                 const CommonOptions& common);
+/// @returns nothing for an empty name
+/// @throws Error{usage} for a name of another format than NRRD; as RunFiles::output
+Output* volume_if_named(const std::string& name, RunFiles& files);
 
 /// Say how many voxels each segment has.
 void note_segments(const hexmesh::LabelVolume& volume, const Console& console);

@@ -42,11 +42,12 @@ int run_solid(const PhantomOptions& p, const ScanOptions& o, const CommonOptions
   solid.name = p.name;
   solid.spacing = p.spacing;
   for (const std::string& setting : p.settings) apply_setting(setting, solid);
-  const auto output = open_volume(o.output, o, common);
+  RunFiles files(common);
+  Output* output = volume_if_named(o.output, files);
   const hexmesh::LabelVolume labels = hexmesh::solid_phantom(solid);
   note_segments(labels, console);
   hexmesh::write_labels(labels, output->path());
-  output->commit();
+  files.commit();
   return 0;
 }
 
@@ -55,17 +56,14 @@ int run_phantom(const PhantomOptions& p, const ScanOptions& o, const CommonOptio
   if (p.name != "liver") return run_solid(p, o, common, console);
   if (!p.settings.empty())
     throw Error(ErrorKind::usage, fmt::format("--set '{}' goes with solids, the liver has no sizes", p.settings[0]));
-  const auto output = open_volume(o.output, o, common);
-  std::unique_ptr<hexmesh::OutputFile> intensity;
-  if (!o.intensity_output.empty()) intensity = open_volume(o.intensity_output, o, common);
+  RunFiles files(common);
+  Output* output = volume_if_named(o.output, files);
+  Output* intensity = volume_if_named(o.intensity_output, files);
   const hexmesh::Phantom phantom = hexmesh::liver_phantom(p.spacing);
   note_segments(phantom.labels, console);
   hexmesh::write_labels(phantom.labels, output->path());
-  if (intensity) {
-    hexmesh::write_intensity(phantom.intensity, intensity->path());
-    intensity->commit();
-  }
-  output->commit();
+  if (intensity) hexmesh::write_intensity(phantom.intensity, intensity->path());
+  files.commit();
   return 0;
 }
 

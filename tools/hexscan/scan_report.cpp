@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "cli/json_text.h"
 #include "hexmesh/file/markup_file.h"
+#include "hexmesh/file/temporary_file.h"
 #include "hexmesh/surface/surface_file.h"
 
 namespace hextools {
@@ -140,10 +142,11 @@ std::string describe_scans(const std::vector<fs::path>& paths, const hexmesh::Re
   }
   if (!dicom.empty())
     for (ScanSummary& s : hexmesh::summarize(dicom, options)) summaries.push_back(std::move(s));
+  for (ScanSummary& s : summaries) s.name = hexmesh::with_known_names(s.name);
   if (as_json) {
     json out = {{"inputs", json::array()}, {"warnings", warnings}};
     for (const ScanSummary& s : summaries) out["inputs"].push_back(to_json(s));
-    return out.dump(2, ' ', false, json::error_handler_t::replace) + "\n";
+    return json_text(out);
   }
   std::string out;
   for (const ScanSummary& s : summaries) out += to_text(s);

@@ -1,29 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "cli/run_files.h"
 #include "hexmesh/view/slice.h"
-#include "plane_stacks.h"
 
 namespace hextools {
 
-/// Pictures in the output folder; all names are free before the first is taken.
+/// Pictures in the output folder, which appear together; all names are free before the first is drawn.
 class Pictures {
 public:
-  /// Makes the folder. @param names  of all pictures, in order
-  /// @throws Error{output} where it cannot be made, or a picture exists without --force
-  Pictures(const PlaneOptions& o, const CommonOptions& common, std::vector<std::string> names);
+  /// @param names  of all pictures, in order
+  /// @throws Error{output} where the folder cannot be made; as RunFiles::output
+  Pictures(const std::string& folder, const std::vector<std::string>& names, RunFiles& files,
+           const CommonOptions& common);
 
   void write(const std::string& name, const hexmesh::Canvas& picture) const;
-  std::size_t size() const { return names_.size(); }
+
+  /// All of them appear.
+  void commit(const Console& console);
 
 private:
   /// Pictures of an earlier, longer series of the same names, which --force replaces as a whole.
   void remove_older() const;
   std::string path(const std::string& name) const;
 
-  const PlaneOptions& o_;
+  std::string folder_;
+  RunFiles& files_;
   const CommonOptions& common_;
-  std::vector<std::string> names_;
+  std::vector<std::pair<std::string, Output*>> pictures_;
 };
 
 }  // namespace hextools

@@ -97,8 +97,6 @@ std::vector<PlaneStack> make_stacks(const PlaneOptions& o, const hexmesh::Result
 
 void check_options(PlaneOptions& o) {
   if (o.output == "-") throw Error(ErrorKind::usage, "-o is -, expected a folder for the pictures");
-  if (o.scan == "-" && o.input == "-")
-    throw Error(ErrorKind::usage, "the result and --scan are both -, expected one of them at most");
   if (o.scan.empty() && (o.slice.level || o.slice.window))
     throw Error(ErrorKind::usage, "--level and --window are given without --scan: they choose its grey values");
   if (!o.normal.empty() && vector_of(o.normal).norm() == 0)

@@ -4,6 +4,7 @@
 #include "cli/result_state.h"
 #include "commands.h"
 #include "pictures.h"
+#include "plane_stacks.h"
 
 namespace hextools {
 namespace {
@@ -12,10 +13,12 @@ using hexmesh::Canvas;
 
 int run_planes(PlaneOptions& o, const CommonOptions& common, const Console& console) {
   check_options(o);
-  const hexmesh::InputFile input(o.input);
+  RunFiles files(common);
+  const Input& input = files.input(o.input);
+  const Input* scan_file = files.input_if_named(o.scan);
   const hexmesh::Result result = read_with_surface(input.path());
   warn_of_state(result, console);
-  const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, o.scan, console);
+  const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, scan_file, console);
   const hexmesh::SliceRenderer renderer(result, scan ? &*scan : nullptr, o.slice);
   const std::vector<PlaneStack> stacks = make_stacks(o, result);
   const std::string note = state_note(result);
@@ -26,7 +29,7 @@ int run_planes(PlaneOptions& o, const CommonOptions& common, const Console& cons
     for (std::size_t n = 1; n <= stack.planes.size() && !o.contact_sheet; ++n)
       names.push_back(fmt::format("{}_{}.png", stack.name, n));
   }
-  const Pictures pictures(o, common, names);
+  Pictures pictures(o.output, names, files, common);
   auto name = names.begin();
   for (const PlaneStack& stack : stacks) {
     std::vector<Canvas> sheet;
@@ -39,7 +42,7 @@ int run_planes(PlaneOptions& o, const CommonOptions& common, const Console& cons
     }
     if (o.contact_sheet) pictures.write(*name++, hexmesh::contact_sheet(sheet));
   }
-  console.note(fmt::format("wrote {} pictures into {}", pictures.size(), o.output));
+  pictures.commit(console);
   return 0;
 }
 

@@ -7,6 +7,7 @@
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/result_file.h"
 #include "pictures.h"
+#include "plane_stacks.h"
 
 namespace hextools {
 namespace {
@@ -36,11 +37,13 @@ int run_steps(PlaneOptions& o, const CommonOptions& common, const Console& conso
     throw Error(ErrorKind::usage, "--normal is given without --point, expected the one plane to show");
   if (o.axes.size() > 1) throw Error(ErrorKind::usage, "steps are shown in one plane, expected one --axis");
   o.count = 1;
-  const hexmesh::InputFile input(o.input);
+  RunFiles files(common);
+  const Input& input = files.input(o.input);
+  const Input* scan_file = files.input_if_named(o.scan);
   const hexmesh::Result result = read_with_surface(input.path());
   if (result.times.empty()) throw Error(ErrorKind::usage, "the result is no motion, expected one, or hexslice planes");
   warn_of_state(result, console);
-  const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, o.scan, console);
+  const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, scan_file, console);
 
   const std::filesystem::path path = input.path();
   ResultSteps steps(path, result);
@@ -52,7 +55,7 @@ int run_steps(PlaneOptions& o, const CommonOptions& common, const Console& conso
   if (o.contact_sheet) names.push_back("steps.png");
   for (std::size_t n = 0; n < result.times.size() && !o.contact_sheet; ++n)
     names.push_back(fmt::format("step_{:04}.png", n));
-  const Pictures pictures(o, common, names);
+  Pictures pictures(o.output, names, files, common);
   std::vector<Canvas> sheet;
   for (std::size_t n = 0; n < result.times.size(); ++n) {
     const hexmesh::SliceRenderer renderer(steps.at(n), scan ? &*scan : nullptr, o.slice);
@@ -63,7 +66,7 @@ int run_steps(PlaneOptions& o, const CommonOptions& common, const Console& conso
       pictures.write(names[n], picture);
   }
   if (o.contact_sheet) pictures.write(names.front(), hexmesh::contact_sheet(sheet));
-  console.note(fmt::format("wrote {} pictures into {}", pictures.size(), o.output));
+  pictures.commit(console);
   return 0;
 }
 

@@ -129,10 +129,13 @@ int run_volume(Options& o, const CommonOptions& common, const Console& console) 
   o.volume.width = o.size[0];
   o.volume.height = o.size.size() > 1 ? o.size[1] : o.size[0];
   o.volume.shaded = !o.flat;
-  const hexmesh::InputFile input(o.input);
+  RunFiles files(common);
+  const Input& input = files.input(o.input);
+  const Input* scan_file = files.input_if_named(o.scan);
+  Output& output = files.output(o.output, Content::binary, ".png");
   const hexmesh::Result result = hexmesh::read_result(input.path());
   warn_of_state(result, console);
-  const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, o.scan, console);
+  const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, scan_file, console);
   o.volume.appearance = hexmesh::default_appearance(result);
   for (const std::string& text : o.show) apply(text, result, o.volume.appearance);
   if (!o.highlight.empty()) o.volume.appearance[label_of(result, o.highlight)] = {{1, 0.85, 0.1}, 0.5};
@@ -140,12 +143,11 @@ int run_volume(Options& o, const CommonOptions& common, const Console& console) 
   const double start = omp_get_wtime();
   const hexmesh::VolumeRenderer renderer(result, scan ? &*scan : nullptr, o.volume);
   const double ready = omp_get_wtime();
-  const auto file = open_output(o.output, ".png", common, {o.input, o.scan});
   hexmesh::Canvas picture = renderer.draw(o.at_rest ? std::vector<Vec3>{} : result.displacement);
   const double drawn = omp_get_wtime();
   annotate(picture, o, o.at_rest ? "at rest" : "deformed", state_note(result));
-  picture.write_png(file->path());
-  file->commit();
+  picture.write_png(output.path());
+  files.commit();
   console.note(fmt::format("{} x {} pixels, {} planes {:.3g} mm apart, {} cells: ready in {:.3f} s, drawn in {:.3f} s",
                            o.volume.width, o.volume.height, o.volume.planes, renderer.plane_distance(),
                            result.cells.size(), ready - start, drawn - ready));

@@ -5,7 +5,7 @@ namespace hextools {
 
 void add_options(CLI::App& app, SolveOptions& o) {
   app.add_option("lattice", o.lattice, "Lattice file of hexmesh build; - is standard input")->required();
-  app.add_option("scene", o.scene, "Scene file (TOML)");
+  app.add_option("scene", o.scene, "Scene file (TOML); - is standard input");
   CLI::Option* level = app.add_option(
       "--level", o.level,
       "Mechanical level, 0 = voxels; without it and what the scene says the finest of at most 20000 cells");

@@ -3,14 +3,27 @@
 
 #include <fmt/format.h>
 
+#include "cli/json_text.h"
 #include "cli/solve_report.h"
+#include "cli/streams.h"
 
 namespace hextools {
 
 using nlohmann::json;
 
-int show_check(const hexsolver::SceneCheck& check, const SolveOptions& o, const CommonOptions& common,
-               const Console& console) {
+namespace {
+
+/// The report, and a text for people unless standard output has the report already.
+int show(const nlohmann::json& report, const std::string& text, Output* file, RunFiles& files) {
+  if (file) file->write(json_text(report));
+  if (!file || !file->is_standard_output()) print(text);
+  files.commit();
+  return 0;
+}
+
+}  // namespace
+
+int show_check(const hexsolver::SceneCheck& check, Output* report, RunFiles& files, const Console& console) {
   json out = {{"level", check.level},
               {"conditions", json::array()},
               {"forces", to_json(check.forces)},
@@ -19,7 +32,6 @@ int show_check(const hexsolver::SceneCheck& check, const SolveOptions& o, const 
               {"held_cells", check.held_cells},
               {"warnings", check.warnings}};
   for (const hexsolver::ConditionReport& c : check.conditions) out["conditions"].push_back(to_json(c));
-  if (!o.report.empty()) write_text(o.report, out.dump(2) + "\n", common);
   for (const std::string& w : check.warnings) console.warning(w);
   std::string text;
   for (const hexsolver::ConditionReport& c : check.conditions)
@@ -32,11 +44,10 @@ int show_check(const hexsolver::SceneCheck& check, const SolveOptions& o, const 
   if (check.held_cells > 0) text += fmt::format("islands held by springs: {} cells\n", check.held_cells);
   text += fmt::format("level {}: {}\n", check.level,
                       check.needs_supports ? "every part is held" : "a motion, in which nothing need be held");
-  if (o.report != "-") fmt::print("{}", text);
-  return 0;
+  return show(out, text, report, files);
 }
 
-int show_plan(const hexsolver::SolvePlan& plan, const SolveOptions& o, const CommonOptions& common) {
+int show_plan(const hexsolver::SolvePlan& plan, Output* report, RunFiles& files) {
   json out = {{"effects", to_json(plan.effects)}, {"levels", json::array()}};
   add_effect_seconds(out["effects"], plan.effects);
   std::string text;
@@ -51,9 +62,7 @@ int show_plan(const hexsolver::SolvePlan& plan, const SolveOptions& o, const Com
     text += fmt::format("level {}: {} cells, {} dofs, about {:.2g} s and {:.3g} MB\n", l.level, l.cells, l.dofs,
                         l.seconds, megabytes(l.bytes));
   }
-  if (!o.report.empty()) write_text(o.report, out.dump(2) + "\n", common);
-  if (o.report != "-") fmt::print("{}", text);
-  return 0;
+  return show(out, text, report, files);
 }
 
 }  // namespace hextools

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "hexmesh/lattice/embedded_points.h"
@@ -23,6 +24,7 @@ private:
   std::optional<hexmesh::EmbeddedPoints> embedded_;
   std::vector<hexmesh::Vec3> moved_;
   std::vector<float> positions_;
+  std::string frame_;
 };
 
 }  // namespace hextools

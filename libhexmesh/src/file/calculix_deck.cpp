@@ -2,13 +2,14 @@
 #include "hexmesh/file/calculix_deck.h"
 
 #include <fmt/format.h>
-#include <fmt/os.h>
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/text_file.h"
 
 namespace hexmesh {
 namespace {
@@ -76,31 +77,35 @@ void write_calculix_deck(const Result& result, const std::filesystem::path& path
       for (int d = 0; d < 3; ++d)
         if (c.axes[d]) prescribed[{nodes.at(c.points[p], c.name), d}] = c.displacement[p][d];
 
-  auto out = fmt::output_file(path.string());
-  out.print("** mm, N, MPa; positions are patient LPS\n");
+  std::string text;
+  const auto print = [&]<class... Args>(fmt::format_string<Args...> format, Args&&... args) {
+    fmt::format_to(std::back_inserter(text), format, std::forward<Args>(args)...);
+  };
+  print("** mm, N, MPa; positions are patient LPS\n");
   for (const std::string& line : result.history)
-    out.print("** {}\n", line.substr(0, std::min<std::size_t>(120, line.find('\n'))));
-  out.print("*NODE, NSET=ALL\n");
+    print("** {}\n", line.substr(0, std::min<std::size_t>(120, line.find('\n'))));
+  print("*NODE, NSET=ALL\n");
   for (std::size_t n = 0; n < result.nodes.size(); ++n)
-    out.print("{}, {:.9g}, {:.9g}, {:.9g}\n", n + 1, result.nodes[n][0], result.nodes[n][1], result.nodes[n][2]);
+    print("{}, {:.9g}, {:.9g}, {:.9g}\n", n + 1, result.nodes[n][0], result.nodes[n][1], result.nodes[n][2]);
   for (std::size_t s = 0; s < result.segments.size(); ++s) {
     const LatticeSegment& segment = result.segments[s];
     if (!segment.material) continue;
     const std::string set = set_name(segment.segment.name, s + 1);
-    out.print("*ELEMENT, TYPE=C3D8, ELSET={}\n", set);
+    print("*ELEMENT, TYPE=C3D8, ELSET={}\n", set);
     for (std::size_t c = 0; c < result.cells.size(); ++c) {
       if (result.segment[c] != segment.segment.label) continue;
-      out.print("{}", c + 1);
-      for (const std::size_t corner : corners_around_faces) out.print(", {}", result.cell_nodes[c][corner] + 1);
-      out.print("\n");
+      print("{}", c + 1);
+      for (const std::size_t corner : corners_around_faces) print(", {}", result.cell_nodes[c][corner] + 1);
+      print("\n");
     }
-    out.print("*MATERIAL, NAME={0}\n*ELASTIC\n{1:.9g}, {2:.9g}\n*SOLID SECTION, ELSET={0}, MATERIAL={0}\n", set,
-              segment.material->young, segment.material->poisson);
+    print("*MATERIAL, NAME={0}\n*ELASTIC\n{1:.9g}, {2:.9g}\n*SOLID SECTION, ELSET={0}, MATERIAL={0}\n", set,
+          segment.material->young, segment.material->poisson);
   }
-  out.print("*STEP\n*STATIC\n*BOUNDARY\n");
+  print("*STEP\n*STATIC\n*BOUNDARY\n");
   for (const auto& [dof, value] : prescribed)
-    out.print("{}, {}, {}, {:.9g}\n", dof.first + 1, dof.second + 1, dof.second + 1, value);
-  out.print("*NODE PRINT, NSET=ALL\nU\n*END STEP\n");
+    print("{}, {}, {}, {:.9g}\n", dof.first + 1, dof.second + 1, dof.second + 1, value);
+  print("*NODE PRINT, NSET=ALL\nU\n*END STEP\n");
+  write_whole_file(path, text);
 }
 
 }  // namespace hexmesh

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sys/resource.h>
+#include <sys/statvfs.h>
 
 #include <algorithm>
 
@@ -141,9 +143,37 @@ void Writer::write_rows_raw(const std::string& name, hid_t type, const void* dat
   note(name, type, data, std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>()));
 }
 
+namespace {
+
+/// What the datasets of a group take in their file.
+hsize_t stored_bytes(hid_t file, const std::string& group) {
+  hsize_t bytes = 0;
+  const auto add = [](hid_t object, const char* name, const H5O_info_t* info, void* sum) -> herr_t {
+    if (info->type == H5O_TYPE_DATASET)
+      *static_cast<hsize_t*>(sum) += H5Dget_storage_size(Handle(H5Dopen2(object, name, H5P_DEFAULT), H5Dclose));
+    return 0;
+  };
+  H5Ovisit_by_name2(file, group.c_str(), H5_INDEX_NAME, H5_ITER_NATIVE, add, &bytes, H5O_INFO_BASIC, H5P_DEFAULT);
+  return bytes;
+}
+
+/// H5Ocopy of HDF5 1.10 does not survive a disk that is full.
+bool has_room(hid_t file, const std::filesystem::path& path, hsize_t bytes) {
+  bytes += 1 << 14;  // for what describes the datasets
+  hsize_t now = 0;
+  rlimit most{};
+  if (H5Fget_filesize(file, &now) >= 0 && getrlimit(RLIMIT_FSIZE, &most) == 0 && now + bytes > most.rlim_cur)
+    return false;
+  struct statvfs disk {};
+  return statvfs(path.c_str(), &disk) != 0 || bytes <= static_cast<hsize_t>(disk.f_bavail) * disk.f_frsize;
+}
+
+}  // namespace
+
 void Writer::copy(const Reader& from, const std::string& name) {
   from.check_storage(from.open(name, {}), 1);
   make_groups(name);
+  check(has_room(file_, path_, stored_bytes(from.file_, name)), name);
   check(H5Ocopy(from.file_, name.c_str(), file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT) >= 0, name);
 }
 

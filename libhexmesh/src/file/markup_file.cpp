@@ -5,13 +5,12 @@
 
 #include <Eigen/LU>
 #include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "bounded_text.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/json_limits.h"
+#include "hexmesh/file/text_file.h"
 
 namespace hexmesh {
 namespace {
@@ -63,14 +62,6 @@ Vec3 to_lps(const std::string& system) {
   throw std::runtime_error("coordinate system '" + system + "'");
 }
 
-/// All of a file, unless it is far larger than any markup, or has no end.
-std::string text_of(std::istream& file) {
-  constexpr std::size_t most_bytes = std::size_t{1} << 25;
-  std::string text = bounded_text(file, most_bytes);
-  if (text.size() > most_bytes) throw std::runtime_error(fmt::format("more than {} MB", most_bytes >> 20));
-  return text;
-}
-
 /// Lines "id,x,y,z,..." after comments that name the coordinate system; RAS where they do not.
 Markup read_fcsv(const std::string& text) {
   std::istringstream file(text);
@@ -113,10 +104,9 @@ Markup read_json(const std::string& text) {
 }  // namespace
 
 Markup read_markup(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file) throw Error(ErrorKind::input, fmt::format("cannot read markup '{}', expected a file", path.string()));
+  constexpr std::uintmax_t most_bytes = std::uintmax_t{32} << 20;  // curves of many thousand points
+  const std::string text = read_text_file(path, path.string(), most_bytes);
   try {
-    const std::string text = text_of(file);
     Markup out = path.extension() == ".fcsv" ? read_fcsv(text) : read_json(text);
     for (const Vec3& p : out.points) check_place(p);
     return out;

@@ -1,25 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fstream>
-
-#include "bounded_text.h"
+#include "hexmesh/file/text_file.h"
 #include "hexmesh/file/toml_reader.h"
 
 namespace hexmesh {
 namespace {
 
-constexpr std::size_t most_bytes = std::size_t{1} << 24;
 constexpr int most_dots = 64;
-
-std::string text_of(const std::filesystem::path& path, const std::string& display_name) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text = bounded_text(file, most_bytes);
-  if (!file && !file.eof())
-    throw Error(ErrorKind::input, fmt::format("cannot read '{}', expected a file", display_name));
-  if (text.size() > most_bytes)
-    throw Error(ErrorKind::input,
-                fmt::format("'{}' has more than {} MB, expected a file in TOML", display_name, most_bytes >> 20));
-  return text;
-}
 
 /// The parser makes a table of each part of a key, one inside the other, and takes them apart by recursion.
 void check_keys(const std::string& text, const std::string& display_name) {
@@ -48,7 +34,7 @@ void check_keys(const std::string& text, const std::string& display_name) {
 }  // namespace
 
 toml::table parse_toml(const std::filesystem::path& path, const std::string& display_name) {
-  const std::string text = text_of(path, display_name);
+  const std::string text = read_text_file(path, display_name);
   check_keys(text, display_name);
   try {
     return toml::parse(text);

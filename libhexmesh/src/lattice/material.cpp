@@ -7,6 +7,7 @@
 
 #include "../core/text.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/lattice/material_bounds.h"
 
 namespace hexmesh {
 
@@ -18,8 +19,8 @@ std::string material_problem(const Material& material) {
   constexpr double most = 1e30;  // [kPa, kg/m^3]: where products of it still are numbers
   if (!(material.young > 0 && material.young * 1e3 <= most))
     return fmt::format("young_kpa is {}, expected > 0 and at most {:g}", material.young * 1e3, most);
-  if (!(material.poisson > -1 && material.poisson < 0.5))
-    return fmt::format("poisson is {}, expected within (-1, 0.5)", material.poisson);
+  if (!(material.poisson >= least_poisson && material.poisson <= most_poisson))
+    return fmt::format("poisson is {}, expected {} to {}", material.poisson, least_poisson, most_poisson);
   if (!(material.density >= 0 && material.density * 1e12 <= most))
     return fmt::format("density_kg_m3 is {}, expected >= 0 and at most {:g}", material.density * 1e12, most);
   return {};

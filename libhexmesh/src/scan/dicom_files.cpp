@@ -71,6 +71,24 @@ std::string describe(const DicomSeries& series) {
                      series.description, series.files.size());
 }
 
+/// The DICOM files in a folder and those below it, by name.
+std::vector<DicomFile> files_in(const fs::path& folder, const ReadOptions& options) {
+  std::vector<DicomFile> files;
+  std::string reason;
+  for (const auto& entry : fs::recursive_directory_iterator(folder, fs::directory_options::skip_permission_denied)) {
+    std::error_code failed;
+    const fs::file_status status = entry.status(failed);
+    if (!fs::exists(status)) options.warn(fmt::format("'{}' leads to no file: left out", entry.path().string()));
+    if (!fs::is_regular_file(status)) continue;
+    if (std::optional<DicomFile> file = look_at(entry.path(), reason))
+      files.push_back(*std::move(file));
+    else if (detect_format(entry.path()) == VolumeFormat::dicom)
+      options.warn(fmt::format("'{}' {}: left out", entry.path().string(), reason));
+  }
+  std::sort(files.begin(), files.end(), [](const DicomFile& a, const DicomFile& b) { return a.path < b.path; });
+  return files;
+}
+
 /// Keep the segmentations and contours of that series where there are any.
 /// @throws Error{input} where no series at all is of that UID
 void choose_drawn(DicomInput& input, const std::string& uid) {
@@ -110,15 +128,7 @@ DicomInput gather_dicom(const std::vector<fs::path>& paths, const ReadOptions& o
       found.push_back(*std::move(file));
       continue;
     }
-    std::vector<DicomFile> inside;
-    for (const auto& entry : fs::recursive_directory_iterator(path, fs::directory_options::skip_permission_denied))
-      if (entry.is_regular_file()) {
-        if (std::optional<DicomFile> file = look_at(entry.path(), reason))
-          inside.push_back(*std::move(file));
-        else if (detect_format(entry.path()) == VolumeFormat::dicom)
-          options.warn(fmt::format("'{}' {}: left out", entry.path().string(), reason));
-      }
-    std::sort(inside.begin(), inside.end(), [](const DicomFile& a, const DicomFile& b) { return a.path < b.path; });
+    std::vector<DicomFile> inside = files_in(path, options);
     std::move(inside.begin(), inside.end(), std::back_inserter(found));
   }
   DicomInput out;

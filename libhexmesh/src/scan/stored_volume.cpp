@@ -9,11 +9,14 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <optional>
 #include <set>
 #include <sstream>
+#include <system_error>
 
 #include "../file/refuse.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/temporary_file.h"
 #include "volume_header.h"
 
 namespace hexmesh {
@@ -26,23 +29,20 @@ class NamedInput {
 public:
   NamedInput(const fs::path& path, const std::string& suffix, bool any_name) : path_(path) {
     if (any_name || path.string().ends_with(suffix)) return;
-    std::string folder = (fs::temp_directory_path() / "hextools-XXXXXX").string();
-    if (!mkdtemp(folder.data())) throw Error(ErrorKind::output, "cannot create a folder in TMPDIR");
-    folder_ = folder;
-    path_ = folder_ / ("input" + suffix);
-    fs::create_symlink(fs::absolute(path), path_);
+    try {
+      folder_.emplace(temporary_place());
+      path_ = folder_->path() / ("input" + suffix);
+      fs::create_symlink(fs::absolute(path), path_);
+    } catch (const std::system_error& e) {
+      throw Error(ErrorKind::output, fmt::format("cannot make a folder in '{}': {}, expected a writable TMPDIR",
+                                                 temporary_place().string(), e.code().message()));
+    }
   }
-  ~NamedInput() {
-    std::error_code ignored;
-    if (!folder_.empty()) fs::remove_all(folder_, ignored);
-  }
-  NamedInput(const NamedInput&) = delete;
-  NamedInput& operator=(const NamedInput&) = delete;
   std::string name() const { return path_.string(); }
 
 private:
   fs::path path_;
-  fs::path folder_;
+  std::optional<ScratchFolder> folder_;
 };
 
 /// ITK and NrrdIO stack their messages; the last one says what was wrong.

@@ -21,6 +21,7 @@
 #include "../file/refuse.h"
 #include "from_vtk.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/text_file.h"
 #include "surface_header.h"
 
 namespace hexmesh {
@@ -210,11 +211,20 @@ void write_surface(const TriangleSurface& surface, const std::filesystem::path& 
   for (const Vec3& p : surface.points) points.emplace_back(p[0], p[1], p[2]);
   std::vector<std::vector<std::size_t>> triangles;
   for (const auto& t : surface.triangles) triangles.push_back({as_size(t[0]), as_size(t[1]), as_size(t[2])});
-  if (!CGAL::IO::write_polygon_soup(path.string(), points, triangles,
-                                    CGAL::parameters::stream_precision(17).use_binary_mode(true)))
+  // CGAL does not notice a full disk.
+  std::ostringstream out;
+  const std::string ending = ending_of(path);
+  const auto settings = CGAL::parameters::stream_precision(17);
+  CGAL::IO::set_mode(out, ending == ".stl" || ending == ".ply" ? CGAL::IO::BINARY : CGAL::IO::ASCII);
+  const bool written = (ending == ".obj" && CGAL::IO::write_OBJ(out, points, triangles, settings)) ||
+                       (ending == ".off" && CGAL::IO::write_OFF(out, points, triangles, settings)) ||
+                       (ending == ".ply" && CGAL::IO::write_PLY(out, points, triangles, settings)) ||
+                       (ending == ".stl" && CGAL::IO::write_STL(out, points, triangles, settings));
+  if (!written)
     throw Error(ErrorKind::output, fmt::format("cannot write '{}', expected a name that ends in .obj, .stl, .ply or "
-                                               ".off in a folder that can be written to",
+                                               ".off",
                                                path.string()));
+  write_whole_file(path, out.str());
 }
 
 }  // namespace hexmesh

@@ -16,6 +16,7 @@
 #include <cmath>
 
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/text_file.h"
 
 namespace hexmesh {
 
@@ -108,10 +109,8 @@ std::vector<std::uint8_t> Canvas::png() const {
 }
 
 void Canvas::write_png(const std::filesystem::path& path) const {
-  const auto writer = png_writer(*this);
-  writer->SetFileName(path.c_str());
-  writer->Write();
-  if (writer->GetErrorCode() != 0) throw Error(ErrorKind::output, fmt::format("cannot write '{}'", path.string()));
+  const std::vector<std::uint8_t> bytes = png();  // libpng says on standard error where it cannot write to a file
+  write_whole_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 Canvas read_png(const std::filesystem::path& path) {

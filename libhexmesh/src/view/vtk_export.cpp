@@ -19,10 +19,11 @@
 #include <vtkXMLPolyDataWriter.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
-#include <fstream>
 #include <map>
 
 #include "hexmesh/core/error.h"
+#include "hexmesh/core/printable.h"
+#include "hexmesh/file/text_file.h"
 #include "hexmesh/view/canvas.h"
 
 namespace hexmesh {
@@ -105,6 +106,7 @@ std::string escaped(const std::string& text) {
 
 template <class Writer, class Data>
 void write(Data& data, const std::filesystem::path& path) {
+  vtkObject::GlobalWarningDisplayOff();  // the error that is thrown says it
   vtkNew<Writer> writer;
   writer->SetFileName(path.c_str());
   writer->SetInputData(&data);
@@ -131,7 +133,7 @@ void write_vtu(const Result& result, Configuration configuration, const std::fil
   add_segment(*grid, result.segment, result.segments);
   for (const auto& [name, values] : result.cell_fields) {
     vtkNew<vtkDoubleArray> array;
-    array->SetName(name.c_str());
+    array->SetName(escaped(printable_line(name)).c_str());  // VTK's writer takes it as it is
     array->SetNumberOfTuples(static_cast<vtkIdType>(values.size()));
     for (std::size_t n = 0; n < values.size(); ++n) array->SetValue(static_cast<vtkIdType>(n), values[n]);
     grid->GetCellData()->AddArray(array);
@@ -187,13 +189,12 @@ void write_conditions_vtp(const Result& result, const std::vector<ConditionForce
 }
 
 void write_pvd(const std::vector<std::pair<double, std::string>>& files, const std::filesystem::path& path) {
-  std::ofstream out(path);
-  out << "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
-         "  <Collection>\n";
+  std::string out =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+      "  <Collection>\n";
   for (const auto& [time, file] : files)
-    out << fmt::format("    <DataSet timestep=\"{:.9g}\" part=\"0\" file=\"{}\"/>\n", time, escaped(file));
-  out << "  </Collection>\n</VTKFile>\n";
-  if (!out.flush()) throw Error(ErrorKind::output, fmt::format("cannot write '{}'", path.string()));
+    out += fmt::format("    <DataSet timestep=\"{:.9g}\" part=\"0\" file=\"{}\"/>\n", time, escaped(file));
+  write_whole_file(path, out + "  </Collection>\n</VTKFile>\n");
 }
 
 }  // namespace hexmesh

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexsolver/scene/scene.h"
 
+#include "hexmesh/lattice/material_bounds.h"
+#include "hexsolver/scene/scene_files.h"
 #include "scene/read_tables.h"
 
 namespace hexsolver {
@@ -16,7 +18,8 @@ std::map<std::string, MaterialOverride> read_materials(TomlReader& tables) {
     MaterialOverride m;
     m.where = table.where();
     m.young_kpa = table.number("young_kpa", 1e-9, 1e12, "a modulus > 0 in kPa");
-    m.poisson = table.number("poisson", -0.999999, 0.499999, "within (-1, 0.5)");
+    m.poisson = table.number("poisson", hexmesh::least_poisson, hexmesh::most_poisson,
+                             fmt::format("{} to {}", hexmesh::least_poisson, hexmesh::most_poisson));
     m.density_kg_m3 = table.number("density_kg_m3", 0, 1e6, "0 or more");
     table.finish();
     materials[name] = m;
@@ -50,10 +53,14 @@ void check_names(const Scene& scene) {
 
 Scene read_scene(const std::filesystem::path& path, const std::string& display_name,
                  const std::vector<std::string>& settings) {
+  return read_scene(path, display_name, settings, path.parent_path());
+}
+
+Scene read_scene(const std::filesystem::path& path, const std::string& display_name,
+                 const std::vector<std::string>& settings, const std::filesystem::path& folder) {
   toml::table root = hexmesh::parse_toml(path, display_name);
   for (const std::string& setting : settings) apply_setting(root, setting);
 
-  const std::filesystem::path folder = path.parent_path();
   TomlReader reader(root, display_name, "");
   Scene scene;
   auto solve = reader.table("solve", "a table written [solve]");
@@ -86,6 +93,17 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
   if (auto table = reader.table("gravity", "a table written [gravity]")) scene.gravity = read_gravity(*table);
   reader.finish();
   return scene;
+}
+
+std::vector<std::filesystem::path> files_of(const Scene& scene) {
+  std::set<std::filesystem::path> markups;
+  for (const Condition& c : scene.conditions) markups.insert(c.selection.markup);
+  for (const Force& f : scene.forces) markups.insert(f.selection.markup);
+  std::vector<std::filesystem::path> files;
+  if (scene.dynamics && !scene.dynamics->start.empty()) files.push_back(scene.dynamics->start);
+  for (const std::filesystem::path& markup : markups)
+    if (!markup.empty()) files.push_back(markup);
+  return files;
 }
 
 }  // namespace hexsolver

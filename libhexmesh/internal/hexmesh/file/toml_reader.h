@@ -19,6 +19,7 @@
 
 #include "hexmesh/core/error.h"
 #include "hexmesh/core/grid.h"
+#include "hexmesh/file/text_file.h"
 
 namespace hexmesh {
 

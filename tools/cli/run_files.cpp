@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/run_files.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "cli/streams.h"
+#include "hexmesh/core/error.h"
+#include "hexmesh/file/text_file.h"
+
+namespace hextools {
+
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+using Kind = FileIdentity::Kind;
+
+namespace {
+
+/// @throws Error{input} that says why an input is not there
+void check_readable(const std::string& name) { const hexmesh::InputFile file(name); }
+
+std::string output_name(const std::string& name) { return name == "-" ? "standard output" : "output '" + name + "'"; }
+
+}  // namespace
+
+const hexmesh::InputFile& Input::file() const {
+  if (!file_)
+    file_ = std::make_unique<hexmesh::InputFile>(
+        name_, content_ == Content::text ? hexmesh::most_text_bytes : hexmesh::InputFile::any_size);
+  return *file_;
+}
+
+Output::Output(std::string name, Content content, std::string extension, bool overwrite)
+    : name_(std::move(name)), extension_(std::move(extension)) {
+  if (name_ == "-" && content == Content::text) return;
+  file_ = std::make_unique<hexmesh::OutputFile>(name_, extension_, overwrite);
+}
+
+const std::filesystem::path& Output::path() {
+  if (!file_) file_ = std::make_unique<hexmesh::OutputFile>(name_, extension_);
+  return file_->path();
+}
+
+void Output::write(std::string text) {
+  if (file_)
+    hexmesh::write_whole_file(file_->path(), text);
+  else
+    text_ = std::move(text);
+}
+
+void Output::prepare() {
+  if (file_) file_->prepare();
+}
+
+void Output::commit() {
+  if (file_)
+    file_->commit();
+  else if (text_)
+    print_data(*text_);
+}
+
+Input& RunFiles::input(const std::string& name, Content content) {
+  const FileIdentity identity = identity_of_input(name);
+  if (identity.kind == Kind::missing) check_readable(name);
+  const bool is_stream = identity.kind == Kind::pipe || identity.kind == Kind::terminal;
+  for (const DeclaredInput& other : inputs_)
+    if ((is_stream && identity.collides_with(other.identity)) || (name == "-" && other.input.name() == "-"))
+      throw Error(ErrorKind::usage, fmt::format("{} is read for two inputs, expected one of them at most",
+                                                name == "-" ? "standard input" : "'" + name + "'"));
+  for (const DeclaredOutput& output : declared_)
+    if (identity.kind == Kind::file && identity.collides_with(output.identity))
+      throw Error(ErrorKind::usage,
+                  fmt::format("{} is also an input, expected another name", output_name(output.name)));
+  return inputs_.emplace_back(DeclaredInput{Input(name, content), identity}).input;
+}
+
+Input* RunFiles::input_if_named(const std::string& name, Content content) {
+  return name.empty() ? nullptr : &input(name, content);
+}
+
+const RunFiles::DeclaredInput* RunFiles::input_that_has(const FileIdentity& file) const {
+  if (file.kind != Kind::file) return nullptr;
+  for (const DeclaredInput& input : inputs_)
+    if (file.collides_with(input.identity) || has_part(input.input.name(), file)) return &input;
+  return nullptr;
+}
+
+void RunFiles::check_output(const std::string& name, const FileIdentity& identity, Content content) const {
+  if (name.empty()) throw Error(ErrorKind::usage, "the name of an output is empty, expected one");
+  if (const DeclaredInput* input = input_that_has(identity)) {
+    const std::string part = input->identity.kind == Kind::folder
+                                 ? fmt::format("part of the input '{}'", input->input.name())
+                                 : std::string("also an input");
+    throw Error(ErrorKind::usage, fmt::format("{} is {}, expected another name", output_name(name), part));
+  }
+  for (const DeclaredOutput& other : declared_) {
+    const bool is_twice = name == "-" && other.name == "-";
+    if (!is_twice && !identity.collides_with(other.identity)) continue;
+    if (is_twice || identity.collides_with(identity_of_output("-")))
+      throw Error(ErrorKind::usage, "two outputs go to standard output, expected one at most");
+    if (name == other.name)
+      throw Error(ErrorKind::usage, fmt::format("two outputs are both '{}', expected two names", name));
+    throw Error(ErrorKind::usage,
+                fmt::format("outputs '{}' and '{}' are the same file, expected two names", other.name, name));
+  }
+  if (content == Content::binary && identity.kind == Kind::terminal)
+    throw Error(ErrorKind::usage,
+                fmt::format("{} is a terminal, expected a file or a pipe for what is no text", output_name(name)));
+}
+
+Output& RunFiles::output(const std::string& name, Content content, const std::string& extension) {
+  FileIdentity identity = identity_of_output(name);
+  check_output(name, identity, content);
+  Output& out = outputs_.emplace_back(name, content, extension, options_.force);
+  declared_.push_back({name, std::move(identity)});
+  return out;
+}
+
+Output* RunFiles::output_if_named(const std::string& name, Content content, const std::string& extension) {
+  return name.empty() ? nullptr : &output(name, content, extension);
+}
+
+void RunFiles::reserve_standard_output(Content content) {
+  FileIdentity identity = identity_of_output("-");
+  check_output("-", identity, content);
+  declared_.push_back({"-", std::move(identity)});
+}
+
+void RunFiles::make_folder(const std::string& name) {
+  if (name.empty()) throw Error(ErrorKind::usage, "the name of the output folder is empty, expected one");
+  folders_.emplace_back(name);
+}
+
+bool RunFiles::is_input(const std::string& name) const { return input_that_has(identity_of_output(name)) != nullptr; }
+
+void RunFiles::commit() {
+  for (Output& output : outputs_) output.prepare();
+  for (Output& output : outputs_)
+    if (output.is_stream()) output.commit();
+  for (Output& output : outputs_)
+    if (!output.is_stream()) output.commit();
+  for (hexmesh::NewFolder& folder : folders_) folder.keep();
+}
+
+}  // namespace hextools
