@@ -106,6 +106,57 @@ TEST(Selection, APointFarFromTheBodyIsNamedWithItsDistance) {
   EXPECT_NE(message.find("50.0 mm"), std::string::npos) << message;
 }
 
+TEST(AreaOfAPatch, IsSeenAlikeHoweverManyVoxelsACellHas) {
+  // The same body with cells of 4 mm, of 4, 2 and 1 mm voxels: half of its upper side is held, up to a line across
+  // cells.
+  std::vector<NodeVector> lifts;
+  std::vector<std::size_t> kept;
+  for (const int per_cell : {1, 2, 4}) {
+    const double h = 4.0 / per_cell;
+    const Lattice lattice = box({4 * per_cell, 3 * per_cell, 2 * per_cell}, {h, h, h});
+    const int level = per_cell == 4 ? 2 : per_cell - 1;
+    const Body body(lattice, level, Elasticity::cauchy);
+    ASSERT_EQ(body.mesh.num_cells(), 24U);
+    Scene scene;
+    Condition half;
+    half.name = half.where = "half";
+    const double top = (2 * per_cell - 0.5) * h, low = -0.5 * h;
+    half.selection.box = hexmesh::Box{Mat3(Vec3(1 / 8.01, 1 / 50.0, 1 / 0.01).asDiagonal()), {low, low, top}};
+    half.by = {1, 2, 3};
+    scene.conditions = {half};
+    Selector selector(lattice, level, body.mesh);
+    const Constraints constraints(body.mesh, select_points(scene, selector));
+    kept.push_back(constraints.num_kept());
+    lifts.push_back(constraints.lift(NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()))));
+  }
+  EXPECT_EQ(kept[0], 3U * 3 * 4);  // the nodes of the two rows of cells, along three axes
+  for (std::size_t n = 1; n < lifts.size(); ++n) {
+    EXPECT_EQ(kept[n], kept[0]);
+    EXPECT_LT((lifts[n] - lifts[0]).norm(), 1e-9 * lifts[0].norm());
+  }
+}
+
+TEST(AreaOfAPatch, FacesOfLongVoxelsCountByTheirArea) {
+  // Forces of a uniform pressure, which two faces of different area balance in proportion.
+  const Lattice lattice = box({1, 1, 1}, {1, 2, 5});
+  const Body body(lattice, 0, Elasticity::cauchy);
+  Scene scene;
+  scene.conditions = {fix_ball({0, 0, 0}, 10)};
+  Selector selector(lattice, 0, body.mesh);
+  const std::vector<ConstraintPoint> points = select_points(scene, selector);
+  ASSERT_EQ(points.size(), 24U);  // four Gauss points of six faces
+  double area = 0;
+  for (const ConstraintPoint& p : points) area += p.face_area / 4;
+  EXPECT_NEAR(area, 2 * (2 + 5 + 10), 1e-12);
+  const std::vector<ConstraintPoint> centers = with_face_centers(points);
+  ASSERT_EQ(centers.size(), 6U);
+  for (const ConstraintPoint& p : centers) {
+    const Vec3 x = body.mesh.rest_position(p.cell, p.weights);
+    EXPECT_NEAR(x.cwiseQuotient(Vec3(0.5, 1, 2.5)).cwiseAbs().maxCoeff(), 1, 1e-12);
+    EXPECT_NEAR(x.cwiseAbs().sum(), x.cwiseAbs().maxCoeff(), 1e-12);  // the middle of a face
+  }
+}
+
 TEST(Selection, ABallTakesItsFacesAndRadiusZeroTheNearest) {
   const Lattice lattice = box({10, 10, 10}, {1, 1, 1});
   const Body body(lattice, 1, Elasticity::cauchy);

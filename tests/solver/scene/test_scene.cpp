@@ -240,8 +240,8 @@ TEST(Scene, FilesThatAreNoneAndKeysThatAreDeepAreRefused) {
   const auto message = [](const std::filesystem::path& path) {
     return message_of(ErrorKind::input, [&] { read_scene(path, path.string()); });
   };
-  EXPECT_NE(message("/dev/zero").find("more than 16 MB"), std::string::npos);
-  EXPECT_NE(message("/tmp").find("cannot read '/tmp'"), std::string::npos);
+  EXPECT_EQ(message("/dev/zero"), "'/dev/zero' is no file, expected one");
+  EXPECT_EQ(message("/tmp"), "'/tmp' is no file, expected one");
   std::string key = "a";
   for (int n = 0; n < 200000; ++n) key += ".a";
   EXPECT_NE(error_of("# a.b.c\nname = \"...\"\n" + key + " = 1\n").find("s.toml:3: a key of more than 64 parts"),

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include "equilibrium/error_estimator.h"
+
+using namespace hexsolver;
+
+namespace {
+
+using Size = ElasticCells::Size;
+
+/// Levels whose error against a limit is errors[i], all in one direction.
+std::vector<LevelReport> estimate(const std::vector<double>& errors, int levels_beyond, std::size_t reported) {
+  ErrorEstimator estimator;
+  for (std::size_t n = 0; n < errors.size(); ++n) {
+    std::vector<std::optional<Size>> differences;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double d = std::abs(errors[i] - errors[n]);
+      differences.push_back(i + 2 < n ? std::optional<Size>() : Size{d, 3 * d});
+    }
+    const int finer = static_cast<int>(errors.size() - 1 - n) + levels_beyond;
+    estimator.add(std::move(differences), {10 + errors[n], {Vec3(0, 0, 2 + errors[n])}}, finer);
+  }
+  std::vector<LevelReport> levels(reported);
+  estimator.write(levels);
+  return levels;
+}
+
+}  // namespace
+
+TEST(ErrorEstimator, IsExactWhereDifferencesFallByOneRate) {
+  // 1, r, r^2, ... of which the finest levels are not known.
+  for (const double r : {0.25, 0.5, 0.6})
+    for (const int beyond : {1, 2, 5}) {
+      const double finest = std::pow(r, 3 + beyond);
+      const auto levels = estimate({1, r, r * r, r * r * r}, beyond, 4);
+      for (std::size_t i = 0; i < 3; ++i) {
+        const double truth = std::pow(r, i) - finest;
+        ASSERT_TRUE(levels[i].error.mean_mm) << r << ' ' << beyond << ' ' << i;
+        EXPECT_NEAR(*levels[i].error.mean_mm, truth, 1e-12);
+        EXPECT_NEAR(*levels[i].error.max_mm, 3 * truth, 1e-12);
+        EXPECT_NEAR(*levels[i].error.strain_energy_n_mm, truth, 1e-12);
+        EXPECT_NEAR(*levels[i].error.reactions_n[0], truth, 1e-12);
+      }
+      EXPECT_FALSE(levels[3].error.mean_mm);  // nothing finer was looked at
+    }
+}
+
+TEST(ErrorEstimator, AtTheFinestLevelOfTheLatticeItIsTheDistanceFromCellsOfNoSize) {
+  const auto levels = estimate({1, 0.5, 0.25}, 0, 3);
+  EXPECT_NEAR(*levels[2].error.mean_mm, 0.25, 1e-12);
+  EXPECT_NEAR(*levels[1].error.mean_mm, 0.25, 1e-12);  // the others against that level
+  EXPECT_NEAR(*levels[0].error.mean_mm, 0.75, 1e-12);
+}
+
+TEST(ErrorEstimator, ALevelThatWasOnlyLookedAtTellsOfTheOneBefore) {
+  const auto levels = estimate({1, 0.4, 0.16}, 1, 2);
+  ASSERT_TRUE(levels[1].error.mean_mm);
+  EXPECT_NEAR(*levels[1].error.mean_mm, 0.4 - 0.064, 1e-12);
+}
+
+TEST(ErrorEstimator, DifferencesThatDoNotFallTellNothing) {
+  // Cells that lock: each level comes closer by more than the one before.
+  for (const LevelReport& level : estimate({10, 9.5, 8, 4}, 2, 3)) EXPECT_FALSE(level.error.mean_mm);
+  EXPECT_FALSE(estimate({10}, 2, 1)[0].error.mean_mm);
+  EXPECT_FALSE(estimate({10, 4}, 0, 2)[1].error.mean_mm);  // two levels show no rate
+}
+
+TEST(ErrorEstimator, BeginsAnewWhereALevelDoesNotGoOnFromTheOneBefore) {
+  ErrorEstimator estimator;
+  estimator.add({}, {1, {}}, 3);
+  estimator.add({Size{1, 1}}, {1, {}}, 2);
+  std::vector<LevelReport> levels(2);
+  estimator.write(levels);
+  ASSERT_TRUE(levels[0].error.mean_mm);
+  const double before = *levels[0].error.mean_mm;
+  estimator.add({}, {1, {}}, 1);
+  levels.resize(3);
+  estimator.write(levels);
+  EXPECT_EQ(*levels[0].error.mean_mm, before);
+  EXPECT_FALSE(levels[2].error.mean_mm);
+}
