@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tools_fixture.h"
 
@@ -191,9 +192,9 @@ TEST_F(Streams, FilesThatCannotBeOpenedAreNoBugs) {
 
 TEST_F(Streams, WithoutAPlaceForTemporaryFilesPipesAreErrorsOfOutput) {
   for (const char* command :
-       {"hexmesh info - <liver.hexmesh", "hexmesh build liver.nrrd -o - >a",
+       {"hexmesh info - <liver.hexmesh", "hexmesh build liver.nrrd -o - >/dev/null",
         "hexsolve - liver.toml --level 3 -o a2 <liver.hexmesh", "hexscan - -o a2.nrrd <liver.nrrd",
-        "hexsolve liver.hexmesh liver.toml --level 3 -o - >a"}) {
+        "hexsolve liver.hexmesh liver.toml --level 3 -o - >/dev/null"}) {
     const CommandResult r = run(std::string("TMPDIR=/absent ") + command);
     EXPECT_EQ(r.exit_code, 6) << command << "\n" << r.errors;
     EXPECT_NE(r.errors.find("TMPDIR"), std::string::npos) << r.errors;
@@ -241,7 +242,15 @@ TEST_F(Streams, AFileThatGetsTooLargeIsOneLineAndLeavesNothing) {
       continue;
     }
     EXPECT_EQ(r.exit_code, 6) << command << "\n" << r.errors;
-    EXPECT_EQ(std::count(r.errors.begin(), r.errors.end(), '\n'), 1) << command << "\n" << r.errors;
+    // No library says anything: all lines are the tool's, one of them the error.
+    const std::string tool = std::string(command).substr(0, std::string(command).find(' '));
+    std::istringstream lines(r.errors);
+    int errors = 0;
+    for (std::string line; std::getline(lines, line);) {
+      errors += line.starts_with(tool + ": error: ");
+      EXPECT_TRUE(line.starts_with(tool + ": error: ") || line.starts_with(tool + ": warning: ")) << line;
+    }
+    EXPECT_EQ(errors, 1) << command << "\n" << r.errors;
     EXPECT_EQ(listing(), before) << command;
   }
 }
