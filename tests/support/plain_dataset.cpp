@@ -140,7 +140,7 @@ Content content_of(const std::filesystem::path& path) {
       file.id, "/", H5_INDEX_NAME, H5_ITER_INC,
       [](hid_t root, const char* name, const auto* info, void* to) {
         Content& found = *static_cast<Content*>(to);
-        const std::string object = std::string(name) == "." ? "/" : "/" + std::string(name);
+        const std::string object = std::string(name) == "." ? std::string("/") : std::string("/").append(name);
         if (info->type == H5O_TYPE_DATASET) found.datasets.push_back(object);
         const hid_t id = H5Oopen(root, name, H5P_DEFAULT);
         std::pair<Content*, const std::string*> here = {&found, &object};

@@ -15,6 +15,7 @@ namespace {
 
 constexpr const char* scene = R"([solve]
 strain = "cauchy"
+error_estimate = "off"
 [[fix]]
 point_mm = [-101, -6, -8]
 [[fix]]

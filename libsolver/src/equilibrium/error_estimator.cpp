@@ -46,6 +46,7 @@ std::optional<double> ErrorEstimator::error(std::size_t i, const Distance& dista
 }
 
 void ErrorEstimator::write(std::vector<LevelReport>& levels) const {
+  if (known_.empty()) return;
   const auto difference = [&](std::size_t i, std::size_t j, double ElasticCells::Size::*size) {
     double sum = 0;  // of the way by the levels that were compared with later ones
     while (i < j) {

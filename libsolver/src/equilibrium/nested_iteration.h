@@ -96,6 +96,7 @@ public:
 
 private:
   bool is_open_ended() const { return scene_.accuracy || scene_.budget; }
+  bool estimates_errors() const { return scene_.accuracy || scene_.error_estimation != ErrorEstimation::off; }
   bool chooses_cells() const {
     return scene_.finds_strain && report_.elasticity == Elasticity::corotational && scene_.rotation == Rotation::polar;
   }
@@ -231,11 +232,11 @@ void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level
   if (scene_.budget && coarser.level)
     options.interrupt = [this] { return levels_.agree(clock_.seconds() > *scene_.budget); };
   std::optional<Vector> start;
-  if (coarser.converged()) {
-    start = copy_of(here);
+  if (coarser.converged() && estimates_errors()) {
     carry_on(coarser, next);
-    next.coarser.push_back(std::move(here));
+    next.coarser.push_back(copy_of(here));
   }
+  if (coarser.converged()) start = std::move(here);
   next.state = solve(*next.level, options, std::move(start));
   if (scene_.accuracy) sharpen(next, options);
 }
@@ -332,6 +333,7 @@ void NestedIteration<Level>::carry_on(const Solved<Level>& coarser, Solved<Level
 /// Tell the estimator of a level what it differs from those before.
 template <EquilibriumLevel Level>
 void NestedIteration<Level>::compare(Solved<Level>& next) {
+  if (!estimates_errors()) return;
   std::vector<std::optional<ElasticCells::Size>> differences;
   if (next.converged())
     for (std::optional<Vector>& u : next.coarser) {

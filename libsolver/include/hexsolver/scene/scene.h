@@ -115,7 +115,7 @@ enum class Supports {
 enum class ErrorEstimation {
   automatic,  ///< look where the next finer level has at most most_cells_looked_at
   look,       ///< at the next finer level, solved roughly
-  off         ///< no look: of the last level nothing is known but what its solution passed
+  off         ///< not at all, unless an accuracy is asked
 };
 constexpr std::size_t most_cells_looked_at = 50000;
 
