@@ -42,6 +42,8 @@ Scene read_scene(const SolveOptions& o, const Input& input, RunFiles& files, con
   }
   if (o.stream && !scene.dynamics)
     throw Error(ErrorKind::usage, "--stream goes with a motion, expected solve.kind = \"dynamics\"");
+  if (o.stream && (o.output == "-" || o.report == "-"))
+    throw Error(ErrorKind::usage, "--stream takes standard output, expected -o and --report with a file or none");
   return scene;
 }
 

@@ -157,7 +157,7 @@ TEST_F(RunFiles, OutputsAreDifferentFiles) {
   for (const char* command :
        {"hexsolve liver.hexmesh liver.toml --level 3 -o - --report -", "hexmesh build liver.nrrd -o - --report -",
         "hexsolve liver.hexmesh liver.toml --level 3 -o /dev/stdout --report -",
-        "hexsolve liver.hexmesh again.toml --level 3 --stream --report -",
+        "hexsolve liver.hexmesh again.toml --level 3 --stream --report /dev/stdout",
         "hexexport liver.hexresult --probe 98,-18,6 --csv -", "hexbench paper table1 --json -",
         "hexscan phantom liver --spacing 8 -o - --intensity-out -"})
     expect_refused(command, "two outputs go to standard output");
