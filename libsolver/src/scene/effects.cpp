@@ -102,8 +102,8 @@ std::vector<Effect> list_effects(const Scene& scene) {
   if (scene.dynamics) return effects;
   const bool is_off = scene.error_estimation == ErrorEstimation::off && !scene.accuracy;
   effects.push_back(effect(EffectKind::error_estimate, false,
-                           is_off ? "solve.error_estimate = \"off\"" :
-                           "differences between the levels that a solution passes and the next finer one"));
+                           is_off ? "solve.error_estimate = \"off\""
+                                  : "differences between the levels that a solution passes and the next finer one"));
   return effects;
 }
 
