@@ -80,13 +80,12 @@ int main(int argc, char** argv) {
       Prolongation(mesh, coarser->hierarchy.meshes[0],
                    hexmesh::merge_cells(mesh.cells(), lattice.levels[static_cast<std::size_t>(level) + 1].merge))
           .prolongate(u, start);
-    u = start;
+    u = std::move(start);
     NewtonOptions options;
     options.tolerance = level == 0 ? 1e-8 : 1e-4;
     const NewtonOutcome newton = minimize(problem->hierarchy, *problem->potential, *problem->constraints, options, u);
     if (!newton.converged) return 5;
     problem->elastic->size_in_material(newton.algebraic_error.value());
-    problem->elastic->size_in_material(u - start);
     coarser = std::move(problem);
   }
   NodeVector gradient, magnitude;
@@ -112,7 +111,7 @@ int main(int argc, char** argv) {
   const Mesh& mesh = coarser->hierarchy.meshes[0];
   for (std::size_t c = 0; c < scene.conditions.size(); ++c)
     result.conditions.push_back({"condition " + std::to_string(c), {}, {}});
-  for (const ConstraintPoint& p : coarser->constraints->points()) {
+  for (const ConstraintPoint& p : with_face_centers(coarser->constraints->points())) {
     auto& condition = result.conditions[static_cast<std::size_t>(p.condition)];
     condition.points.push_back(mesh.interpolate(p.cell, p.weights, rest));
     condition.displacement.push_back(coarser->constraints->displacement(p, u));

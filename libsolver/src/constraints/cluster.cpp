@@ -65,12 +65,13 @@ void hold_uniform_pressure(ConstraintCluster& cluster) {
 
 /// The rows of h by their part of the largest face.
 void scale_rows(const std::vector<ConstraintPoint>& points, ConstraintCluster& cluster) {
+  const auto face_of = [](const ConstraintPoint& p) { return p.is_quarter ? 4 * p.area : p.area; };
   double largest = 0;
-  for (const std::size_t p : cluster.points) largest = std::max(largest, points[p].face_area);
+  for (const std::size_t p : cluster.points) largest = std::max(largest, face_of(points[p]));
   cluster.scale.resize(cluster.points.size());
   for (std::size_t row = 0; row < cluster.points.size(); ++row) {
-    const double area = points[cluster.points[row]].face_area;
-    cluster.scale[row] = area > 0 ? std::sqrt(area / largest / 4) : 1;
+    const double area = points[cluster.points[row]].area;
+    cluster.scale[row] = area > 0 ? std::sqrt(area / largest) : 1;
   }
 }
 
@@ -119,21 +120,58 @@ std::vector<std::size_t> points_with_axis(const std::vector<ConstraintPoint>& po
 }
 
 std::shared_ptr<const ConstraintCluster> make_cluster(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
-                                                      std::vector<std::size_t> members) {
+                                                      std::vector<std::size_t> members, double cutoff) {
   auto cluster = std::make_shared<ConstraintCluster>();
   cluster->points = std::move(members);
   scale_rows(points, *cluster);
   fill_rows(mesh, points, *cluster);
-  const bool has_faces = std::any_of(cluster->points.begin(), cluster->points.end(),
-                                     [&](std::size_t p) { return points[p].face_area > 0; });
-  cluster->kept = kept_directions(MatrixXd(SparseMatrix(cluster->h.transpose()) * cluster->h),
-                                  has_faces ? Constraints::cutoff_of_faces : Constraints::cutoff_of_points);
+  cluster->kept = kept_directions(MatrixXd(SparseMatrix(cluster->h.transpose()) * cluster->h), cutoff);
   if (needs_uniform_pressure(mesh, points, cluster->points)) hold_uniform_pressure(*cluster);
   MatrixXd directions(cluster->h.cols(), cluster->num_directions());
   directions.leftCols(cluster->kept.vectors.cols()) = cluster->kept.vectors;
   if (cluster->pressure_direction.size() > 0) directions.rightCols(1) = cluster->pressure_direction;
   cluster->single_directions = directions.cast<float>();
   return cluster;
+}
+
+double least_part_of_rigid_motions(const Mesh& mesh, const ClustersByAxis& clusters) {
+  using Motions = Eigen::Matrix<double, 6, 6>;
+  Vec3 center = Vec3::Zero();
+  double count = 0;
+  for (const auto& axis : clusters)
+    for (const auto& cluster : axis)
+      for (const std::int32_t node : cluster->nodes) {
+        center += mesh.position(static_cast<std::size_t>(node));
+        ++count;
+      }
+  if (count == 0) return 1;
+  center /= count;
+  const double size = mesh.edges().colwise().norm().maxCoeff();
+  Motions all = Motions::Zero(), kept = Motions::Zero();
+  for (int axis = 0; axis < 3; ++axis)
+    for (const auto& cluster : clusters[static_cast<std::size_t>(axis)]) {
+      MatrixXd motions(cluster->nodes.size(), 6);  // along the axis: t + w x (x - center) / size
+      for (std::size_t n = 0; n < cluster->nodes.size(); ++n) {
+        const Vec3 arm = (mesh.position(static_cast<std::size_t>(cluster->nodes[n])) - center) / size;
+        const auto row = static_cast<Index>(n);
+        for (int d = 0; d < 3; ++d) {
+          motions(row, d) = d == axis;
+          motions(row, 3 + d) = Vec3::Unit(d).cross(arm)[axis];
+        }
+      }
+      const MatrixXd rows = cluster->h * motions;
+      all += rows.transpose() * rows;
+      const MatrixXd held = cluster->kept.vectors.transpose() * motions;
+      kept += held.transpose() * cluster->kept.sigma2.asDiagonal() * held;
+    }
+  const Eigen::SelfAdjointEigenSolver<Motions> eigen(all);
+  const auto& values = eigen.eigenvalues();
+  Index first = 0;
+  while (first < 6 && values[first] <= 1e-9 * values[5]) ++first;  // what no row holds
+  if (first == 6) return 1;
+  const MatrixXd scaled =
+      eigen.eigenvectors().rightCols(6 - first) * values.tail(6 - first).cwiseSqrt().cwiseInverse().asDiagonal();
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(scaled.transpose() * kept * scaled).eigenvalues()[0];
 }
 
 }  // namespace hexsolver

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/SparseCore>
+#include <array>
 #include <memory>
 #include <type_traits>
 #include <vector>
@@ -97,7 +98,15 @@ std::vector<std::vector<std::size_t>> split_into_clusters(const Mesh& mesh, cons
 std::vector<std::size_t> points_with_axis(const std::vector<ConstraintPoint>& points, std::size_t axis);
 
 /// @param members  numbers of the points of the cluster
+/// @param cutoff   of directions
 std::shared_ptr<const ConstraintCluster> make_cluster(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
-                                                      std::vector<std::size_t> members);
+                                                      std::vector<std::size_t> members, double cutoff);
+
+/// Clusters of each axis.
+using ClustersByAxis = std::array<std::vector<std::shared_ptr<const ConstraintCluster>>, 3>;
+
+/// How much of that rigid motion of the body the kept directions hold of which they hold least, over what all rows
+/// hold of it: 1 where nothing is lost.
+double least_part_of_rigid_motions(const Mesh& mesh, const ClustersByAxis& clusters);
 
 }  // namespace hexsolver

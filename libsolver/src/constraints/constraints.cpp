@@ -25,11 +25,13 @@ std::vector<ConstraintPoint> with_face_centers(const std::vector<ConstraintPoint
     } else {  // means of linear functions are their values in the middle
       out.back().weights += p.weights;
       out.back().value += p.value;
+      out.back().area += p.area;
     }
-    of_face = p.face_area > 0 ? (of_face + 1) % 4 : 0;
-    if (p.face_area > 0 && of_face == 0) {
+    of_face = p.is_quarter ? (of_face + 1) % 4 : 0;
+    if (p.is_quarter && of_face == 0) {
       out.back().weights /= 4;
       out.back().value /= 4;
+      out.back().is_quarter = false;
     }
   }
   return out;
@@ -68,6 +70,25 @@ void Constraints::hold_large_clusters_by_nodes() {
   }
 }
 
+void Constraints::make_clusters(double cutoff) {
+  // Axes with the same points share their clusters.
+  std::map<std::vector<std::size_t>, std::size_t> done;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    clusters_[axis].clear();
+    std::vector<std::size_t> used = points_with_axis(held_, axis);
+    if (const auto found = done.find(used); found != done.end()) {
+      clusters_[axis] = clusters_[found->second];
+      continue;
+    }
+    for (auto& members : split_into_clusters(mesh_, held_, used)) {
+      const bool has_faces =
+          std::any_of(members.begin(), members.end(), [&](std::size_t p) { return held_[p].area > 0; });
+      clusters_[axis].push_back(make_cluster(mesh_, held_, std::move(members), has_faces ? cutoff : cutoff_of_points));
+    }
+    done[std::move(used)] = axis;
+  }
+}
+
 struct Constraints::Work {
   VectorXd nodal, coefficients, misfit;
   /// Of the nodes of each cluster, axes as columns: clusters are worked on at once.
@@ -84,17 +105,12 @@ struct Constraints::Work {
 Constraints::Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points)
     : mesh_(mesh), points_(std::move(points)), work_(std::make_unique<Work>()) {
   hold_large_clusters_by_nodes();
-  // Axes with the same points share their clusters.
-  std::map<std::vector<std::size_t>, std::size_t> done;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::vector<std::size_t> used = points_with_axis(held_, axis);
-    if (const auto found = done.find(used); found != done.end()) {
-      clusters_[axis] = clusters_[found->second];
-      continue;
-    }
-    for (auto& members : split_into_clusters(mesh, held_, used))
-      clusters_[axis].push_back(make_cluster(mesh, held_, std::move(members)));
-    done[std::move(used)] = axis;
+  // A patch that is small beside its cells sees little of their turning: fewer directions are left free then.
+  constexpr double enough = 0.1, least_cutoff = 0.01;
+  const bool has_faces = std::any_of(held_.begin(), held_.end(), [](const ConstraintPoint& p) { return p.area > 0; });
+  for (double cutoff = has_faces ? cutoff_of_faces : cutoff_of_points;; cutoff *= 0.4) {
+    make_clusters(cutoff);
+    if (!has_faces || cutoff < least_cutoff || least_part_of_rigid_motions(mesh, clusters_) >= enough) break;
   }
   Index most_nodes = 0, most_points = 0, num_entries = 0;
   for (const auto& axis : clusters_)

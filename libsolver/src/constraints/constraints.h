@@ -17,9 +17,8 @@ struct ConstraintPoint {
   NodeWeights weights;         ///< of the cell's nodes
   Vec3 value = Vec3::Zero();   ///< [mm]
   std::array<bool, 3> axes = {true, true, true};
-  /// Of the face that this is one of the four Gauss points of, which come one after the other [mm^2]; 0: a point that
-  /// stands for itself.
-  double face_area = 0;
+  double area = 0;          ///< of a face, or a quarter of one, that it stands for [mm^2]; 0: it stands for itself
+  bool is_quarter = false;  ///< one of a face's four Gauss points, which come one after the other
 };
 
 /// The same with one point for each face, in its middle.
@@ -56,8 +55,9 @@ public:
 /// A patch pins more directions than a coarse cell has. Points that share nodes form a cluster; in each the right
 /// singular vectors of H with sigma >= cutoff sigma_max are kept and hold exactly, the misfit of the others is least
 /// squares: c' = H H^+ c as in the paper (whose two cases of H^+ are printed the wrong way round). Faces count by their
-/// area, so that H^T H is the integral of N^T N over the patch, and their cutoff is a quarter; for points it is a tenth
-/// (THEORY.md, "Constraints on the embedded surface"). Where
+/// area, so that H^T H is the integral of N^T N over the patch, and their cutoff is a quarter, or less where the kept
+/// directions would lose a rigid motion that the patches hold; for points it is a tenth (THEORY.md, "Constraints on the
+/// embedded surface"). Where
 /// points hold only some axes (sliding plates, planes of symmetry) the direction in which a uniform pressure acts is
 /// held too: a homogeneous stress is then in equilibrium with its supports on every level. Clusters of more than
 /// `dense_limit` nodes, where the singular vectors are too dear, hold their nodes themselves: those with at least 0.1
@@ -118,6 +118,7 @@ private:
   void project_out(Vector& v) const;
 
   void hold_large_clusters_by_nodes();
+  void make_clusters(double cutoff);
 
   const Mesh& mesh_;
   std::vector<ConstraintPoint> points_, held_;

@@ -9,10 +9,11 @@ namespace hexsolver {
 
 namespace {
 
-/// Whether a condition acts on the area of faces: not on points, nor by the paper's rule.
+/// Whether a condition acts on the area of faces: not on points, nor by the paper's rule; nor where it holds some axes
+/// only, as planes of symmetry do, for which the centres of a line of faces may stand.
 bool acts_on_area(const Condition& condition, const Scene& scene) {
   const auto& balls = condition.selection.balls;
-  return scene.supports == Supports::area &&
+  return scene.supports == Supports::area && condition.axes == std::array{true, true, true} &&
          std::none_of(balls.begin(), balls.end(), [](const Ball& ball) { return ball.radius == 0; });
 }
 
@@ -24,19 +25,17 @@ std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selecto
     const Condition& condition = scene.conditions[c];
     const std::string what = fmt::format("condition '{}' ({})", condition.name, condition.where);
     for (const SurfacePoint& p : selector.select(condition.selection, what)) {
-      const ConstraintPoint point{static_cast<std::int32_t>(c),
-                                  p.cell,
-                                  p.weights,
-                                  condition.by,
-                                  condition.axes,
-                                  acts_on_area(condition, scene) ? p.area.norm() : 0};
-      if (point.face_area == 0) {
+      ConstraintPoint point{static_cast<std::int32_t>(c), p.cell, p.weights, condition.by, condition.axes};
+      if (acts_on_area(condition, scene)) point.area = p.area.norm();
+      if (point.area == 0 || selector.has_small_faces()) {
         points.push_back(point);
         continue;
       }
+      point.area /= 4;
+      point.is_quarter = true;
       for (const NodeWeights& weights : selector.gauss_points(p)) {
+        point.weights = weights;
         points.push_back(point);
-        points.back().weights = weights;
       }
     }
   }

@@ -14,8 +14,9 @@ SharedConstraints::SharedConstraints(const std::vector<Point>& points, const Sce
   std::vector<ConstraintPoint> local;
   for (const Point& p : points) {
     const auto cell = std::lower_bound(cells.begin(), cells.end(), p.cell, before) - cells.begin();
-    ConstraintPoint to{p.condition, static_cast<std::int32_t>(cell), NodeWeights::Map(p.weights.data()), {}, p.axes,
-                       p.face_area};
+    ConstraintPoint to{
+        p.condition, static_cast<std::int32_t>(cell), NodeWeights::Map(p.weights.data()), {}, p.axes, p.area,
+        p.is_quarter};
     to.value = prescribed_displacement(scene.conditions[static_cast<std::size_t>(p.condition)],
                                        mesh_->rest_position(to.cell, to.weights), {});
     local.push_back(to);

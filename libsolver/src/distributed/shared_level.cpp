@@ -103,7 +103,8 @@ void SharedLevel::select() {
     point.cell = piece_->in_whole({piece_->mesh().cells()[static_cast<std::size_t>(p.cell)]})[0];
     NodeWeights::Map(point.weights.data()) = p.weights;
     point.axes = p.axes;
-    point.face_area = p.face_area;
+    point.area = p.area;
+    point.is_quarter = p.is_quarter;
     own.push_back(point);
   }
   points_ = all_.gather(own);

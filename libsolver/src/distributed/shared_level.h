@@ -28,7 +28,8 @@ public:
     Index3 cell;  ///< of the whole level
     std::array<double, 8> weights{};
     std::array<bool, 3> axes{};
-    double face_area = 0;  ///< see ConstraintPoint
+    double area = 0;  ///< see ConstraintPoint
+    bool is_quarter = false;
   };
 
   /// @param edges, corner  of the whole level

@@ -165,7 +165,8 @@ std::vector<HeldPoint> SharedParts::held(const std::vector<SharedConstraints::Po
   std::vector<ConstraintPoint> own;
   for (const SharedConstraints::Point& p : points)
     if (const std::int32_t cell = level_.own_cell(p.cell); cell >= 0)
-      own.push_back({p.condition, cell, NodeWeights::Map(p.weights.data()), Vec3::Zero(), p.axes, p.face_area});
+      own.push_back(
+          {p.condition, cell, NodeWeights::Map(p.weights.data()), Vec3::Zero(), p.axes, p.area, p.is_quarter});
   struct Found {
     std::array<bool, 3> axes;
     double part;

@@ -221,6 +221,12 @@ std::vector<SurfacePoint> Selector::select(const Selection& selection, const std
   return points;
 }
 
+bool Selector::has_small_faces() const {
+  constexpr std::int32_t many = 4;
+  const hexmesh::Index3& per_cell = lattice_.levels[static_cast<std::size_t>(level_)].voxels_per_cell;
+  return *std::min_element(per_cell.begin(), per_cell.end()) >= many;
+}
+
 std::array<NodeWeights, 4> Selector::gauss_points(const SurfacePoint& face) const {
   Vec3 center = Vec3::Zero();
   for (int a = 0; a < 8; ++a)

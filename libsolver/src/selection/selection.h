@@ -42,6 +42,10 @@ public:
   /// @throws Error{input} for a segment that the lattice does not have
   std::vector<SurfacePoint> select(const Selection& selection, const std::string& what);
 
+  /// Whether cells have so many voxels that the middle of a face stands for all of it: 4 and more along each axis,
+  /// where integrals of products of shape functions are within 3 %.
+  bool has_small_faces() const;
+
   /// The weights of the four Gauss points of a face.
   std::array<NodeWeights, 4> gauss_points(const SurfacePoint& face) const;
 

@@ -146,7 +146,7 @@ TEST(AreaOfAPatch, FacesOfLongVoxelsCountByTheirArea) {
   const std::vector<ConstraintPoint> points = select_points(scene, selector);
   ASSERT_EQ(points.size(), 24U);  // four Gauss points of six faces
   double area = 0;
-  for (const ConstraintPoint& p : points) area += p.face_area / 4;
+  for (const ConstraintPoint& p : points) area += p.area;
   EXPECT_NEAR(area, 2 * (2 + 5 + 10), 1e-12);
   const std::vector<ConstraintPoint> centers = with_face_centers(points);
   ASSERT_EQ(centers.size(), 6U);
