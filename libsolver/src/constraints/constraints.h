@@ -55,7 +55,7 @@ public:
 /// A patch pins more directions than a coarse cell has. Points that share nodes form a cluster; in each the right
 /// singular vectors of H with sigma >= cutoff sigma_max are kept and hold exactly, the misfit of the others is least
 /// squares: c' = H H^+ c as in the paper (whose two cases of H^+ are printed the wrong way round). Faces count by their
-/// area, so that H^T H is the integral of N^T N over the patch, and their cutoff is a quarter, or less where the kept
+/// area, so that H^T H is the integral of N^T N over the patch, and their cutoff is 2/9, or less where the kept
 /// directions would lose a rigid motion that the patches hold; for points it is a tenth (THEORY.md, "Constraints on the
 /// embedded surface"). Where
 /// points hold only some axes (sliding plates, planes of symmetry) the direction in which a uniform pressure acts is
@@ -65,7 +65,7 @@ public:
 /// points) puts it.
 class Constraints final : public HeldDirections {
 public:
-  static constexpr double cutoff_of_faces = 0.25, cutoff_of_points = 0.1;
+  static constexpr double cutoff_of_faces = 2.0 / 9, cutoff_of_points = 0.1;
   static constexpr std::size_t dense_limit = 1000;
 
   Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points);

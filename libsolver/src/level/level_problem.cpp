@@ -71,7 +71,7 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
       contacts_.push_back(new_contacts_.back().get());
     }
   }
-  set_progress(at_the_end(scene));
+  set_loads(at_the_end(scene));
 }
 
 void LevelProblem::set_progress(const Progress& progress) {
@@ -83,6 +83,10 @@ void LevelProblem::set_progress(const Progress& progress) {
   constraints_->prescribe(prescribed_);
   if (!scene_.dynamics)
     prescribed_ = std::vector<Vec3>();  // a motion prescribes at every step and asks for no memory then
+  set_loads(progress);
+}
+
+void LevelProblem::set_loads(const Progress& progress) {
   const Vec3 whole = Vec3::Constant(scene_.dynamics ? 1 : progress.fraction);
   for (std::size_t n = 0; n < loads_.size(); ++n) {
     const bool changes = n < scene_.forces.size() && scene_.forces[n].history;

@@ -72,6 +72,7 @@ public:
   const std::vector<PenaltyContact*>& contacts() const noexcept { return contacts_; }
 
 private:
+  void set_loads(const Progress& progress);
   void find_islands(const std::vector<ConstraintPoint>& points);
 
   const hexmesh::Lattice& lattice_;

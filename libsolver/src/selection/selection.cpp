@@ -222,7 +222,7 @@ std::vector<SurfacePoint> Selector::select(const Selection& selection, const std
 }
 
 bool Selector::has_small_faces() const {
-  constexpr std::int32_t many = 4;
+  constexpr std::int32_t many = 8;
   const hexmesh::Index3& per_cell = lattice_.levels[static_cast<std::size_t>(level_)].voxels_per_cell;
   return *std::min_element(per_cell.begin(), per_cell.end()) >= many;
 }

@@ -42,8 +42,8 @@ public:
   /// @throws Error{input} for a segment that the lattice does not have
   std::vector<SurfacePoint> select(const Selection& selection, const std::string& what);
 
-  /// Whether cells have so many voxels that the middle of a face stands for all of it: 4 and more along each axis,
-  /// where integrals of products of shape functions are within 3 %.
+  /// Whether cells have so many voxels that the middle of a face stands for all of it: 8 and more along each axis,
+  /// where integrals of products of shape functions are within 1 %.
   bool has_small_faces() const;
 
   /// The weights of the four Gauss points of a face.

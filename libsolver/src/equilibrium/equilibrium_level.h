@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <concepts>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "equilibrium/error_estimator.h"
+#include "equilibrium/load_steps.h"
+#include "hexsolver/equilibrium/equilibrium.h"
+
+namespace hexsolver {
+
+/// The solution of a coarser level that another one starts from.
+template <class Level>
+struct CoarseStart {
+  const Level* level = nullptr;
+  const typename Level::Vector* u = nullptr;
+  std::optional<double> rotating_above;  ///< cells rotate only where their parents do by more [rad]; nothing: all
+};
+
+/// How many cells of a level rotate; nothing where all do.
+using RotatingCells = std::optional<std::size_t>;
+
+/// One level under a scene, on one process or on many. Members are called by all processes at once.
+template <class Level>
+concept EquilibriumLevel = requires(Level level, const Level& other, typename Level::Vector& u, const Scene& scene,
+                                    const CoarseStart<Level>* start, NewtonOptions options, NewtonProgress progress) {
+  { other.level() } -> std::same_as<int>;
+  { other.num_cells() } -> std::same_as<std::size_t>;
+  { other.num_nodes() } -> std::same_as<std::size_t>;
+  { other.diameter() } -> std::same_as<double>;  ///< of the box of the body [mm]
+  /// Warnings. @throws Error{geometry} of incompatible conditions and of obstacles deep inside the body
+  { other.check(scene) } -> std::same_as<std::vector<std::string>>;
+  /// Form the elements; with a start u = that, prolongated. Before this there is no potential.
+  { level.build(Elasticity::cauchy, start, u) } -> std::same_as<RotatingCells>;
+  { other.make_zero() } -> std::same_as<typename Level::Vector>;
+  other.prolongate(other, u, u);  ///< (coarser level, field there, field here)
+  { level.measures(u) } -> std::same_as<LevelMeasures>;
+  level.set_progress(Progress{});
+  { other.largest_load_step() } -> std::same_as<double>;
+  { level.minimize(options, u, progress) } -> std::same_as<NewtonOutcomeOf<typename Level::Vector>>;
+  /// Of a field in the material; parts held by springs only where asked.
+  { other.size_in_material(u, true) } -> std::same_as<ElasticCells::Size>;
+  { other.limit_reached(u, true) } -> std::same_as<std::string>;             ///< see ElasticCells
+  { other.obstacle_inside(u) } -> std::same_as<std::optional<std::string>>;  ///< that went through the surface
+  other.add_effect_seconds(std::declval<SolveReport&>());
+};
+
+/// A level and the best state found on it.
+template <class Level>
+struct Solved {
+  std::unique_ptr<Level> level;
+  LoadedState<typename Level::Vector> state;
+  std::vector<std::optional<typename Level::Vector>> coarser;  ///< solutions of the levels before, coarse to fine, here
+
+  bool converged() const { return level && state.newton.converged; }
+};
+
+}  // namespace hexsolver
