@@ -22,6 +22,25 @@ void check_merge(const Reader& file, const std::vector<Level>& levels, int n) {
 
 std::string matrix_name(int level, const char* set) { return level_group(level) + "/elements/" + set; }
 
+std::string subcells_name(int level) { return level_group(level) + "/elements/subcells"; }
+
+/// Of files without them only cells that are full are known.
+void read_subcells(const Reader& file, int number, Level& level, const std::vector<std::int32_t>* numbers) {
+  const std::string name = subcells_name(number);
+  const Index3& n = level.voxels_per_cell;
+  const std::size_t count = level.filled.size();
+  if (!file.has(name)) {
+    level.subcells.clear();
+    for (const std::int64_t filled : level.filled)
+      level.subcells.push_back(filled == std::int64_t{n[0]} * n[1] * n[2] ? all_subcells : 0);
+    return;
+  }
+  level.subcells =
+      numbers ? read_selected_rows<SubcellMask>(file, name, 1, *numbers) : file.read<SubcellMask>(name, {count, 1});
+  for (std::size_t e = 0; e < count; ++e)
+    if (level.subcells[e] == 0) file.fail(fmt::format("has an element without subcells in '{}'", name));
+}
+
 /// Voxels with material per element, from the filled volumes.
 void count_filled(const Reader& file, const Lattice& lattice, int number, Level& level) {
   constexpr double rounding = 1e-6;
@@ -140,6 +159,10 @@ void declare_matrices(Writer& file, int level, std::size_t num_elements) {
     file.declare<double>(matrix_name(level, set.name), {num_elements, set.width});
 }
 
+void write_subcells(Writer& file, int level, const std::vector<SubcellMask>& subcells) {
+  file.write<SubcellMask>(subcells_name(level), subcells, {subcells.size(), 1}, true);
+}
+
 void write_matrices(Writer& file, int level, std::size_t first, const StoredMatrices& matrices) {
   for (const StoredMatrices::Set& set : matrices.sets())
     file.write_rows<double>(matrix_name(level, set.name), set.values, first, matrices.size());
@@ -173,6 +196,7 @@ void read_matrices(const Reader& file, const Lattice& lattice, int number, Level
                     "deviatoric, bulk, divergence, volume and shape of one material",
                     numbers ? (*numbers)[static_cast<std::size_t>(e)] : e, number));
   count_filled(file, lattice, number, level);
+  read_subcells(file, number, level, numbers);
 }
 
 }  // namespace hexmesh::hdf5

@@ -37,6 +37,8 @@ std::vector<Children> to_children(const Reader& file, int level, const std::vect
 
 /// Datasets for the matrices of a level, whose rows come by write_matrices().
 void declare_matrices(Writer& file, int level, std::size_t num_elements);
+/// Where the material of each element is, beside its matrices.
+void write_subcells(Writer& file, int level, const std::vector<SubcellMask>& subcells);
 /// @param first  element of the first of these
 void write_matrices(Writer& file, int level, std::size_t first, const StoredMatrices& matrices);
 /// Rows of one of the sets; none if the file does not have it.

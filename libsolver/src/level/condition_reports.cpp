@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "level/condition_reports.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 namespace hexsolver {
@@ -14,8 +15,8 @@ std::vector<ConditionReport> report_points(const Constraints& constraints, const
   return out;
 }
 
-void report_constraints(const Constraints& constraints, const Scene& scene, const NodeVector& u,
-                        const NodeVector& gradient, SolveReport& report) {
+void report_constraints(const Constraints& constraints, const Scene& scene, const Mesh& mesh, const NodeVector& u,
+                        const NodeVector& gradient, const Arms& arms, SolveReport& report) {
   report.conditions = report_points(constraints, scene);
   for (const ConstraintPoint& p : constraints.points()) {
     ConditionReport& r = report.conditions[static_cast<std::size_t>(p.condition)];
@@ -25,8 +26,12 @@ void report_constraints(const Constraints& constraints, const Scene& scene, cons
     r.misfit_mm = std::max(r.misfit_mm, miss.norm());
   }
   const std::vector<Vec3> forces = constraints.multipliers(gradient);
-  for (std::size_t p = 0; p < forces.size(); ++p)
-    report.conditions[static_cast<std::size_t>(constraints.held()[p].condition)].reaction_n += forces[p];
+  for (std::size_t n = 0; n < forces.size(); ++n) {
+    const ConstraintPoint& p = constraints.held()[n];
+    ConditionReport& r = report.conditions[static_cast<std::size_t>(p.condition)];
+    r.reaction_n += forces[n];
+    r.moment_n_mm += arms.of(mesh.rest_position(p.cell, p.weights), constraints.displacement(p, u)).cross(forces[n]);
+  }
   report.kept_directions = constraints.num_kept();
   report.constraint_violation_mm = constraints.violation(u);
   // What is known to be off at the conditions is part of the error.
