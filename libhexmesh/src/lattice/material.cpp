@@ -15,12 +15,16 @@ Material material_from_units(double young_kpa, double poisson, double density_kg
 }
 
 std::string material_problem(const Material& material) {
-  if (!(std::isfinite(material.young) && material.young > 0))
-    return fmt::format("young_kpa is {}, expected > 0", material.young * 1e3);
-  if (!(material.poisson > -1 && material.poisson < 0.5))
-    return fmt::format("poisson is {}, expected within (-1, 0.5)", material.poisson);
-  if (!(std::isfinite(material.density) && material.density >= 0))
-    return fmt::format("density_kg_m3 is {}, expected >= 0", material.density * 1e12);
+  // Values have come through units: the bounds are met but for rounding.
+  const auto is_within = [](double value, double least, double most) {
+    return value >= least * (1 - 1e-9) && value <= most * (1 + 1e-9);
+  };
+  if (!is_within(material.young, least_young_kpa * 1e-3, most_young_kpa * 1e-3))
+    return fmt::format("young_kpa is {}, expected {:g} to {:g}", material.young * 1e3, least_young_kpa, most_young_kpa);
+  if (!(material.poisson >= least_poisson && material.poisson <= most_poisson))
+    return fmt::format("poisson is {}, expected {:g} to {:g}", material.poisson, least_poisson, most_poisson);
+  if (!is_within(material.density, 0, most_density_kg_m3 * 1e-12))
+    return fmt::format("density_kg_m3 is {}, expected 0 to {:g}", material.density * 1e12, most_density_kg_m3);
   return {};
 }
 

@@ -7,11 +7,18 @@
 
 namespace hexmesh {
 
+/// Bounds of materials, far beyond tissue and implants: gels have 1e-3 kPa, diamond 1.2e9 kPa, osmium 22,600 kg/m^3. Of
+/// water the bulk modulus is some 1e6 times the shear modulus of soft tissue; at nu = 0.49999, 5e4 times, the volume is
+/// kept as well for all that is seen, and equations can still be solved.
+inline constexpr double least_young_kpa = 1e-6, most_young_kpa = 1e10;
+inline constexpr double least_poisson = -0.99, most_poisson = 0.49999;
+inline constexpr double most_density_kg_m3 = 1e5;
+
 /// Isotropic linear elastic material (Hooke's law) in the units mm, N, MPa, tonne, s.
 struct Material {
-  double young = 0;    ///< Young's modulus E [MPa]; > 0
-  double poisson = 0;  ///< Poisson's ratio nu; in (-1, 0.5)
-  double density = 0;  ///< rho [tonne/mm^3]; >= 0
+  double young = 0;    ///< Young's modulus E [MPa]
+  double poisson = 0;  ///< Poisson's ratio nu
+  double density = 0;  ///< rho [tonne/mm^3]
 
   double shear_modulus() const { return young / (2 * (1 + poisson)); }     ///< mu [MPa]
   double bulk_modulus() const { return young / (3 * (1 - 2 * poisson)); }  ///< kappa [MPa]
@@ -21,7 +28,7 @@ struct Material {
 /// @param density_kg_m3  rho [kg/m^3]
 Material material_from_units(double young_kpa, double poisson, double density_kg_m3);
 
-/// What is out of bounds, "young_kpa is 0, expected > 0"; empty if nothing is.
+/// What is out of bounds, "young_kpa is 0, expected 1e-06 to 1e+10"; empty if nothing is.
 std::string material_problem(const Material& material);
 
 /// @param segment  named in the message
