@@ -30,7 +30,7 @@ TEST(Material, EachBoundIsCheckedAndTheSegmentNamed) {
         {material_from_units(1e12, 0.3, 1000), "young_kpa is 1e+12, expected 1e-06 to 1e+10"},
         {material_from_units(1e-9, 0.3, 1000), "young_kpa is 1e-09"},
         {material_from_units(1, 0.49999999, 1000), "poisson is 0.49999999, expected -0.99 to 0.49999"},
-        {material_from_units(1, 0.3, 1e9), "density_kg_m3 is 1e+09"}}) {
+        {material_from_units(1, 0.3, 1e9), "density_kg_m3 is 1000000000"}}) {
     const std::string message = message_of(ErrorKind::input, [&, &m = material] { check_material(m, "spleen"); });
     EXPECT_NE(message.find("'spleen'"), std::string::npos) << message;
     EXPECT_NE(message.find(key), std::string::npos) << message;

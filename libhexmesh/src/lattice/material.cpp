@@ -20,11 +20,12 @@ std::string material_problem(const Material& material) {
     return value >= least * (1 - 1e-9) && value <= most * (1 + 1e-9);
   };
   if (!is_within(material.young, least_young_kpa * 1e-3, most_young_kpa * 1e-3))
-    return fmt::format("young_kpa is {}, expected {:g} to {:g}", material.young * 1e3, least_young_kpa, most_young_kpa);
+    return fmt::format("young_kpa is {:.12g}, expected {:g} to {:g}", material.young * 1e3, least_young_kpa,
+                       most_young_kpa);
   if (!(material.poisson >= least_poisson && material.poisson <= most_poisson))
-    return fmt::format("poisson is {}, expected {:g} to {:g}", material.poisson, least_poisson, most_poisson);
+    return fmt::format("poisson is {:.12g}, expected {:g} to {:g}", material.poisson, least_poisson, most_poisson);
   if (!is_within(material.density, 0, most_density_kg_m3 * 1e-12))
-    return fmt::format("density_kg_m3 is {}, expected 0 to {:g}", material.density * 1e12, most_density_kg_m3);
+    return fmt::format("density_kg_m3 is {:.12g}, expected 0 to {:g}", material.density * 1e12, most_density_kg_m3);
   return {};
 }
 
