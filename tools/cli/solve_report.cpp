@@ -44,6 +44,24 @@ json to_json(const std::vector<hexsolver::ContactReport>& contacts) {
 
 namespace {
 
+/// Before a solution there are none.
+template <class Report>
+void add_moments(const std::vector<Report>& from, json& rows) {
+  for (std::size_t n = 0; n < from.size(); ++n) rows[n]["moment_n_mm"] = to_json(from[n].moment_n_mm);
+}
+
+json to_json(const hexsolver::BalanceReport& balance) {
+  const auto row = [](const hexsolver::BalanceReport::Row& r) -> json {
+    return {{"name", r.name}, {"force_n", to_json(r.force_n)}, {"moment_n_mm", to_json(r.moment_n_mm)}};
+  };
+  json acting = json::array();
+  for (const hexsolver::BalanceReport::Row& r : balance.acting) acting.push_back(row(r));
+  const hexsolver::BalanceReport::Row sum = balance.sum();
+  return {{"about_mm", to_json(balance.about_mm)},
+          {"acting", acting},
+          {"sum", {{"force_n", to_json(sum.force_n)}, {"moment_n_mm", to_json(sum.moment_n_mm)}}}};
+}
+
 json to_json(const hexsolver::MotionReport& motion) {
   json rows = json::array();
   for (const hexsolver::MotionReport::Row& r : motion.rows)
@@ -124,8 +142,12 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
     condition["reaction_n"] = to_json(c.reaction_n);
     out["conditions"].push_back(condition);
   }
+  add_moments(r.conditions, out["conditions"]);
   out["forces"] = to_json(r.forces);
+  add_moments(r.forces, out["forces"]);
   out["contacts"] = to_json(r.contacts);
+  add_moments(r.contacts, out["contacts"]);
+  out["balance"] = to_json(r.balance);
   out["free_modes"] = json::array();
   out["dropped_cells"] = r.dropped_cells;
   out["held_cells"] = r.held_cells;
@@ -140,6 +162,10 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   if (!r.motion) out["strain_energy_error_n_mm"] = to_json(error.strain_energy_n_mm);
   out["min_jacobian"] = r.min_jacobian;
   out["inverted_cells"] = r.inverted_cells;
+  out["inverted_voxels"] = r.inverted_voxels;
+  out["volume_change"] = r.volume_change;
+  out["least_volume_ratio"] = r.least_volume_ratio;
+  out["largest_volume_ratio"] = r.largest_volume_ratio;
   out["strain"] = strain_name(r.elasticity);
   out["law"] = law_name(r.elasticity);
   out["pressure_checkerboard_kpa"] = 1e3 * r.pressure_checkerboard;
@@ -256,8 +282,8 @@ void summarize(const SolveReport& r, const Console& console) {
                              !r.converged          ? "not converged"
                              : r.levels.size() < 2 ? "there is no level to compare with"
                                                    : "the levels do not come closer to each other"));
-  console.note(fmt::format("strain energy {:.6g} N mm, smallest Jacobian {:.3g}, {} inverted cells",
-                           r.strain_energy_n_mm, r.min_jacobian, r.inverted_cells));
+  console.note(fmt::format("strain energy {:.6g} N mm, smallest Jacobian {:.3g}, {} inverted voxels, volume {:+.2g} %",
+                           r.strain_energy_n_mm, r.min_jacobian, r.inverted_voxels, 100 * r.volume_change));
 }
 
 std::string solve_history(const std::string& lattice, const std::filesystem::path& lattice_file,

@@ -110,6 +110,10 @@ std::string summary(const Result& result, const json& report) {
   add("strain energy", "/strain_energy_n_mm", "N mm");
   add("least Jacobian", "/min_jacobian");
   add("inverted cells", "/inverted_cells");
+  add("inverted voxels", "/inverted_voxels");
+  add("change of volume, of the whole", "/volume_change");
+  add("least volume of a cell over that at rest", "/least_volume_ratio");
+  add("largest", "/largest_volume_ratio");
   add("steps", "/motion/steps");
   double largest = 0, sum = 0, count = 0;
   const hexmesh::CellLocator locator(result.voxels, result.voxels_per_cell, result.cells);
@@ -274,6 +278,13 @@ std::string html_report(const Result& result, const hexmesh::IntensityVolume* sc
                  {"points that touch", "/points"},
                  {"deepest [mm]", "/deepest_mm"},
                  {"force on the body [N]", "/force_n"}});
+  if (report.contains("balance")) {
+    json rows = report["balance"]["acting"];
+    rows.push_back(report["balance"]["sum"]);
+    rows.back()["name"] = "sum";
+    body += table("Balance of all that acts on the body; moments about " + shown(report["balance"]["about_mm"]) + " mm",
+                  rows, {{"acts", "/name"}, {"force [N]", "/force_n"}, {"moment [N mm]", "/moment_n_mm"}});
+  }
   body += pictures(result, scan);
   body += accuracy(report, costs);
   body += motion(report);

@@ -65,8 +65,9 @@ void add_level(const hdf5::Reader& file, int level, std::size_t num_materials, C
   content.add<std::uint16_t>(group + "/segment", {0});
   content.add<std::uint16_t>(group + "/parts", {0});
   if (level > 0) content.add<std::int32_t>(hdf5::children_name(level), {0, 8});
-  if (hdf5::has_matrices(file, level))
-    content.add_matrices(level, level > 0 ? file.shape(hdf5::children_name(level), 2)[0] : num_materials);
+  if (!hdf5::has_matrices(file, level)) return;
+  if (file.has(hdf5::subcells_name(level))) content.add<SubcellMask>(hdf5::subcells_name(level), {0, 1});
+  content.add_matrices(level, level > 0 ? file.shape(hdf5::children_name(level), 2)[0] : num_materials);
 }
 
 }  // namespace

@@ -53,6 +53,7 @@ void write_level(hdf5::Writer& file, const Lattice& lattice, int number, Element
     file.write<std::int32_t>(group + "/elements/children", {level.children.front().data(), 8 * level.children.size()},
                              {level.children.size(), 8}, true);
   if (!stores_matrices(lattice, number, storage)) return;
+  hdf5::write_subcells(file, number, level.subcells);
   hdf5::declare_matrices(file, number, level.filled.size());
   for_each_block(lattice, number, tree, [&](std::size_t first, const StoredMatrices& block) {
     hdf5::write_matrices(file, number, first, block);

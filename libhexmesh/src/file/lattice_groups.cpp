@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "cell_checks.h"
@@ -21,6 +22,36 @@ void check_merge(const Reader& file, const std::vector<Level>& levels, int n) {
   for (std::size_t d = 0; d < 3; ++d)
     good &= levels[n].merge[d] <= 2 && levels[n].voxels_per_cell[d] == levels[n].merge[d] * finer[d];
   if (!good) file.fail(fmt::format("has a '{}' that does not merge the level before it", level_group(n)));
+}
+
+/// Whether as many voxels can lie in these subcells: at most as many as fit, and one at least in each.
+bool is_possible(SubcellMask subcells, std::int64_t filled, const Index3& voxels_per_cell) {
+  std::int64_t voxels = 1, subcells_of_voxel = 1;
+  for (const std::int32_t n : voxels_per_cell) {
+    voxels *= n;
+    subcells_of_voxel *= std::max(1, subcells_along / n);
+  }
+  const std::int64_t count = std::popcount(subcells), all = std::popcount(all_subcells);
+  return filled * all <= count * voxels && count <= filled * subcells_of_voxel;
+}
+
+/// Of files without them only cells that are full are known.
+void read_subcells(const Reader& file, int number, Level& level, const std::vector<std::int32_t>* numbers) {
+  const std::string name = subcells_name(number);
+  const Index3& n = level.voxels_per_cell;
+  const std::size_t count = level.filled.size();
+  if (!file.has(name)) {
+    level.subcells.clear();
+    for (const std::int64_t filled : level.filled)
+      level.subcells.push_back(filled == std::int64_t{n[0]} * n[1] * n[2] ? all_subcells : 0);
+    return;
+  }
+  level.subcells =
+      numbers ? read_selected_rows<SubcellMask>(file, name, 1, *numbers) : file.read<SubcellMask>(name, {count, 1});
+  for (std::size_t e = 0; e < count; ++e)
+    if (!is_possible(level.subcells[e], level.filled[e], n))
+      file.fail(fmt::format("has {} voxels in {} subcells of an element in '{}', which cannot be", level.filled[e],
+                            std::popcount(level.subcells[e]), name));
 }
 
 /// Voxels with material per element, from the filled volumes.
@@ -58,6 +89,8 @@ void check_masses(const Reader& file, const Lattice& lattice, int number, const 
 std::string level_group(int level) { return fmt::format("/levels/{}", level); }
 
 std::string matrix_name(int level, const char* set) { return level_group(level) + "/elements/" + set; }
+
+std::string subcells_name(int level) { return level_group(level) + "/elements/subcells"; }
 
 std::string children_name(int level) { return level_group(level) + "/elements/children"; }
 
@@ -184,6 +217,10 @@ void declare_matrices(Writer& file, int level, std::size_t num_elements) {
     file.declare<double>(matrix_name(level, set.name), {num_elements, set.width});
 }
 
+void write_subcells(Writer& file, int level, const std::vector<SubcellMask>& subcells) {
+  file.write<SubcellMask>(subcells_name(level), subcells, {subcells.size(), 1}, true);
+}
+
 void write_matrices(Writer& file, int level, std::size_t first, const StoredMatrices& matrices) {
   for (const StoredMatrices::Set& set : matrices.sets())
     file.write_rows<double>(matrix_name(level, set.name), set.values, first, matrices.size());
@@ -219,6 +256,7 @@ void read_matrices(const Reader& file, const Lattice& lattice, int number, Level
                     numbers ? (*numbers)[static_cast<std::size_t>(e)] : e, number));
   count_filled(file, lattice, number, level);
   check_masses(file, lattice, number, level);
+  read_subcells(file, number, level, numbers);
 }
 
 }  // namespace hexmesh::hdf5

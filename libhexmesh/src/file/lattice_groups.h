@@ -14,6 +14,7 @@ namespace hexmesh::hdf5 {
 std::string level_group(int level);
 std::string children_name(int level);
 std::string matrix_name(int level, const char* set);
+std::string subcells_name(int level);
 inline constexpr std::size_t matrix_block = 1 << 12;  ///< elements whose matrices are written as one
 
 void write_materials(Writer& file, const std::vector<VoxelMaterial>& materials);
@@ -40,6 +41,8 @@ std::vector<Children> to_children(const Reader& file, int level, const std::vect
 
 /// Datasets for the matrices of a level, whose rows come by write_matrices().
 void declare_matrices(Writer& file, int level, std::size_t num_elements);
+/// Where the material of each element is, beside its matrices.
+void write_subcells(Writer& file, int level, const std::vector<SubcellMask>& subcells);
 /// @param first  element of the first of these
 void write_matrices(Writer& file, int level, std::size_t first, const StoredMatrices& matrices);
 /// Rows of one of the sets of a level, which has so many elements.

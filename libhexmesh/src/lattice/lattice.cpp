@@ -309,9 +309,12 @@ void count_filled(std::vector<Level>& levels, std::size_t num_materials) {
   for (std::size_t l = 0; l < levels.size(); ++l) {
     Level& level = levels[l];
     level.filled.assign(l == 0 ? num_materials : level.children.size(), l == 0 ? 1 : 0);
-    for (std::size_t e = 0; e < level.children.size(); ++e)
+    level.subcells.assign(level.filled.size(), all_subcells);
+    for (std::size_t e = 0; e < level.children.size(); ++e) {
       for (const std::int32_t child : level.children[e])
         if (child >= 0) level.filled[e] += levels[l - 1].filled[child];
+      level.subcells[e] = subcells_of(level.children[e], levels[l - 1].subcells, level.merge);
+    }
   }
 }
 
@@ -331,7 +334,7 @@ std::size_t bytes_of(const Lattice& lattice) {
                     (lattice.faces ? lattice.faces->bytes() : 0);
   for (const Level& l : lattice.levels)
     sum += bytes_of(l.cells) + bytes_of(l.element) + bytes_of(l.segment) + bytes_of(l.parts) + bytes_of(l.children) +
-           bytes_of(l.filled) + bytes_of(l.matrices);
+           bytes_of(l.filled) + bytes_of(l.subcells) + bytes_of(l.matrices);
   return sum;
 }
 

@@ -16,13 +16,17 @@ Material material_from_units(double young_kpa, double poisson, double density_kg
 }
 
 std::string material_problem(const Material& material) {
-  constexpr double most = 1e30;  // [kPa, kg/m^3]: where products of it still are numbers
-  if (!(material.young > 0 && material.young * 1e3 <= most))
-    return fmt::format("young_kpa is {}, expected > 0 and at most {:g}", material.young * 1e3, most);
+  // Values have come through units: the bounds are met but for rounding.
+  const auto is_within = [](double value, double least, double most) {
+    return value >= least * (1 - 1e-9) && value <= most * (1 + 1e-9);
+  };
+  if (!is_within(material.young, least_young_kpa * 1e-3, most_young_kpa * 1e-3))
+    return fmt::format("young_kpa is {:.12g}, expected {:g} to {:g}", material.young * 1e3, least_young_kpa,
+                       most_young_kpa);
   if (!(material.poisson >= least_poisson && material.poisson <= most_poisson))
-    return fmt::format("poisson is {}, expected {} to {}", material.poisson, least_poisson, most_poisson);
-  if (!(material.density >= 0 && material.density * 1e12 <= most))
-    return fmt::format("density_kg_m3 is {}, expected >= 0 and at most {:g}", material.density * 1e12, most);
+    return fmt::format("poisson is {:.12g}, expected {:g} to {:g}", material.poisson, least_poisson, most_poisson);
+  if (!is_within(material.density, 0, most_density_kg_m3 * 1e-12))
+    return fmt::format("density_kg_m3 is {:.12g}, expected 0 to {:g}", material.density * 1e12, most_density_kg_m3);
   return {};
 }
 

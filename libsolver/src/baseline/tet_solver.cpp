@@ -95,6 +95,7 @@ public:
   }
   double rounding() const override { return 0; }
   double rounding(const Vector& /*u*/) const override { return 0; }
+  double energy_rounding() const override { return 0; }
   void project(Vector& v) const override { v = system_.only_free(system_.free_part(v)); }
   bool lift(const Vector& u, Vector& step) override {
     held_step_ = system_.held_step(u, fraction_);

@@ -49,6 +49,7 @@ public:
   double gradient(const OwnedVec& u, OwnedVec& gradient) override { return level_.gradient(u, gradient); }
   double rounding() const override { return level_.rounding(); }
   double rounding(const OwnedVec& u) const override { return level_.rounding(u); }
+  double energy_rounding() const override { return level_.energy_rounding(); }
   void project(OwnedVec& v) const override { level_.project(v); }
   bool lift(const OwnedVec& u, OwnedVec& step) override;
   void linearize(const OwnedVec& u, double projection, bool is_near) override;

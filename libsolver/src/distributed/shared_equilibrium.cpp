@@ -94,10 +94,16 @@ RotatingCells DistributedLevel::build(Elasticity elasticity, const CoarseStart<D
 void report_state(const SharedLevel& level, const OwnedVec& u, const Scene& scene, SolveReport& report) {
   const SharedConstraints& held = level.constraints();
   report.strain_energy_n_mm = level.strain_energy(u);
-  report.forces = level.forces();
+  const Arms arms(level.outline(), report.elasticity);
+  const std::vector<BalanceReport::Row> loads = level.loads(u, arms);
+  for (std::size_t n = 0; n < loads.size(); ++n)
+    report.forces.push_back({n < scene.forces.size() ? scene.forces[n].name : loads[n].name, loads[n].force_n});
   const OwnedVec gradient = level.make_vector();
   level.gradient(u, gradient);
-  report_constraints(held.local(), scene, held.values_of(u), held.values_of(gradient), report);
+  report_constraints(held.local(), scene, held.mesh(), held.values_of(u), held.values_of(gradient), arms, report);
+  report_balance(scene, arms, loads, report);
+  if (!level.is_linear() && report.load_fraction > 0)
+    warn_of_rounding(level.rounding(), level.inner_forces(u), loads, report.warnings);
   if (report.converged)
     if (const std::string limit = level.limit_reached(u, false); !limit.empty()) report.warnings.push_back(limit);
 }
@@ -185,6 +191,7 @@ SolveReport solve_equilibrium(const Run&, const std::filesystem::path& lattice, 
     file = std::make_unique<hexmesh::LatticeReader>(lattice, source_of_elements(scene));
     outline = with_overrides(file->outline(), scene);
     report.warnings = check_single_points(scene);
+    check_contrast(*outline);
     for (int n = 0; n < static_cast<int>(outline->levels.size()); ++n) levels.num_cells.push_back(file->num_cells(n));
     finest = finest_level(scene, levels.num_cells);
     check_open_ended(scene, levels.num_cells, finest);

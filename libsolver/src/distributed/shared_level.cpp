@@ -55,6 +55,7 @@ void SharedLevel::build_potential(Elasticity elasticity, std::vector<bool> rotat
       {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(rotating), false});
   elastic_ = elastic.get();
   rounding_ = std::sqrt(all_.sum(elastic->rounding() * elastic->rounding()));
+  energy_rounding_ = all_.sum(elastic->energy_rounding());
   potential_ = std::make_unique<Potential>(mesh());
   potential_->add(std::move(elastic));
 }
@@ -209,6 +210,15 @@ double SharedLevel::gradient(Vec u, Vec gradient) const {
   return norm(sum);
 }
 
+double SharedLevel::inner_forces(Vec u) const {
+  copies_.get(u, x_);
+  NodeVector magnitude;
+  potential_->gradient(x_, y_, magnitude);
+  const OwnedVec sum = make_vector();
+  copies_.add_to(y_, sum);
+  return norm(sum);
+}
+
 double SharedLevel::rounding(Vec u) const {
   const double in_half_edges = norm(u, NORM_INFINITY) / (0.5 * mesh().edges().colwise().norm().minCoeff());
   return is_linear() ? std::min(1.0, in_half_edges) * rounding_ : rounding_;
@@ -283,13 +293,15 @@ ElasticCells::Size SharedLevel::size_in_material(Vec field) const {
   return {all_.sum(volume * size.mean) / all_.sum(volume), all_.largest(size.largest)};
 }
 
-std::vector<ForceReport> SharedLevel::forces() const {
-  std::vector<ForceReport> out;
+std::vector<BalanceReport::Row> SharedLevel::loads(Vec u, const Arms& arms) const {
+  std::vector<bool> own;
+  for (const PetscInt number : nodes_->numbers()) own.push_back(nodes_->owns(number));
+  const NodeVector displacement = part_of(u);
+  std::vector<BalanceReport::Row> out;
   for (std::size_t n = 0; n < loads_.size(); ++n) {
-    ForceReport force{n < scene_.forces.size() ? scene_.forces[n].name : "gravity", {}};
-    for (PetscInt d = 0; d < 3; ++d) check(VecStrideSum(loads_[n], d, &force.total_n[d]));
-    force.total_n *= load_factor_;
-    out.push_back(std::move(force));
+    const std::string name = n < scene_.forces.size() ? load_name(scene_.forces[n]) : name_of(EffectKind::gravity);
+    out.push_back(resultant(name, load_factor_ * part_of(loads_[n]), mesh(), displacement, arms, own));
+    for (Vec3* total : {&out.back().force_n, &out.back().moment_n_mm}) all_.add_up({total->data(), 3});
   }
   return out;
 }

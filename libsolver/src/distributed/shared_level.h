@@ -15,6 +15,7 @@
 #include "hexsolver/report/report.h"
 #include "hexsolver/scene/history.h"
 #include "hexsolver/scene/scene.h"
+#include "level/balance.h"
 #include "terms/elastic.h"
 #include "terms/potential.h"
 
@@ -82,10 +83,12 @@ public:
   void set_progress(const Progress& progress);
   double energy(Vec u) const;         ///< [N mm]
   double strain_energy(Vec u) const;  ///< [N mm]
+  double inner_forces(Vec u) const;   ///< norm of those that cells exert on nodes [N]
   /// dW/du; @returns the norm of the absolute values that it sums up [N]
   double gradient(Vec u, Vec gradient) const;
-  double rounding() const noexcept { return rounding_; }  ///< ElasticCells::rounding
-  double rounding(Vec u) const;                           ///< size of the rounding errors in a gradient at u [N]
+  double rounding() const noexcept { return rounding_; }                ///< ElasticCells::rounding
+  double energy_rounding() const noexcept { return energy_rounding_; }  ///< likewise
+  double rounding(Vec u) const;  ///< size of the rounding errors in a gradient at u [N]
   void project(Vec v) const { constraints_->project(v); }
 
   void linearize(Vec u, double clamping);
@@ -109,10 +112,10 @@ public:
   /// A field of a level with cells `merge` times as large, on this one.
   void prolongate(const SharedLevel& coarser, const Index3& merge, Vec from, Vec to) const;
 
-  ElasticCells::Size size_in_material(Vec field) const;  ///< see there
-  std::vector<ForceReport> forces() const;
-  std::string limit_reached(Vec u, bool nearly) const;  ///< ElasticCells::limit_reached of some cell
-  double diameter() const;                              ///< of the box of the body [mm]
+  ElasticCells::Size size_in_material(Vec field) const;                  ///< see there
+  std::vector<BalanceReport::Row> loads(Vec u, const Arms& arms) const;  ///< forces of the scene, then gravity
+  std::string limit_reached(Vec u, bool nearly) const;                   ///< ElasticCells::limit_reached of some cell
+  double diameter() const;                                               ///< of the box of the body [mm]
 
   /// Form the elements anew for another law, or for cells of which only some rotate.
   /// @param rotating  of the part; empty = all
@@ -143,7 +146,7 @@ private:
   Elasticity elasticity_;
   std::unique_ptr<Potential> potential_;
   ElasticCells* elastic_ = nullptr;  ///< in the potential
-  double rounding_ = 0;
+  double rounding_ = 0, energy_rounding_ = 0;
   std::vector<OwnedVec> loads_;  ///< in full [N]
   double load_factor_ = 1;
 

@@ -42,10 +42,10 @@ hexmesh::ResultRows result_rows(const SharedLevel& level, Vec u, SolveReport& re
   hexmesh::ResultRows rows{state_of_cells(piece, level.level(), *cells, v, std::move(measures))};
   hexmesh::Result& r = rows.part;
   const std::size_t first = read.rows().first_cell, count = read.rows().num_own_cells;
-  CellChanges changes = count_changes(r, first, count);
-  changes = {all.sum(changes.cells), all.sum(changes.strained), all.sum(changes.turned), all.sum(changes.inverted),
-             all.least(changes.least_jacobian)};
-  report_changes(changes, report);
+  const CellChanges changes = count_changes(r, first, count);
+  report_changes(changes.combined([&](auto part) { return all.sum(part); }, [&](double x) { return all.least(x); },
+                                  [&](double x) { return all.largest(x); }),
+                 report);
 
   std::size_t first_node = 0, num_nodes = 0;
   for (const Index3& node : nodes) {

@@ -30,6 +30,9 @@ constexpr double allowed_gain_without_energy = 1e-6;
 /// are not known at its beginning.
 constexpr int more_newton_iterations = 3;
 constexpr int most_newton_iterations = 25;
+/// Of the linear equations of one step, all its parts together, where they are solved to the tolerance. Steps take some
+/// hundred; what takes so many more has stiffnesses that the solver cannot bear.
+constexpr std::int64_t most_cycles = 20'000, most_plain_iterations = 50'000;
 /// With solve.strain = "auto" cells rotate from the angle that leaves 1e-3 of strain, and no longer below half of it.
 constexpr double rotating_angle = 0.045;
 
@@ -40,6 +43,8 @@ const char* reason_of_substep(NewtonEnd end) {
       return "the linear equations have no solution";
     case NewtonEnd::no_descent:
       return "no step lowers the energy";
+    case NewtonEnd::too_many_linear_iterations:
+      return "the linear equations take too many iterations (stiffnesses too far apart, or another [dynamics] solver?)";
     case NewtonEnd::supports_turn_inside_out:
       return "points of the body would turn inside out";
     default:
@@ -124,11 +129,12 @@ void ImplicitEuler::set_state(const NodeVector& u, const NodeVector& v) {
 
 bool ImplicitEuler::step() {
   ++counts_.steps;
+  most_linear_ = counts_.linear + (settings_.solver == StepSolver::multigrid ? most_cycles : most_plain_iterations);
   int done = 0, substep = most_substeps;
   while (done < most_substeps) {
     if (!try_substep(settings_.step * substep / most_substeps)) {
       ++counts_.failed;
-      if (substep == smallest_substep()) return false;
+      if (substep == smallest_substep() || counts_.linear > most_linear_) return false;
       substep /= 2;
       continue;
     }
@@ -256,6 +262,8 @@ bool ImplicitEuler::try_substep(double h) {
   end_ = u_;
   inertia_->inertial_predictor(scene_.gravity, predictor_);
   equations_->begin(h, predictor_);
+  if (is_to_tolerance())
+    newton_->options().most_linear_iterations_in_all = std::max<std::int64_t>(1, most_linear_ - counts_.linear);
   const NewtonEnd end = newton_->run(end_, {}, accept_);
   counts_.newton += newton_->iterations();
   counts_.linear += newton_->linear_iterations();

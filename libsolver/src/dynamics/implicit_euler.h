@@ -83,8 +83,9 @@ private:
   double work_ = 0, work_uncertainty_ = 0;
   Motion::Counts counts_;
   const char* reason_ = "";
-  std::int64_t ticks_ = 0;    ///< smallest substeps done
-  NodeVector support_force_;  ///< at u_ [N]
+  std::int64_t ticks_ = 0;        ///< smallest substeps done
+  std::int64_t most_linear_ = 0;  ///< iterations by the end of this step
+  NodeVector support_force_;      ///< at u_ [N]
   double largest_energy_ = 0, rounding_of_places_ = 0;
 
   // Of the substep that is tried:

@@ -125,6 +125,7 @@ Outcome solve_dynamics(const Lattice& whole, const Scene& scene, int level,
                        const std::function<void(const Motion&)>& on_step) {
   SolveReport report;
   report.warnings = check_single_points(scene);
+  check_contrast(whole);
   report.effects = list_effects(scene);
   report.elasticity = scene.elasticity;
   const Stopwatch setup;

@@ -25,6 +25,7 @@ public:
   double gradient(const NodeVector& u, NodeVector& gradient) override;
   double rounding() const override { return potential_.rounding(); }
   double rounding(const NodeVector& /*u*/) const override { return potential_.rounding(); }
+  double energy_rounding() const override { return potential_.energy_rounding(); }
   void project(NodeVector& v) const override { constraints_.project(v); }
   bool lift(const NodeVector& u, NodeVector& step) override;
   void linearize(const NodeVector& u, double projection, bool is_near) override;

@@ -41,6 +41,7 @@ int finest_level_needed(const Scene& scene, const std::vector<std::size_t>& num_
 Outcome solve_equilibrium(const Lattice& whole, const Scene& scene, int level, const SolveProgress& progress) {
   SolveReport report;
   report.warnings = check_single_points(scene);
+  check_contrast(whole);
   check_open_ended(scene, cells_of_levels(whole), level);
   report.effects = list_effects(scene);
   report.elasticity = scene.elasticity;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <optional>
 #include <utility>
 
@@ -45,7 +46,8 @@ public:
       return reached_ < 1;
     }
     step_ = was_from_start ? largest_ : step_ / 2;
-    return was_from_start || step_ >= smallest;
+    linear_in_vain_ += report.linear_iterations;
+    return linear_in_vain_ <= most_linear_in_vain && (was_from_start || step_ >= smallest);
   }
 
   /// All steps together.
@@ -57,8 +59,12 @@ public:
   }
 
 private:
+  /// Linear iterations of tries that failed, after which no other is made.
+  static constexpr std::int64_t most_linear_in_vain = 10'000;
+
   double largest_, step_, reached_ = 0;
   bool from_start_;
+  std::int64_t linear_in_vain_ = 0;
   NewtonReport total_;
 };
 
@@ -78,6 +84,7 @@ template <class Level, class Vector = typename Level::Vector>
 LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std::optional<Vector> start,
                                         const LoadProgress& progress) {
   LoadSteps steps(level.largest_load_step(), start.has_value());
+  options.moves_from_rounding = true;
   std::optional<Vector> good, failed;  // the state reached, nothing at rest; one that was not
   LoadedState<Vector> out;
   for (bool goes_on = true; goes_on;) {

@@ -58,6 +58,29 @@ std::vector<std::string> check_single_points(const Scene& scene) {
   return warnings;
 }
 
+void check_contrast(const hexmesh::Lattice& lattice) {
+  constexpr double most = 1e10;
+  const auto [softest, stiffest] =
+      std::minmax_element(lattice.materials.begin(), lattice.materials.end(),
+                          [](const auto& a, const auto& b) { return a.material.young < b.material.young; });
+  if (stiffest->material.young > most * softest->material.young)
+    throw Error(ErrorKind::input, fmt::format("Young's moduli are {:g} to {:g} kPa, expected at most {:g} times the "
+                                              "least: what is soft would be lost in the rounding of what is stiff",
+                                              1e3 * softest->material.young, 1e3 * stiffest->material.young, most));
+}
+
+void warn_of_rounding(double rounding, double forces, const std::vector<BalanceReport::Row>& loads,
+                      std::vector<std::string>& warnings) {
+  constexpr double allowed = 1e-3;
+  const bool is_loaded =
+      std::any_of(loads.begin(), loads.end(), [](const BalanceReport::Row& r) { return r.force_n.norm() > 0; });
+  if (rounding <= allowed * forces || (forces <= rounding && !is_loaded)) return;
+  warnings.push_back(
+      fmt::format("residual forces of up to {:.2g} N count as rounding beside the stiffest material, and "
+                  "the forces on the nodes are {:.2g} N: trust few digits of displacements and reactions",
+                  rounding, forces));
+}
+
 void check_open_ended(const Scene& scene, const std::vector<std::size_t>& num_cells, int finest) {
   if (!scene.accuracy && !scene.budget) return;
   const auto check = [](const char* kind, const std::string& name, const std::string& where, const Selection& s) {

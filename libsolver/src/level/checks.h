@@ -12,6 +12,16 @@ namespace hexsolver {
 /// @throws Error{input} if an accuracy is asked of them
 std::vector<std::string> check_single_points(const Scene& scene);
 
+/// @throws Error{input} for stiffnesses that are too far apart for the digits of numbers
+void check_contrast(const hexmesh::Lattice& lattice);
+
+/// Where forces are so small that residuals of their size pass for rounding.
+/// @param rounding  what residuals may be by rounding [N]
+/// @param forces    norm of those that cells exert on their nodes [N]
+/// @param loads     on the body; where there are none it may be moved by its supports as it is
+void warn_of_rounding(double rounding, double forces, const std::vector<BalanceReport::Row>& loads,
+                      std::vector<std::string>& warnings);
+
 /// @param num_cells  of each level of the lattice
 /// @throws Error{input} for what cannot go with an accuracy or a budget
 void check_open_ended(const Scene& scene, const std::vector<std::size_t>& num_cells, int finest);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "level/condition_reports.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 namespace hexsolver {
@@ -23,8 +24,8 @@ std::vector<Vec3> reactions(const Constraints& constraints, const Scene& scene, 
   return out;
 }
 
-void report_constraints(const Constraints& constraints, const Scene& scene, const NodeVector& u,
-                        const NodeVector& gradient, SolveReport& report) {
+void report_constraints(const Constraints& constraints, const Scene& scene, const Mesh& mesh, const NodeVector& u,
+                        const NodeVector& gradient, const Arms& arms, SolveReport& report) {
   report.conditions = report_points(constraints, scene);
   for (const ConstraintPoint& p : with_face_centers(constraints.points())) {
     ConditionReport& r = report.conditions[static_cast<std::size_t>(p.condition)];
@@ -33,8 +34,13 @@ void report_constraints(const Constraints& constraints, const Scene& scene, cons
       if (!p.axes[static_cast<std::size_t>(d)]) miss[d] = 0;
     r.misfit_mm = std::max(r.misfit_mm, miss.norm());
   }
-  const std::vector<Vec3> forces = reactions(constraints, scene, gradient);
-  for (std::size_t c = 0; c < forces.size(); ++c) report.conditions[c].reaction_n = forces[c];
+  const std::vector<Vec3> forces = constraints.multipliers(gradient);
+  for (std::size_t n = 0; n < forces.size(); ++n) {
+    const ConstraintPoint& p = constraints.held()[n];
+    ConditionReport& r = report.conditions[static_cast<std::size_t>(p.condition)];
+    r.reaction_n += forces[n];
+    r.moment_n_mm += arms.of(mesh.rest_position(p.cell, p.weights), constraints.displacement(p, u)).cross(forces[n]);
+  }
   report.kept_directions = constraints.num_kept();
   report.constraint_violation_mm = constraints.violation(u);
   // What is known to be off at the conditions is part of the error.

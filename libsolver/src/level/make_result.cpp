@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "level/cell_changes.h"
+#include "level/checks.h"
 #include "level/condition_reports.h"
 #include "mesh/points.h"
 #include "terms/cell_measures.h"
@@ -30,6 +31,8 @@ void add_measures(CellMeasures& measures, Result& result) {
   for (std::size_t d = 0; d < 3; ++d)
     result.cell_fields[fmt::format("principal_stretch_{}", d + 1)] = std::move(measures.principal_stretch[d]);
   result.cell_fields["min_jacobian"] = std::move(measures.min_jacobian);
+  result.cell_fields["volume_ratio"] = std::move(measures.volume_ratio);
+  result.cell_fields["inverted_part"] = std::move(measures.inverted_part);
   result.cell_fields["rotation_degrees"] = std::move(measures.rotation_degrees);
   result.cell_fields["young_modulus"] = std::move(measures.young_modulus);
   result.cell_fields["poisson_ratio"] = std::move(measures.poisson_ratio);
@@ -38,7 +41,7 @@ void add_measures(CellMeasures& measures, Result& result) {
   result.cell_fields["smoothed_pressure"] = std::move(measures.smoothed_pressure);
 }
 
-void report_conditions(const LevelProblem& problem, const NodeVector& u, SolveReport& report) {
+void report_conditions(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u, SolveReport& report) {
   NodeVector gradient, magnitude;
   problem.potential().gradient(u, gradient, magnitude);
   for (const LevelProblem::Load& load : problem.loads()) report.forces.push_back({load.name, load.total});
@@ -50,7 +53,17 @@ void report_conditions(const LevelProblem& problem, const NodeVector& u, SolveRe
       report.warnings.push_back(fmt::format("{} touches nothing: the nearest surface point is {:.3g} mm away",
                                             problem.contacts()[c]->name(), state.nearest));
   }
-  report_constraints(problem.constraints(), problem.scene(), u, gradient, report);
+  const Arms arms(lattice, report.elasticity);
+  report_constraints(problem.constraints(), problem.scene(), problem.mesh(), u, gradient, arms, report);
+  std::vector<BalanceReport::Row> loads;
+  NodeVector inner = gradient;  // of the cells
+  problem.potential().for_each_load(u, [&](const std::string& name, const NodeVector& forces) {
+    loads.push_back(resultant(name, forces, problem.mesh(), u, arms));
+    inner += forces;
+  });
+  if (!problem.potential().is_linear() && !problem.scene().dynamics && report.load_fraction > 0)
+    warn_of_rounding(problem.potential().rounding(), inner.norm(), loads, report.warnings);
+  report_balance(problem.scene(), arms, loads, report);
 }
 
 }  // namespace
@@ -83,7 +96,7 @@ Outcome make_result(const Lattice& lattice, const LevelProblem& problem, const N
   report.held_force_n = problem.spring_force(u);
   if (report.held_cells > 0)
     report.warnings.push_back(fmt::format("{} cells are held by springs: nothing else holds them", report.held_cells));
-  report_conditions(problem, u, report);
+  report_conditions(lattice, problem, u, report);
   for (const Potential::Cost& cost : problem.potential().costs()) report.bytes.emplace_back(cost.name, cost.bytes);
   CellMeasures measures = measure_cells(problem.elastic(), u);
   report.pressure_checkerboard = measures.pressure_checkerboard;

@@ -23,6 +23,13 @@ struct LineSearch {
     return 1e-13 * std::abs(energy) + rounding * largest_of_step;
   }
 
+  /// Where energies differ by rounding alone the slope along the step decides, at its start and at its end: if the
+  /// energy were quadratic along it, this would be the decrease asked of it. Source: Hager, Zhang, SIAM J. Optim. 16
+  /// (2005) 170, the approximate Wolfe condition.
+  static bool is_settled(double slope_before, double slope_after) {
+    return slope_before < 0 && slope_after <= (2 * least_decrease - 1) * slope_before;
+  }
+
   /// @param try_part   length -> whether it is good: called with 1, 1/2, 1/4, ...
   /// @returns the part of the step taken; nothing if no part helps
   template <class TryPart>

@@ -20,6 +20,8 @@ const char* reason_of(NewtonEnd end, bool is_conservative) {
     case NewtonEnd::no_descent:
       return is_conservative ? "no step lowers the energy"
                              : "no step lowers the residual (its forces are no gradient; rotation = \"polar\" has one)";
+    case NewtonEnd::too_many_linear_iterations:
+      return "too many iterations of the linear equations (are stiffnesses too far apart?)";
     case NewtonEnd::not_finite:
       return "the displacement is not finite";
     case NewtonEnd::not_accepted:

@@ -21,7 +21,12 @@ struct NewtonOptions {
   /// So many iterations in place of the tolerance, with whole steps; 0 = until the tolerance holds. Further ones, up to
   /// max_iterations, follow while the state is not accepted.
   int fixed_iterations = 0;
-  bool checks_start = true;               ///< refuse a start of infinite energy
+  bool checks_start = true;  ///< refuse a start of infinite energy
+  /// Take a step from a start whose residual counts as nothing for the size of rounding errors alone: the forces of a
+  /// scene may be as small.
+  bool moves_from_rounding = false;
+  /// Of all Newton steps together; 0 = as many as it takes.
+  std::int64_t most_linear_iterations_in_all = 0;
   bool solves_linear_in_one_step = true;  ///< of a linear problem, as sharply as the tolerance asks
   HessianProjection::Start projection = HessianProjection::Start::projected;
   LineSearch line_search;
@@ -36,6 +41,7 @@ enum class NewtonEnd {
   not_positive,              ///< nor is the projected Hessian, or what is held does not suffice
   supports_turn_inside_out,  ///< no part of the way to their places is possible
   no_descent,
+  too_many_linear_iterations,
   not_finite,
   not_accepted
 };
@@ -81,7 +87,8 @@ private:
     return is_to_tolerance() ? supports_hold && relative_ <= options_.tolerance
                              : iterations_ >= options_.fixed_iterations;
   }
-  double residual(const Vector& u, Vector& projected);
+  double residual(const Vector& u, Vector& projected, bool forgives_rounding = true);
+  void start_from_rounding(const Vector& u);
   double energy(const Vector& u);
   LinearOutcome find_step(const Vector& u, bool supports_hold);
   LinearGoal<Vector> goal(const Vector& u, bool supports_hold);
@@ -96,20 +103,31 @@ private:
   Vector step_ = problem_.make_field(), support_step_ = problem_.make_field(), trial_ = problem_.make_field(),
          right_side_ = problem_.make_field();
   HessianProjection projection_;
+  bool is_start_rounding_ = false;  ///< and a step is to be taken from it all the same
   double relative_ = 0, force_seconds_ = 0;
   int iterations_ = 0, linear_iterations_ = 0;
 };
 
 /// |P g| over the sum of absolute cell forces and loads; forces of the size of rounding errors count as balanced.
 template <class Vector>
-double Newton<Vector>::residual(const Vector& u, Vector& projected) {
+double Newton<Vector>::residual(const Vector& u, Vector& projected, bool forgives_rounding) {
   const Stopwatch watch;
   const double magnitude = problem_.gradient(u, projected);
   problem_.project(projected);
-  const double balanced = magnitude + problem_.rounding(u) / options_.tolerance;
+  const double balanced = magnitude + (forgives_rounding ? problem_.rounding(u) / options_.tolerance : 0);
   const double relative = balanced == 0 ? 0 : norm(projected) / balanced;
   force_seconds_ += watch.seconds();
   return relative;
+}
+
+/// Where stiff bodies bear small forces the estimate of rounding, which is one for all states, may be above them.
+template <class Vector>
+void Newton<Vector>::start_from_rounding(const Vector& u) {
+  is_start_rounding_ = false;
+  if (!options_.moves_from_rounding || !is_to_tolerance() || relative_ > options_.tolerance) return;
+  const double strict = residual(u, gradient_, false);
+  is_start_rounding_ = strict > options_.tolerance;
+  if (is_start_rounding_) relative_ = strict;
 }
 
 template <class Vector>
@@ -135,6 +153,8 @@ LinearGoal<Vector> Newton<Vector>::goal(const Vector& u, bool supports_hold) {
       if (!supports_hold) set_sum(trial_, trial_, 1, support_step_);
       return residual(trial_, next_gradient_) / options_.tolerance;
     };
+  } else if (is_start_rounding_ && goal.is_first) {
+    goal.relative_tolerance = options_.tolerance;  // there may be no other step
   } else {
     goal.relative_tolerance = forcing(options_.tolerance, relative_, supports_hold);
   }
@@ -188,13 +208,18 @@ std::optional<double> Newton<Vector>::search_line(Vector& u) {
   const bool has_energy = problem_.is_conservative();
   const double before = energy(u), slope = dot(gradient_, step_), size = norm(gradient_);
   const double rounding = LineSearch::energy_rounding(before, problem_.rounding(), largest(step_));
+  const double noise = rounding + problem_.energy_rounding();
   return LineSearch::backtrack(has_energy ? search.shortest : search.shortest_without_energy, [&](double length) {
     set_sum(trial_, u, length, step_);
     const double decrease = LineSearch::least_decrease * length;
-    const bool falls = !has_energy || energy(trial_) <= before + decrease * slope + rounding;
-    if (!falls && !(search.takes_half_residual && length == 1)) return false;
+    const double after = has_energy ? energy(trial_) : 0;
+    const bool falls = !has_energy || after <= before + decrease * slope + rounding;
+    const bool may_fall = falls || after <= before + noise;
+    const bool may_halve = search.takes_half_residual && length == 1;
+    if (!may_fall && !may_halve) return false;
     const double relative = residual(trial_, next_gradient_);
-    if (!falls && !(relative < 0.5 * relative_)) return false;
+    const bool settles = may_fall && LineSearch::is_settled(slope, dot(next_gradient_, step_));
+    if (!falls && !settles && !(may_halve && relative < 0.5 * relative_)) return false;
     if (!has_energy && !(norm(next_gradient_) < (1 - decrease) * size)) return false;
     swap_fields(u, trial_);
     swap_fields(gradient_, next_gradient_);
@@ -211,6 +236,7 @@ NewtonEnd Newton<Vector>::run(Vector& u, const NewtonProgress& progress, const A
   if (options_.checks_start && !problem_.is_linear() && !std::isfinite(energy(u)))
     return NewtonEnd::start_is_inside_out;
   relative_ = residual(u, gradient_);
+  start_from_rounding(u);
   while (true) {
     const bool supports_hold = problem_.lift(u, support_step_);
     if (may_end(supports_hold)) {
@@ -224,6 +250,8 @@ NewtonEnd Newton<Vector>::run(Vector& u, const NewtonProgress& progress, const A
     const LinearOutcome linear = find_step(u, supports_hold);
     linear_iterations_ += linear.iterations;
     if (linear.end == LinearEnd::interrupted) return NewtonEnd::interrupted;
+    if (options_.most_linear_iterations_in_all > 0 && linear_iterations_ > options_.most_linear_iterations_in_all)
+      return NewtonEnd::too_many_linear_iterations;
     if (linear.end == LinearEnd::negative_curvature && largest(step_) == 0) return NewtonEnd::not_positive;
 
     if (!supports_hold || !is_to_tolerance()) {
@@ -231,7 +259,7 @@ NewtonEnd Newton<Vector>::run(Vector& u, const NewtonProgress& progress, const A
       if (!move_whole(u)) return NewtonEnd::supports_turn_inside_out;
     } else {
       const std::optional<double> length = search_line(u);
-      if (!length) return NewtonEnd::no_descent;
+      if (!length) return is_start_rounding_ && iterations_ == 1 ? NewtonEnd::converged : NewtonEnd::no_descent;
       projection_.adapt(*length == 1, relative_);
     }
     if (progress) progress(iterations_, relative_, linear.iterations);

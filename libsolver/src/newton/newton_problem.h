@@ -47,6 +47,7 @@ public:
 
   virtual double rounding() const = 0;                 ///< size of the rounding errors in a gradient [N]
   virtual double rounding(const Vector& u) const = 0;  ///< likewise, at u
+  virtual double energy_rounding() const = 0;          ///< size of those in an energy [N mm]
 
   virtual void project(Vector& v) const = 0;  ///< v <- P v, onto fields that leave the supports alone
 

@@ -80,6 +80,7 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int le
   SceneCheck check;
   check.level = level;
   check.warnings = check_single_points(scene);
+  check_contrast(whole);
   check_open_ended(scene, cells_of_levels(whole), level);
   const std::optional<hexmesh::Lattice> rest = without_islands(whole, scene, level, check.dropped_cells);
   const LevelProblem problem(rest ? *rest : whole, scene, level);

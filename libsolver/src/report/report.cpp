@@ -12,4 +12,13 @@ NewtonSeconds& NewtonSeconds::operator+=(const NewtonSeconds& other) {
   return *this;
 }
 
+BalanceReport::Row BalanceReport::sum() const {
+  Row sum{"sum"};
+  for (const Row& row : acting) {
+    sum.force_n += row.force_n;
+    sum.moment_n_mm += row.moment_n_mm;
+  }
+  return sum;
+}
+
 }  // namespace hexsolver

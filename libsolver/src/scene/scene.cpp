@@ -17,10 +17,9 @@ std::map<std::string, MaterialOverride> read_materials(TomlReader& tables) {
   for (auto& [name, table] : tables.named_tables()) {
     MaterialOverride m;
     m.where = table.where();
-    m.young_kpa = table.number("young_kpa", 1e-9, 1e12, "a modulus > 0 in kPa");
-    m.poisson = table.number("poisson", hexmesh::least_poisson, hexmesh::most_poisson,
-                             fmt::format("{} to {}", hexmesh::least_poisson, hexmesh::most_poisson));
-    m.density_kg_m3 = table.number("density_kg_m3", 0, 1e6, "0 or more");
+    m.young_kpa = table.number("young_kpa", hexmesh::least_young_kpa, hexmesh::most_young_kpa, "1e-6 to 1e10 kPa");
+    m.poisson = table.number("poisson", hexmesh::least_poisson, hexmesh::most_poisson, "-0.99 to 0.49999");
+    m.density_kg_m3 = table.number("density_kg_m3", 0, hexmesh::most_density_kg_m3, "0 to 1e5");
     table.finish();
     materials[name] = m;
   }

@@ -57,9 +57,9 @@ CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u,
                            const std::function<bool(const Index3&)>& counts) {
   CellMeasures out;
   const std::size_t count = cells.mesh().num_cells();
-  for (std::vector<double>* values :
-       {&out.principal_stretch[0], &out.principal_stretch[1], &out.principal_stretch[2], &out.rotation_degrees,
-        &out.von_mises_stress, &out.pressure, &out.young_modulus, &out.poisson_ratio, &out.min_jacobian})
+  for (std::vector<double>* values : {&out.principal_stretch[0], &out.principal_stretch[1], &out.principal_stretch[2],
+                                      &out.rotation_degrees, &out.von_mises_stress, &out.pressure, &out.young_modulus,
+                                      &out.poisson_ratio, &out.min_jacobian, &out.volume_ratio, &out.inverted_part})
     values->resize(count);
   parallel_for(count, [&](std::ptrdiff_t cell) {
     const auto c = static_cast<std::size_t>(cell);
@@ -73,9 +73,11 @@ CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u,
     const double mu = cells.model(c).shear, kappa = cells.model(c).bulk;
     out.young_modulus[c] = 9 * kappa * mu / (3 * kappa + mu);
     out.poisson_ratio[c] = (3 * kappa - 2 * mu) / (2 * (3 * kappa + mu));
-    out.min_jacobian[c] = cells.least_jacobian(c, u);
+    const Jacobians jacobians = cells.jacobians(c, u);
+    out.min_jacobian[c] = jacobians.least;
+    out.volume_ratio[c] = jacobians.mean;
+    out.inverted_part[c] = jacobians.inside_out;
   });
-  for (const double jacobian : out.min_jacobian) out.inverted_cells += jacobian <= 0;
   smooth_pressure(cells, counts, out);
   return out;
 }

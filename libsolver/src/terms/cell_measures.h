@@ -8,7 +8,8 @@
 
 namespace hexsolver {
 
-/// What the cells of a level went through, from F, the mean gradient over the filled part of each.
+/// What the cells of a level went through, from F, the mean gradient over the filled part of each, and from det F where
+/// their material is.
 struct CellMeasures {
   std::array<std::vector<double>, 3> principal_stretch;  ///< singular values of F, the largest first
   std::vector<double> rotation_degrees;                  ///< angle of R in F = R S
@@ -16,8 +17,9 @@ struct CellMeasures {
   std::vector<double> pressure;                          ///< -tr(Cauchy stress) / 3, compression positive [MPa]
   std::vector<double> smoothed_pressure;                 ///< averaged to the nodes by volume and back [MPa]
   std::vector<double> young_modulus, poisson_ratio;      ///< of the mean moduli over the filled part [MPa], [1]
-  std::vector<double> min_jacobian;                      ///< ElasticCells::least_jacobian
-  std::size_t inverted_cells = 0;                        ///< where that is <= 0
+  std::vector<double> min_jacobian;                      ///< least det F, see ElasticCells::jacobians
+  std::vector<double> volume_ratio;                      ///< mean det F: the volume over that at rest
+  std::vector<double> inverted_part;                     ///< of the material, where det F <= 0
   /// Root mean square, over the nodes with eight cells, of the part of their pressure that changes sign from cell to
   /// cell [MPa]: mean dilatation on a regular grid cannot tell it from none (Q1-P0; Hughes, The Finite Element Method,
   /// 1987, section 4.3).

@@ -2,6 +2,7 @@
 #include "terms/corotational.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <numeric>
 
 #include "core/rotation.h"
@@ -87,12 +88,17 @@ std::size_t CorotationalCells::choose_rotating(const NodeVector& u, double on, d
   return count;
 }
 
+/// Of the mean gradient F = R S: the first Piola-Kirchhoff stress of W(S) is R T, T = dW/dS, and Cauchy's R T S R^T /
+/// J. T and S have the same axes. A cell that does not rotate has T by sym F, whose part that turns is left out.
 Mat3 CorotationalCells::stress(std::size_t cell, const NodeVector& u) const {
   const Mat3 f = mean_gradient(cell, u);
-  if (!rotates(cell)) return hooke_stress(model(cell), (f + f.transpose()) / 2 - Mat3::Identity());
+  if (!rotates(cell)) {
+    const Mat3 kirchhoff = hooke_stress(model(cell), (f + f.transpose()) / 2 - Mat3::Identity()) * f.transpose();
+    return cauchy_stress((kirchhoff + kirchhoff.transpose()) / 2, f.determinant());
+  }
   const Polar polar = polar_decomposition(f);
-  const Mat3 in_frame = hooke_stress(model(cell), polar.stretch - Mat3::Identity());
-  return polar.rotation * in_frame * polar.rotation.transpose();
+  const Mat3 in_frame = hooke_stress(model(cell), polar.stretch - Mat3::Identity()) * polar.stretch;
+  return cauchy_stress(polar.rotation * in_frame * polar.rotation.transpose(), f.determinant());
 }
 
 void CorotationalCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {

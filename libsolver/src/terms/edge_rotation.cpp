@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "terms/edge_rotation.h"
 
+#include <Eigen/LU>
+
 #include "core/rotation.h"
 #include "hexmesh/core/bytes.h"
 #include "kernels/cell_vectors.h"
@@ -24,8 +26,10 @@ double EdgeRotatedCells::cell_energy(std::size_t cell, const NodeVector& u) cons
 
 Mat3 EdgeRotatedCells::stress(std::size_t cell, const NodeVector& u) const {
   const Mat3 r = rotation(mesh_.gather(cell, u));
-  const Mat3 in_frame = r.transpose() * mean_gradient(cell, u);
-  return r * hooke_stress(model(cell), (in_frame + in_frame.transpose()) / 2 - Mat3::Identity()) * r.transpose();
+  const Mat3 f = mean_gradient(cell, u), in_frame = r.transpose() * f;
+  const Mat3 kirchhoff =
+      r * hooke_stress(model(cell), (in_frame + in_frame.transpose()) / 2 - Mat3::Identity()) * f.transpose();
+  return cauchy_stress((kirchhoff + kirchhoff.transpose()) / 2, f.determinant());  // its cells have a torque besides
 }
 
 void EdgeRotatedCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {

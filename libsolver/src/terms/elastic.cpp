@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "hexmesh/core/bytes.h"
@@ -51,6 +52,11 @@ Mat3 hooke_stress(const ElementModel& model, const Mat3& strain) {
   return 2 * model.shear * strain + (model.bulk - 2.0 / 3 * model.shear) * strain.trace() * Mat3::Identity();
 }
 
+Mat3 cauchy_stress(const Mat3& kirchhoff, double jacobian) {
+  constexpr double flat = 1e-6;
+  return kirchhoff / std::max(std::abs(jacobian), flat);
+}
+
 ElasticCells::ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models)
     : mesh_(mesh),
       elements_(std::move(elements)),
@@ -63,8 +69,13 @@ ElasticCells::ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements,
   NodeVector sum = NodeVector::Zero(mesh.num_dofs());
   std::vector<CellVector> of_model;
   for (const ElementModel& m : *models_) of_model.push_back(m.stiffness.cwiseAbs() * rest_.cwiseAbs());
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c) mesh.scatter_add(c, of_model[elements_[c]], sum);
+  double energies = 0;
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
+    mesh.scatter_add(c, of_model[elements_[c]], sum);
+    energies += of_model[elements_[c]].dot(rest_.cwiseAbs());
+  }
   rounding_ = 50 * std::numeric_limits<double>::epsilon() * sum.norm();
+  energy_rounding_ = 4 * std::numeric_limits<double>::epsilon() * energies;
 }
 
 std::size_t ElasticCells::model_bytes() const { return hexmesh::bytes_of(*models_); }
@@ -124,8 +135,13 @@ Mat3 ElasticCells::mean_gradient(std::size_t cell, const NodeVector& u) const {
   return Mat3::Identity() + Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * model(cell).mean_gradient;
 }
 
-double ElasticCells::least_jacobian(std::size_t cell, const NodeVector& u) const {
-  return mean_gradient(cell, u).determinant();
+Jacobians ElasticCells::jacobians(std::size_t cell, const NodeVector& u) const {
+  const CellVector corners = rest_ + mesh_.gather(cell, u);
+  if (const hexmesh::SubcellMask where = model(cell).subcells; where != 0)
+    return jacobians_in_subcells(Eigen::Map<const Eigen::Matrix<double, 3, 8>>(corners.data()),
+                                 mesh_.edges().determinant(), where);
+  const double mean = mean_gradient(cell, u).determinant();
+  return {mean, mean, mean > 0 ? 0.0 : 1.0};
 }
 
 }  // namespace hexsolver

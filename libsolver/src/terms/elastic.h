@@ -5,23 +5,30 @@
 #include <vector>
 
 #include "hexmesh/lattice/element.h"
+#include "hexmesh/lattice/subcells.h"
 #include "hexsolver/scene/law.h"
+#include "terms/cell_jacobians.h"
 #include "terms/term.h"
 
 namespace hexsolver {
 
 /// What cells alike share.
 struct ElementModel {
-  CellMatrix stiffness;          ///< K [N/mm]
-  NodeGradients mean_gradient;   ///< of N_a over the filled part, b / V [1/mm]
-  NodeWeights mean_shape;        ///< N_a over the filled part
-  double volume = 0;             ///< of the filled part [mm^3]
-  double shear = 0, bulk = 0;    ///< mean moduli over the filled part [MPa]
-  bool mean_dilatation = false;  ///< K resists change of volume by (bulk / volume) b b^T
+  CellMatrix stiffness;               ///< K [N/mm]
+  NodeGradients mean_gradient;        ///< of N_a over the filled part, b / V [1/mm]
+  NodeWeights mean_shape;             ///< N_a over the filled part
+  double volume = 0;                  ///< of the filled part [mm^3]
+  double shear = 0, bulk = 0;         ///< mean moduli over the filled part [MPa]
+  bool mean_dilatation = false;       ///< K resists change of volume by (bulk / volume) b b^T
+  hexmesh::SubcellMask subcells = 0;  ///< where the material is; 0 = not known
 };
 
 /// sigma = 2 mu dev(strain) + kappa tr(strain)  [MPa]
 Mat3 hooke_stress(const ElementModel& model, const Mat3& strain);
+
+/// Cauchy stress from Kirchhoff's, tau / J  [MPa]. Where a cell is inside out the area that bears it is that of |J|;
+/// flat ones have J = 1e-6, so that it stays a number.
+Mat3 cauchy_stress(const Mat3& kirchhoff, double jacobian);
 
 ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
                                 Volumetric volumetric);
@@ -40,7 +47,8 @@ public:
 
   EffectKind effect() const override { return EffectKind::elasticity; }
   double energy(const NodeVector& u) const override;
-  double rounding() const override { return rounding_; }  ///< 50 eps |sum over cells of |K| |X||
+  double rounding() const override { return rounding_; }                ///< 50 eps |sum over cells of |K| |X||
+  double energy_rounding() const override { return energy_rounding_; }  ///< 4 eps sum over cells of |X| |K| |X|
   std::size_t bytes() const override;
   std::size_t model_bytes() const;  ///< of these shared with those made of these cells
   virtual double cell_energy(std::size_t cell, const NodeVector& u) const = 0;  ///< [N mm]
@@ -57,11 +65,12 @@ public:
   /// @param nearly  also where it is close to that, for one who asks why there is no solution
   virtual std::string limit_reached(const NodeVector& /*u*/, bool /*nearly*/) const { return {}; }
 
-  /// det F of a cell, F the mean gradient over its filled part; the least of its points where it has them.
-  virtual double least_jacobian(std::size_t cell, const NodeVector& u) const;
+  /// det F at the centres of the subcells of a cell that hold material; of its mean gradient where these are not known.
+  Jacobians jacobians(std::size_t cell, const NodeVector& u) const;
 
-  virtual Mat3 stress(std::size_t cell, const NodeVector& u) const = 0;  ///< mean Cauchy stress [MPa]
-  Mat3 mean_gradient(std::size_t cell, const NodeVector& u) const;       ///< F over the filled part
+  /// Mean Cauchy stress [MPa]; small strain knows no other (THEORY.md, "Stress and pressure").
+  virtual Mat3 stress(std::size_t cell, const NodeVector& u) const = 0;
+  Mat3 mean_gradient(std::size_t cell, const NodeVector& u) const;  ///< F over the filled part
 
   const Mesh& mesh() const noexcept { return mesh_; }
   const ElementModel& model(std::size_t cell) const { return (*models_)[elements_[cell]]; }
@@ -82,7 +91,7 @@ protected:
   mutable std::vector<double> energies_;  ///< space for energy(): parts to be summed up in this order
 
 private:
-  double rounding_ = 0;
+  double rounding_ = 0, energy_rounding_ = 0;
   mutable std::shared_ptr<const SingleModels> single_models_;
 };
 

@@ -181,7 +181,7 @@ Mat3 HyperelasticCells::stress(std::size_t cell, const NodeVector& u) const {
     const Mat3 f = Mat3::Identity() + s.h[p];
     kirchhoff += first_piola(density((*s.points)[p], s.at[p], s.pressure), f) * f.transpose();
   }
-  return kirchhoff / (s.volume * (1 + s.mean_dilation));
+  return cauchy_stress(kirchhoff / s.volume, 1 + s.mean_dilation);
 }
 
 void HyperelasticCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
@@ -249,13 +249,6 @@ std::size_t HyperelasticCells::bytes() const {
                     hexmesh::bytes_of(points_);
   for (const std::vector<Point>& p : points_) sum += hexmesh::bytes_of(p);
   return sum;
-}
-
-double HyperelasticCells::least_jacobian(std::size_t cell, const NodeVector& u) const {
-  const State s = state(cell, u);
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t p = 0; p < s.points->size(); ++p) least = std::min(least, 1 + s.at[p].dilation);
-  return least;
 }
 
 std::string HyperelasticCells::limit_reached(const NodeVector& u, bool nearly) const {

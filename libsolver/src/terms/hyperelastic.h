@@ -67,7 +67,6 @@ public:
   std::int32_t shared_hessian(std::size_t /*cell*/) const override { return own_hessian; }
   std::size_t bytes() const override;
   std::string limit_reached(const NodeVector& u, bool nearly) const override;
-  double least_jacobian(std::size_t cell, const NodeVector& u) const override;
 
 private:
   struct Point {

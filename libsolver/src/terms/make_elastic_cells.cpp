@@ -22,10 +22,13 @@ std::vector<std::vector<hexmesh::MaterialPoint>> form_quadratures(const hexmesh:
 }
 
 template <class Model>
-std::vector<ElementModel> make_models(std::size_t count, const Model& model) {
-  std::vector<ElementModel> models(count);
+std::vector<ElementModel> make_models(const std::vector<hexmesh::SubcellMask>& subcells, const Model& model) {
+  std::vector<ElementModel> models(subcells.size());
 #pragma omp parallel for schedule(static)
-  for (std::size_t e = 0; e < count; ++e) models[e] = model(e);
+  for (std::size_t e = 0; e < models.size(); ++e) {
+    models[e] = model(e);
+    models[e].subcells = subcells[e];
+  }
   return models;
 }
 
@@ -34,14 +37,15 @@ std::vector<ElementModel> make_models(const hexmesh::Lattice& lattice, int level
                                       std::vector<hexmesh::Element>& elements) {
   const Mat3 edges = lattice.cell_edges(level);
   const hexmesh::StoredMatrices& stored = lattice.level(level).matrices;
+  const std::vector<hexmesh::SubcellMask>& subcells = lattice.level(level).subcells;
   if (!stored.empty() && !needs_elements(settings.elasticity, settings.stiffness))
-    return make_models(stored.size(),
+    return make_models(subcells,
                        [&](std::size_t e) { return make_element_model(stored, e, edges, settings.volumetric); });
   elements = hexmesh::form_elements(lattice, level);
   if (settings.stiffness == Stiffness::uniform)
     for (hexmesh::Element& e : elements) e = hexmesh::spread_evenly(e);
   const hexmesh::ElementMatrices matrices(edges);
-  return make_models(elements.size(),
+  return make_models(subcells,
                      [&](std::size_t e) { return make_element_model(matrices, elements[e], settings.volumetric); });
 }
 

@@ -46,9 +46,27 @@ void Potential::gradient(const NodeVector& u, NodeVector& gradient, NodeVector& 
   for_each_term([&](const Term& t) { t.add_gradient(u, gradient, magnitude); });
 }
 
+void Potential::for_each_load(const NodeVector& u,
+                              const std::function<void(const std::string&, const NodeVector&)>& take) const {
+  NodeVector gradient, magnitude;
+  for (const Timed& t : terms_) {
+    if (t.term->effect() == EffectKind::elasticity) continue;
+    gradient.setZero(u.size());
+    magnitude.setZero(u.size());
+    t.term->add_gradient(u, gradient, magnitude);
+    take(t.term->name(), -gradient);
+  }
+}
+
 double Potential::rounding() const {
   double sum = 0;
   for (const Timed& t : terms_) sum += t.term->rounding();
+  return sum;
+}
+
+double Potential::energy_rounding() const {
+  double sum = 0;
+  for (const Timed& t : terms_) sum += t.term->energy_rounding();
   return sum;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -26,7 +27,8 @@ public:
   /// Gradient and the sum of the absolute values it is made of [N].
   void gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const;
 
-  double rounding() const;  ///< size of the rounding errors in a gradient [N]
+  double rounding() const;         ///< size of the rounding errors in a gradient [N]
+  double energy_rounding() const;  ///< of those in an energy [N mm]
 
   /// Prepare apply() and cell_hessian() at u.
   void linearize(const NodeVector& u, double projection);
@@ -41,6 +43,10 @@ public:
   std::int32_t shared_hessian(std::size_t cell) const;
 
   const Mesh& mesh() const noexcept { return mesh_; }
+
+  /// The forces of each term but the cells' on the nodes, -dW/du [N]: take(name, forces).
+  void for_each_load(const NodeVector& u,
+                     const std::function<void(const std::string& name, const NodeVector& forces)>& take) const;
 
   struct Cost {
     EffectKind effect = EffectKind::elasticity;

@@ -51,6 +51,10 @@ public:
   /// Size of the rounding errors in a gradient [N].
   virtual double rounding() const { return 0; }
 
+  /// By how much its energy may be off by rounding at any u, where that is not of second order in the error of the
+  /// gradient [N mm].
+  virtual double energy_rounding() const { return 0; }
+
   virtual bool is_linear() const { return true; }  ///< its gradient in u
 
   /// False for forces that are no gradient: energy() is then only a measure of the state.

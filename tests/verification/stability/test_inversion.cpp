@@ -63,7 +63,7 @@ NodeVector made(const Mess& mess, const Mesh& mesh, unsigned seed) {
 
 int num_inverted(const Body& body, const NodeVector& u) {
   int count = 0;
-  for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) count += !(body.elastic->least_jacobian(c, u) > 0);
+  for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) count += !(body.elastic->jacobians(c, u).least > 0);
   return count;
 }
 

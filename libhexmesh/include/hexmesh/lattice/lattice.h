@@ -12,6 +12,7 @@
 #include "hexmesh/lattice/material_rule.h"
 #include "hexmesh/lattice/merge.h"
 #include "hexmesh/lattice/stored_matrices.h"
+#include "hexmesh/lattice/subcells.h"
 #include "hexmesh/lattice/surface_faces.h"
 #include "hexmesh/volume/label_volume.h"
 
@@ -48,6 +49,7 @@ struct Level {
   std::vector<std::uint16_t> parts;    ///< shape (num_cells), pieces of material in the cell (see parts.h)
   std::vector<Children> children;      ///< shape (num_elements), elements of the finer level by slot; empty at level 0
   std::vector<std::int64_t> filled;    ///< shape (num_elements), voxels with material
+  std::vector<SubcellMask> subcells;   ///< shape (num_elements), those with material; 0 = not known
   StoredMatrices matrices;             ///< of the elements, as read from a file that has them; empty: to be formed
 
   /// Filled part of a cell's volume, in (0, 1].
@@ -103,7 +105,7 @@ Lattice build_levels(Lattice lattice);
 /// @pre level 0 is there; some voxel is left
 Lattice without_cells(Lattice lattice, int level, const std::vector<std::int32_t>& cells);
 
-/// Voxels with material per element of each level, from the children.
+/// Voxels and subcells with material per element of each level, from the children.
 void count_filled(std::vector<Level>& levels, std::size_t num_materials);
 
 enum class VoxelClass : std::uint8_t { outside, inside, boundary };  ///< boundary: material with an exposed face

@@ -9,9 +9,9 @@ namespace hexmesh {
 
 /// Isotropic linear elastic material (Hooke's law) in the units mm, N, MPa, tonne, s.
 struct Material {
-  double young = 0;    ///< Young's modulus E [MPa]; > 0
-  double poisson = 0;  ///< Poisson's ratio nu; in (-1, 0.5)
-  double density = 0;  ///< rho [tonne/mm^3]; >= 0
+  double young = 0;    ///< Young's modulus E [MPa]
+  double poisson = 0;  ///< Poisson's ratio nu
+  double density = 0;  ///< rho [tonne/mm^3]
 
   double shear_modulus() const { return young / (2 * (1 + poisson)); }     ///< mu [MPa]
   double bulk_modulus() const { return young / (3 * (1 - 2 * poisson)); }  ///< kappa [MPa]
@@ -21,7 +21,7 @@ struct Material {
 /// @param density_kg_m3  rho [kg/m^3]
 Material material_from_units(double young_kpa, double poisson, double density_kg_m3);
 
-/// What is out of bounds, "young_kpa is 0, expected > 0"; empty if nothing is.
+/// What is out of bounds, "young_kpa is 0, expected 1e-06 to 1e+10"; empty if nothing is.
 std::string material_problem(const Material& material);
 
 /// @param segment  named in the message

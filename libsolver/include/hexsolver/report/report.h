@@ -37,22 +37,40 @@ struct NewtonReport {
 struct ConditionReport {
   std::string name;
   std::size_t points = 0;
-  std::size_t kept = 0;            ///< directions that hold exactly; points that share nodes share them
-  double misfit_mm = 0;            ///< largest distance of a point from its prescribed place
-  Vec3 reaction_n = Vec3::Zero();  ///< force of the support on the body [N]
+  std::size_t kept = 0;             ///< directions that hold exactly; points that share nodes share them
+  double misfit_mm = 0;             ///< largest distance of a point from its prescribed place
+  Vec3 reaction_n = Vec3::Zero();   ///< force of the support on the body [N]
+  Vec3 moment_n_mm = Vec3::Zero();  ///< of these forces, see BalanceReport [N mm]
 };
 
 struct ForceReport {
   std::string name;
-  Vec3 total_n = Vec3::Zero();  ///< [N]
+  Vec3 total_n = Vec3::Zero();      ///< [N]
+  Vec3 moment_n_mm = Vec3::Zero();  ///< see BalanceReport [N mm]
 };
 
 struct ContactReport {
   std::string name;
-  std::size_t points = 0;       ///< of the surface that touch
-  double deepest_mm = 0;        ///< how far one is inside
-  double nearest_mm = 0;        ///< distance of the nearest one, < 0 inside
-  Vec3 force_n = Vec3::Zero();  ///< on the body [N]
+  std::size_t points = 0;           ///< of the surface that touch
+  double deepest_mm = 0;            ///< how far one is inside
+  double nearest_mm = 0;            ///< distance of the nearest one, < 0 inside
+  Vec3 force_n = Vec3::Zero();      ///< on the body [N]
+  Vec3 moment_n_mm = Vec3::Zero();  ///< see BalanceReport [N mm]
+};
+
+/// All that acts on the body. In equilibrium, and in a motion with inertia, it adds up to nothing but rounding and what
+/// the tolerance leaves. Moments are about the middle of the lattice's box; forces act where the points of the body
+/// have come to, with small strain where they were at rest.
+struct BalanceReport {
+  struct Row {
+    std::string name;  ///< of a condition, a force, gravity, a contact, islands (their springs), inertia, damping
+    Vec3 force_n = Vec3::Zero();      ///< on the body [N]
+    Vec3 moment_n_mm = Vec3::Zero();  ///< [N mm]
+  };
+  Vec3 about_mm = Vec3::Zero();
+  std::vector<Row> acting;
+
+  Row sum() const;
 };
 
 /// How far a level is expected to be from the finest one of the lattice, and that one from cells of no size; see
@@ -107,13 +125,17 @@ struct SolveReport {
   double relative_residual = 0;
   double constraint_violation_mm = 0;
   double strain_energy_n_mm = 0;
-  double min_jacobian = 1;           ///< least det F of a cell (see cell_measures.h)
+  double min_jacobian = 1;           ///< least det F where there is material (see cell_measures.h)
   double pressure_checkerboard = 0;  ///< [MPa], likewise
-  std::size_t inverted_cells = 0;
+  std::size_t inverted_cells = 0;    ///< with material that is inside out
+  std::size_t inverted_voxels = 0;   ///< of material that is, each cell's rounded up
+  double volume_change = 0;          ///< of the body, over its volume at rest
+  double least_volume_ratio = 1, largest_volume_ratio = 1;  ///< of a cell, its volume over that at rest
   std::size_t kept_directions = 0;
   std::vector<ConditionReport> conditions;
   std::vector<ForceReport> forces;  ///< each [[force]], then gravity if there is any
   std::vector<ContactReport> contacts;
+  BalanceReport balance;
   std::vector<LevelReport> levels;  ///< coarse to fine, the last is the mechanical level
   std::vector<Effect> effects;
   Elasticity elasticity = Elasticity::corotational;  ///< the scene's, or the one found
