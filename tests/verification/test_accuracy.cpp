@@ -238,3 +238,27 @@ TEST(AutomaticStrain, TurnsCellsWhereThatChangesMoreThanTheAccuracy) {
     EXPECT_EQ(rotation->why.find("cells rotate") != std::string::npos, turns);
   }
 }
+
+TEST(AutomaticStrain, ARigidMotionOfTheWholeMakesNoDifference) {
+  // A rod, held at one end and pushed aside at the other, by little and by much.
+  const Lattice lattice = lattice_of(solid("cylinder", 4, {{"radius", 10}, {"height", 200}}), 100, 0.3);
+  const auto found = [&](double aside, const Vec3& shift) {
+    Scene scene = with(pressed_ends(100, 0, SurfacePoints::nodes), Elasticity::corotational);
+    scene.finds_strain = true;
+    for (Condition& c : scene.conditions) c.by = shift;
+    scene.conditions.back().by += Vec3(aside, 0, 0);
+    return solve(lattice, scene, 0);
+  };
+  for (const double aside : {0.5, 80.0}) {
+    const Solved alone = found(aside, Vec3::Zero());
+    EXPECT_EQ(alone.report.elasticity, aside > 1 ? Elasticity::corotational : Elasticity::cauchy);
+    for (const Vec3& shift : {Vec3(1000, 0, 0), Vec3(-300, 2000, 5000)}) {
+      const Solved shifted = found(aside, shift);
+      EXPECT_EQ(shifted.report.elasticity, alone.report.elasticity);
+      double largest = 0;
+      for (std::size_t n = 0; n < alone.result.displacement.size(); ++n)
+        largest = std::max(largest, (shifted.result.displacement[n] - shift - alone.result.displacement[n]).norm());
+      EXPECT_LT(largest, 1e-3 * aside) << shift.transpose();
+    }
+  }
+}

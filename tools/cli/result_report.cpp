@@ -14,42 +14,42 @@ namespace {
 
 using nlohmann::json;
 
-enum class Kind { flag, number, count, text, vector, list_of_numbers, list_of_texts, table, rows };
+enum class KeyKind { flag, number, count, text, vector, list_of_numbers, list_of_texts, table, rows };
 
 /// A key of an object. Numbers may be null, which is what JSON has for those that are not finite.
 struct Key {
   const char* name;
-  Kind kind;
+  KeyKind kind;
 };
 
-constexpr std::array report_keys = {Key{"kind", Kind::text},
-                                    Key{"converged", Kind::flag},
-                                    Key{"reason", Kind::text},
-                                    Key{"load_fraction", Kind::number},
-                                    Key{"accuracy_missed", Kind::flag},
-                                    Key{"dropped_cells", Kind::count},
-                                    Key{"held_cells", Kind::count},
-                                    Key{"strain", Kind::text},
-                                    Key{"law", Kind::text},
-                                    Key{"volumetric", Kind::text},
-                                    Key{"stiffness", Kind::text},
-                                    Key{"lattice", Kind::table},
-                                    Key{"error_estimate_mm", Kind::table},
-                                    Key{"motion", Kind::table},
-                                    Key{"conditions", Kind::rows},
-                                    Key{"forces", Kind::rows},
-                                    Key{"contacts", Kind::rows},
-                                    Key{"levels", Kind::rows},
-                                    Key{"effects", Kind::rows},
-                                    Key{"warnings", Kind::list_of_texts}};
-constexpr std::array costs_keys = {Key{"levels", Kind::list_of_numbers}, Key{"effects", Kind::list_of_numbers},
-                                   Key{"seconds", Kind::table}, Key{"peak_memory_mb", Kind::number}};
-constexpr std::array condition_keys = {Key{"name", Kind::text}, Key{"reaction_n", Kind::vector}};
-constexpr std::array level_keys = {Key{"level", Kind::count}, Key{"seconds", Kind::number},
-                                   Key{"error_mm", Kind::table}};
-constexpr std::array motion_keys = {Key{"rows", Kind::rows}};
-constexpr std::array row_keys = {Key{"time_s", Kind::number}, Key{"kinetic_n_mm", Kind::number},
-                                 Key{"strain_n_mm", Kind::number}, Key{"contact_n_mm", Kind::number}};
+constexpr std::array report_keys = {Key{"kind", KeyKind::text},
+                                    Key{"converged", KeyKind::flag},
+                                    Key{"reason", KeyKind::text},
+                                    Key{"load_fraction", KeyKind::number},
+                                    Key{"accuracy_missed", KeyKind::flag},
+                                    Key{"dropped_cells", KeyKind::count},
+                                    Key{"held_cells", KeyKind::count},
+                                    Key{"strain", KeyKind::text},
+                                    Key{"law", KeyKind::text},
+                                    Key{"volumetric", KeyKind::text},
+                                    Key{"stiffness", KeyKind::text},
+                                    Key{"lattice", KeyKind::table},
+                                    Key{"error_estimate_mm", KeyKind::table},
+                                    Key{"motion", KeyKind::table},
+                                    Key{"conditions", KeyKind::rows},
+                                    Key{"forces", KeyKind::rows},
+                                    Key{"contacts", KeyKind::rows},
+                                    Key{"levels", KeyKind::rows},
+                                    Key{"effects", KeyKind::rows},
+                                    Key{"warnings", KeyKind::list_of_texts}};
+constexpr std::array costs_keys = {Key{"levels", KeyKind::list_of_numbers}, Key{"effects", KeyKind::list_of_numbers},
+                                   Key{"seconds", KeyKind::table}, Key{"peak_memory_mb", KeyKind::number}};
+constexpr std::array condition_keys = {Key{"name", KeyKind::text}, Key{"reaction_n", KeyKind::vector}};
+constexpr std::array level_keys = {Key{"level", KeyKind::count}, Key{"seconds", KeyKind::number},
+                                   Key{"error_mm", KeyKind::table}};
+constexpr std::array motion_keys = {Key{"rows", KeyKind::rows}};
+constexpr std::array row_keys = {Key{"time_s", KeyKind::number}, Key{"kinetic_n_mm", KeyKind::number},
+                                 Key{"strain_n_mm", KeyKind::number}, Key{"contact_n_mm", KeyKind::number}};
 
 bool is_number(const json& v) { return v.is_number() || v.is_null(); }
 
@@ -61,32 +61,32 @@ bool all_are(const json& list, Is is) {
   return true;
 }
 
-bool is_of(const json& v, Kind kind) {
+bool is_of(const json& v, KeyKind kind) {
   constexpr double most_count = 0x1p52;
   switch (kind) {
-    case Kind::flag:
+    case KeyKind::flag:
       return v.is_boolean();
-    case Kind::number:
+    case KeyKind::number:
       return is_number(v);
-    case Kind::count:
+    case KeyKind::count:
       return v.is_number_unsigned() && v.get<double>() <= most_count;
-    case Kind::text:
+    case KeyKind::text:
       return v.is_string();
-    case Kind::vector:
+    case KeyKind::vector:
       return v.is_array() && v.size() == 3 && all_are(v, is_number);
-    case Kind::list_of_numbers:
+    case KeyKind::list_of_numbers:
       return all_are(v, is_number);
-    case Kind::list_of_texts:
+    case KeyKind::list_of_texts:
       return all_are(v, [](const json& t) { return t.is_string(); });
-    case Kind::table:
+    case KeyKind::table:
       return v.is_object();
-    case Kind::rows:
+    case KeyKind::rows:
       return all_are(v, [](const json& row) { return row.is_object(); });
   }
   return false;
 }
 
-const char* name_of(Kind kind) {
+const char* name_of(KeyKind kind) {
   constexpr std::array names = {"true or false",   "a number",      "a whole number >= 0",
                                 "a text",          "three numbers", "a list of numbers",
                                 "a list of texts", "an object",     "a list of objects"};

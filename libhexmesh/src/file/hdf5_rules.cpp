@@ -32,14 +32,14 @@ std::string chunk_problem(hid_t set, hid_t layout, const Shape& shape, double by
   Shape chunk(shape.size());
   if (H5Pget_chunk(layout, static_cast<int>(chunk.size()), chunk.data()) != static_cast<int>(chunk.size()))
     return "has chunks of another number of axes than its values";
-  double expected = 1, chunk_bytes = bytes;
+  double expected = 1, bytes_of_chunk = bytes;
   for (std::size_t d = 0; d < shape.size(); ++d) {
     if (chunk[d] == 0) return "has empty chunks";
     expected *= static_cast<double>((shape[d] + chunk[d] - 1) / chunk[d]);
-    chunk_bytes *= static_cast<double>(chunk[d]) / static_cast<double>(shape[d]);
+    bytes_of_chunk *= static_cast<double>(chunk[d]) / static_cast<double>(shape[d]);
   }
-  if (chunk_bytes > std::max(most_chunk_bytes, bytes))
-    return fmt::format("has chunks of {:.3g} MB, expected at most {:.3g}", chunk_bytes / 1e6,
+  if (bytes_of_chunk > std::max(most_chunk_bytes, bytes))
+    return fmt::format("has chunks of {:.3g} MB, expected at most {:.3g}", bytes_of_chunk / 1e6,
                        std::max(most_chunk_bytes, bytes) / 1e6);
   const Handle all(H5Dget_space(set), H5Sclose);
   hsize_t found = 0;

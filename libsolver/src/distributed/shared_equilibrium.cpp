@@ -64,6 +64,7 @@ public:
   ElasticCells::Size size_in_material(const OwnedVec& field, bool /*with_islands*/) const {
     return shared_.size_in_material(field);
   }
+  double mean_deformation(const OwnedVec& u) const { return shared_.mean_deformation(u); }
   std::string limit_reached(const OwnedVec& u, bool nearly) const { return shared_.limit_reached(u, nearly); }
   std::optional<std::string> obstacle_inside(const OwnedVec& /*u*/) const { return {}; }
   void add_effect_seconds(SolveReport& report) const { hexsolver::add_effect_seconds(shared_.potential(), report); }

@@ -113,6 +113,7 @@ public:
   void prolongate(const SharedLevel& coarser, const Index3& merge, Vec from, Vec to) const;
 
   ElasticCells::Size size_in_material(Vec field) const;                  ///< see there
+  double mean_deformation(Vec u) const;                                  ///< see EquilibriumLevel
   std::vector<BalanceReport::Row> loads(Vec u, const Arms& arms) const;  ///< forces of the scene, then gravity
   std::string limit_reached(Vec u, bool nearly) const;                   ///< ElasticCells::limit_reached of some cell
   double diameter() const;                                               ///< of the box of the body [mm]
@@ -130,6 +131,7 @@ private:
   void select();
   void hold_in_part();
   void make_hierarchy(SharedMerges merges);
+  double volume() const;  ///< of the material of this process [mm^3]
 
   const Processes& all_;
   const hexmesh::LatticeReader& file_;

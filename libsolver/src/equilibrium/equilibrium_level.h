@@ -44,6 +44,7 @@ concept EquilibriumLevel = requires(Level level, const Level& other, typename Le
   { level.minimize(options, u, progress) } -> std::same_as<NewtonOutcomeOf<typename Level::Vector>>;
   /// Of a field in the material; parts held by springs only where asked.
   { other.size_in_material(u, true) } -> std::same_as<ElasticCells::Size>;
+  { other.mean_deformation(u) } -> std::same_as<double>;  ///< of the material, beside the rigid motion next to u [mm]
   { other.limit_reached(u, true) } -> std::same_as<std::string>;             ///< see ElasticCells
   { other.obstacle_inside(u) } -> std::same_as<std::optional<std::string>>;  ///< that went through the surface
   other.add_effect_seconds(std::declval<SolveReport&>());

@@ -59,6 +59,13 @@ void LocalLevel::prolongate(const LocalLevel& coarser, const NodeVector& from, N
   Prolongation(problem_.mesh(), coarser.problem().mesh(), merge_of(coarser)).prolongate(from, to);
 }
 
+double LocalLevel::mean_deformation(const NodeVector& u) const {
+  RigidFit fit;
+  problem_.elastic().add_to(fit, u);
+  fit.solve();
+  return problem_.elastic().deformation_in_material(u, fit);
+}
+
 LevelMeasures LocalLevel::measures(const NodeVector& u) {
   NodeVector gradient, magnitude;
   problem_.potential().move_to(u);

@@ -29,6 +29,7 @@ public:
   void prolongate(const LocalLevel& coarser, const NodeVector& from, NodeVector& to) const;
   NewtonOutcome minimize(const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress);
   ElasticCells::Size size_in_material(const NodeVector& field, bool with_islands) const;
+  double mean_deformation(const NodeVector& u) const;
   LevelMeasures measures(const NodeVector& u);
   std::string limit_reached(const NodeVector& u, bool nearly) const;
   std::optional<std::string> obstacle_inside(const NodeVector& u) const;

@@ -220,13 +220,14 @@ void NestedIteration<Level>::find_strain() {
   }
 }
 
-/// Solve a coarse level with and without rotations and see what they change. A cell that is rotated by w, but does not
+/// Solve a coarse level with and without rotations and see what they change, beside what deforms: a rigid motion that
+/// is added to all conditions makes no difference. A cell that is rotated by w, but does not
 /// rotate, takes w^2 / 2 for strain, which over the length of the body moves its end by w^2 / 2 times that: half of
 /// what is allowed, for the largest w that is left out.
 template <EquilibriumLevel Level>
 void NestedIteration<Level>::compare_strains() {
   constexpr std::size_t most_cells = 2000;
-  constexpr double default_part = 0.01;  // of the mean displacement, where no accuracy is asked
+  constexpr double default_part = 0.01;  // of the mean deformation, where no accuracy is asked
   int number = first_;
   while (number > finest_ && num_cells(number - 1) <= most_cells) --number;
   std::array<Solved<Level>, 2> with;
@@ -243,14 +244,15 @@ void NestedIteration<Level>::compare_strains() {
   Vector change_of_u = level.make_zero();
   set_sum(change_of_u, with[1].state.u, -1, with[0].state.u);
   const double change = level.size_in_material(change_of_u, true).mean;
-  const double allowed = scene_.accuracy.value_or(default_part * level.size_in_material(with[0].state.u, true).mean);
+  const Solved<Level>& deformed = with[with[1].converged() ? 1 : 0];
+  const double allowed = scene_.accuracy.value_or(default_part * deformed.level->mean_deformation(deformed.state.u));
   angle_without_effect_ = std::sqrt(allowed / level.diameter());
   const bool rotates = !with[1].converged() || change > allowed;
   report_.elasticity = rotates ? Elasticity::corotational : Elasticity::cauchy;
   explain_rotation(
       fmt::format("solve.strain = \"auto\": on level {} rotating cells changes the displacement by {:.2g} mm "
-                  "on average, {} {:.2g} mm",
-                  number, change, rotates ? "more than" : "at most", allowed),
+                  "on average, {} {:.2g} mm, from where they count",
+                  number, change, rotates ? "more than" : "less than", allowed),
       rotates);
 }
 

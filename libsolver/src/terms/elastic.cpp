@@ -113,21 +113,46 @@ double ElasticCells::sum_of_energies() const {
   return Eigen::Map<const Eigen::VectorXd>(energies_.data(), static_cast<Eigen::Index>(energies_.size())).sum();
 }
 
-ElasticCells::Size ElasticCells::size_in_material(const NodeVector& field, const std::vector<bool>& left_out) const {
-  Size size;
-  double volume = 0;
+template <class F>
+void ElasticCells::for_each_mean(const NodeVector& field, F&& f) const {
   for (std::size_t c = 0; c < mesh_.num_cells(); ++c) {
-    if (!left_out.empty() && left_out[c]) continue;
     const ElementModel& m = model(c);
     const CellVector v = mesh_.gather(c, field);
-    Vec3 average = Vec3::Zero();
-    for (int a = 0; a < 8; ++a) average += m.mean_shape[a] * v.segment<3>(3 * a);
-    size.mean += m.volume * average.norm();
-    size.largest = std::max(size.largest, average.norm());
-    volume += m.volume;
+    Vec3 rest = Vec3::Zero(), average = Vec3::Zero();
+    for (int a = 0; a < 8; ++a) {
+      const Index3& n = mesh_.nodes()[mesh_.node(c, static_cast<std::size_t>(a))];
+      rest += m.mean_shape[a] * (mesh_.edges() * Vec3(n[0], n[1], n[2]));
+      average += m.mean_shape[a] * v.segment<3>(3 * a);
+    }
+    f(c, m.volume, rest, average);
   }
-  size.mean /= volume;
+}
+
+ElasticCells::Size ElasticCells::size_in_material(const NodeVector& field, const std::vector<bool>& left_out) const {
+  Size size;
+  double volumes = 0;
+  for_each_mean(field, [&](std::size_t c, double volume, const Vec3&, const Vec3& average) {
+    if (!left_out.empty() && left_out[c]) return;
+    size.mean += volume * average.norm();
+    size.largest = std::max(size.largest, average.norm());
+    volumes += volume;
+  });
+  size.mean /= volumes;
   return size;
+}
+
+void ElasticCells::add_to(RigidFit& fit, const NodeVector& u) const {
+  for_each_mean(
+      u, [&](std::size_t, double volume, const Vec3& rest, const Vec3& average) { fit.add(volume, rest, average); });
+}
+
+double ElasticCells::deformation_in_material(const NodeVector& u, const RigidFit& fit) const {
+  double sum = 0, volumes = 0;
+  for_each_mean(u, [&](std::size_t, double volume, const Vec3& rest, const Vec3& average) {
+    sum += volume * fit.deformation(rest, average).norm();
+    volumes += volume;
+  });
+  return sum / volumes;
 }
 
 Mat3 ElasticCells::mean_gradient(std::size_t cell, const NodeVector& u) const {

@@ -8,6 +8,7 @@
 #include "hexmesh/lattice/subcells.h"
 #include "hexsolver/scene/law.h"
 #include "terms/cell_jacobians.h"
+#include "terms/rigid_fit.h"
 #include "terms/term.h"
 
 namespace hexsolver {
@@ -61,6 +62,11 @@ public:
   /// @param left_out  cells that do not count; empty = none
   Size size_in_material(const NodeVector& field, const std::vector<bool>& left_out = {}) const;
 
+  /// Add the filled part of each cell, in its mean, to the rigid motion next to a displacement.
+  void add_to(RigidFit& fit, const NodeVector& u) const;
+  /// Length of a displacement beside a rigid motion, averaged likewise [mm].
+  double deformation_in_material(const NodeVector& u, const RigidFit& fit) const;
+
   /// What the law cannot bear in a state; empty if it can.
   /// @param nearly  also where it is close to that, for one who asks why there is no solution
   virtual std::string limit_reached(const NodeVector& /*u*/, bool /*nearly*/) const { return {}; }
@@ -91,6 +97,10 @@ protected:
   mutable std::vector<double> energies_;  ///< space for energy(): parts to be summed up in this order
 
 private:
+  /// f(cell, volume, rest position relative to node (0, 0, 0), field): means over the filled part of each cell.
+  template <class F>
+  void for_each_mean(const NodeVector& field, F&& f) const;
+
   double rounding_ = 0, energy_rounding_ = 0;
   mutable std::shared_ptr<const SingleModels> single_models_;
 };
