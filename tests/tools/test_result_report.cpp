@@ -54,3 +54,14 @@ TEST(ResultReport, KeysOfAnotherTypeAreRefusedByName) {
   EXPECT_EQ(refusal("[]"), "the result's '/report' is no object");
   EXPECT_NE(refusal(std::string(300000, '[')).find("deeper than 64 levels"), std::string::npos);
 }
+
+TEST(ResultReport, ABalanceHasAllItsPartsOrIsRefused) {
+  const ResultReport said = report_of(result_with(R"({"balance": {}})"));
+  EXPECT_TRUE(said.report.at("balance").at("acting").empty());
+  EXPECT_TRUE(said.report.at("balance").at("sum").is_object());
+  EXPECT_TRUE(said.report.at("balance").at("about_mm").is_null());
+  EXPECT_NE(refusal(R"({"balance": 3})").find("/balance' is 3"), std::string::npos);
+  EXPECT_NE(refusal(R"({"balance": {"acting": 3}})").find("/balance/acting' is 3"), std::string::npos);
+  EXPECT_NE(refusal(R"({"balance": {"sum": {"force_n": [1]}}})").find("/balance/sum/force_n'"), std::string::npos);
+  EXPECT_NE(refusal(R"({"balance": {"about_mm": "here"}})").find("/balance/about_mm'"), std::string::npos);
+}

@@ -34,6 +34,7 @@ constexpr std::array report_keys = {Key{"kind", KeyKind::text},
                                     Key{"volumetric", KeyKind::text},
                                     Key{"stiffness", KeyKind::text},
                                     Key{"lattice", KeyKind::table},
+                                    Key{"balance", KeyKind::table},
                                     Key{"error_estimate_mm", KeyKind::table},
                                     Key{"motion", KeyKind::table},
                                     Key{"conditions", KeyKind::rows},
@@ -47,6 +48,10 @@ constexpr std::array costs_keys = {Key{"levels", KeyKind::list_of_numbers}, Key{
 constexpr std::array condition_keys = {Key{"name", KeyKind::text}, Key{"reaction_n", KeyKind::vector}};
 constexpr std::array level_keys = {Key{"level", KeyKind::count}, Key{"seconds", KeyKind::number},
                                    Key{"error_mm", KeyKind::table}};
+constexpr std::array balance_keys = {Key{"about_mm", KeyKind::vector}, Key{"acting", KeyKind::rows},
+                                     Key{"sum", KeyKind::table}};
+constexpr std::array acting_keys = {Key{"name", KeyKind::text}, Key{"force_n", KeyKind::vector},
+                                    Key{"moment_n_mm", KeyKind::vector}};
 constexpr std::array motion_keys = {Key{"rows", KeyKind::rows}};
 constexpr std::array row_keys = {Key{"time_s", KeyKind::number}, Key{"kinetic_n_mm", KeyKind::number},
                                  Key{"strain_n_mm", KeyKind::number}, Key{"contact_n_mm", KeyKind::number}};
@@ -139,6 +144,14 @@ ResultReport report_of(const hexmesh::Result& result) {
   check_rows(report, "levels", level_keys, "/report");
   for (const char* list : {"forces", "contacts", "effects", "warnings"})
     if (!report.contains(list)) report[list] = json::array();
+  if (report.contains("balance")) {
+    json& balance = report["balance"];
+    check(balance, balance_keys, "/report/balance");
+    check_rows(balance, "acting", acting_keys, "/report/balance");
+    if (!balance.contains("sum")) balance["sum"] = json::object();
+    if (!balance.contains("about_mm")) balance["about_mm"] = nullptr;
+    check(balance["sum"], acting_keys, "/report/balance/sum");
+  }
   if (report.contains("motion")) {
     check(report["motion"], motion_keys, "/report/motion");
     check_rows(report["motion"], "rows", row_keys, "/report/motion");
