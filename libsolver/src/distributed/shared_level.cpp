@@ -284,17 +284,17 @@ void SharedLevel::prolongate(const SharedLevel& coarser, const Index3& merge, Ve
   check(VecRestoreArray(to, &out));
 }
 
-double SharedLevel::volume() const {
+double SharedLevel::mean_of_all(double mean) const {
   double volume = 0;
   for (std::size_t c = 0; c < mesh().num_cells(); ++c) volume += elastic_->model(c).volume;
-  return volume;
+  return all_.sum(volume * mean) / all_.sum(volume);
 }
 
 ElasticCells::Size SharedLevel::size_in_material(Vec field) const {
   copies_.get(field, x_);
   ElasticCells::Size size;
   if (mesh().num_cells() > 0) size = elastic_->size_in_material(x_);
-  return {all_.sum(volume() * size.mean) / all_.sum(volume()), all_.largest(size.largest)};
+  return {mean_of_all(size.mean), all_.largest(size.largest)};
 }
 
 double SharedLevel::mean_deformation(Vec u) const {
@@ -303,8 +303,7 @@ double SharedLevel::mean_deformation(Vec u) const {
   if (mesh().num_cells() > 0) elastic_->add_to(fit, x_);
   all_.add_up(fit.sums());
   fit.solve();
-  const double mean = mesh().num_cells() > 0 ? elastic_->deformation_in_material(x_, fit) : 0;
-  return all_.sum(volume() * mean) / all_.sum(volume());
+  return mean_of_all(mesh().num_cells() > 0 ? elastic_->deformation_in_material(x_, fit) : 0);
 }
 
 std::vector<BalanceReport::Row> SharedLevel::loads(Vec u, const Arms& arms) const {

@@ -131,7 +131,7 @@ private:
   void select();
   void hold_in_part();
   void make_hierarchy(SharedMerges merges);
-  double volume() const;  ///< of the material of this process [mm^3]
+  double mean_of_all(double mean) const;  ///< from the mean over the material of each process
 
   const Processes& all_;
   const hexmesh::LatticeReader& file_;
