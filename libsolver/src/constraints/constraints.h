@@ -42,8 +42,8 @@ public:
   virtual void project(NodeVector& v) const = 0;
   virtual void project(FloatNodeVector& v) const = 0;
 
-  /// Entries of 1 - P, the projection onto what is held: f(row, column, value), rows and columns of a NodeVector.
-  /// @pre no other process has cells of the body
+  /// Entries of 1 - P, the projection onto what is held: f(row, column, value), rows and columns of a NodeVector. Of a
+  /// body that several processes have: of the whole, where the level is solved at once (Hierarchy).
   virtual void for_each_held_entry(const std::function<void(Eigen::Index, Eigen::Index, double)>& f) const = 0;
 
   /// Add to the springs of each condition what cells of other processes hold. Called by all processes at once.

@@ -7,13 +7,15 @@ namespace hexsolver::mpi {
 
 PartConstraints::PartConstraints(const Processes& all, const Constraints& whole,
                                  const std::vector<CellNodes>& cell_nodes, std::size_t num_nodes,
-                                 std::vector<ConstraintPoint> own, std::vector<Node> nodes)
+                                 std::vector<ConstraintPoint> own, std::vector<Node> nodes,
+                                 std::vector<std::int32_t> in_whole)
     : all_(all),
       whole_(whole),
       cell_nodes_(cell_nodes),
       num_values_(3 * static_cast<Eigen::Index>(num_nodes)),
       own_(std::move(own)),
-      nodes_(std::move(nodes)) {
+      nodes_(std::move(nodes)),
+      in_whole_(std::move(in_whole)) {
   MPI_Comm_split(all.comm(), nodes_.empty() ? MPI_UNDEFINED : 0, all.rank(), &holders_);
 }
 
@@ -35,9 +37,9 @@ void PartConstraints::project(Vector& v, Vector& values) const {
 }
 
 void PartConstraints::for_each_held_entry(const std::function<void(Eigen::Index, Eigen::Index, double)>& f) const {
-  std::vector<Eigen::Index> of_part(static_cast<std::size_t>(num_values_) / 3);
-  for (const Node& n : nodes_) of_part[static_cast<std::size_t>(n.of_held)] = n.of_part;
-  const auto at = [&](Eigen::Index value) { return 3 * of_part[static_cast<std::size_t>(value / 3)] + value % 3; };
+  const auto at = [&](Eigen::Index value) {
+    return 3 * Eigen::Index{in_whole_[static_cast<std::size_t>(value / 3)]} + value % 3;
+  };
   whole_.for_each_held_entry(
       [&](Eigen::Index row, Eigen::Index column, double value) { f(at(row), at(column), value); });
 }

@@ -21,8 +21,10 @@ public:
   /// @param cell_nodes  of that mesh
   /// @param own         points of whole.held() in cells of this process, which are numbered as in its part
   /// @param nodes       that this process has
+  /// @param in_whole    numbers of all nodes of that mesh in the one that is solved at once; empty if none is
   PartConstraints(const Processes& all, const Constraints& whole, const std::vector<CellNodes>& cell_nodes,
-                  std::size_t num_nodes, std::vector<ConstraintPoint> own, std::vector<Node> nodes);
+                  std::size_t num_nodes, std::vector<ConstraintPoint> own, std::vector<Node> nodes,
+                  std::vector<std::int32_t> in_whole);
   ~PartConstraints() override;
   PartConstraints(const PartConstraints&) = delete;
   PartConstraints& operator=(const PartConstraints&) = delete;
@@ -43,6 +45,7 @@ private:
   Eigen::Index num_values_;
   std::vector<ConstraintPoint> own_;
   std::vector<Node> nodes_;
+  std::vector<std::int32_t> in_whole_;
   MPI_Comm holders_ = MPI_COMM_NULL;  ///< processes that have nodes
   mutable NodeVector double_values_;
   mutable FloatNodeVector float_values_;

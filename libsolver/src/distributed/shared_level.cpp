@@ -159,8 +159,16 @@ void SharedLevel::hold_in_part() {
     nodes.push_back(
         {static_cast<std::int32_t>(n), of_part, nodes_->owns(nodes_->numbers()[static_cast<std::size_t>(of_part)])});
   }
+  std::vector<std::int32_t> in_whole;
+  if (hierarchy_->is_solved_at_once()) {
+    // One process has the whole as its part.
+    const Mesh& whole = hierarchy_->meshes.back();
+    for (const Index3& key : all_.count() == 1 ? keys : constraints_->mesh().nodes())
+      in_whole.push_back(static_cast<std::int32_t>(
+          std::lower_bound(whole.nodes().begin(), whole.nodes().end(), key, before) - whole.nodes().begin()));
+  }
   held_in_part_ = std::make_unique<PartConstraints>(all_, constraints, constraints_->mesh().cell_nodes(), keys.size(),
-                                                    std::move(own), std::move(nodes));
+                                                    std::move(own), std::move(nodes), std::move(in_whole));
 }
 
 void SharedLevel::make_hierarchy(SharedMerges merges) {

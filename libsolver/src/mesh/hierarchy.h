@@ -39,6 +39,14 @@ struct Hierarchy {
     return level < subdomains.size() ? subdomains[level].get() : nullptr;
   }
 
+  /// Whether the mechanical level is so small that a factor of its own matrix solves it: there is no other level but,
+  /// where several processes have parts of it, itself as a whole.
+  bool is_solved_at_once() const noexcept {
+    const bool is_only_gathered =
+        meshes.size() == 2 && subdomain(0) && !subdomain(1) && merges[0].factor == Index3{1, 1, 1};
+    return meshes.size() == 1 || is_only_gathered;
+  }
+
   std::size_t bytes() const;  ///< of memory
 };
 

@@ -234,7 +234,6 @@ bool Multigrid::CyclesOf<Scalar>::invert_diagonal(Level& level, const std::vecto
   return positive;
 }
 
-/// A level of its own is solved at once, with the supports held.
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::factor_coarsest() {
   const std::size_t level = levels_.size() - 1;
@@ -242,7 +241,7 @@ void Multigrid::CyclesOf<Scalar>::factor_coarsest() {
   positive_ = coarsest_.compute(
       hierarchy_.meshes[level],
       [&](std::size_t c) { return is_only ? potential_.cell_hessian(c) : cell_matrix(level, c); },
-      is_only ? &constraints_ : nullptr);
+      is_solved_at_once_ ? &constraints_ : nullptr);
 }
 
 template void Multigrid::CyclesOf<float>::factor_coarsest();

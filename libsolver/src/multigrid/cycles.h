@@ -49,6 +49,7 @@ private:
   const Subdomain* part(std::size_t level) const { return hierarchy_.subdomain(level); }
   /// Whether processes have parts of the level before, and each the whole of this.
   bool is_gathered(std::size_t level) const { return level > 0 && part(level - 1) && !part(level); }
+  void choose_smoothers();
   void choose_support_weights();
 
   // Coarse operators: coarsening.cpp.
@@ -78,6 +79,7 @@ private:
   const Hierarchy& hierarchy_;
   const Potential& potential_;
   const HeldDirections& constraints_;
+  const bool is_solved_at_once_;  ///< see Hierarchy: a factor, with the supports held, and no smoothing
   std::unordered_map<std::size_t, std::vector<std::size_t>> points_of_cell_;  ///< constraint points, finest level
   std::vector<double> support_weight_;                                        ///< w of each condition [N/mm]
   std::vector<Level> levels_;

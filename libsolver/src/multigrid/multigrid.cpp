@@ -38,14 +38,24 @@ std::size_t Multigrid::bytes() const { return cycles_->bytes(); }
 template <class Scalar>
 Multigrid::CyclesOf<Scalar>::CyclesOf(const Hierarchy& hierarchy, const Potential& potential,
                                       const HeldDirections& constraints)
-    : hierarchy_(hierarchy), potential_(potential), constraints_(constraints), levels_(hierarchy.meshes.size()) {
-  if (levels_.size() > 1 && needs_braess_sarazin())
+    : hierarchy_(hierarchy),
+      potential_(potential),
+      constraints_(constraints),
+      is_solved_at_once_(hierarchy.is_solved_at_once()),
+      levels_(hierarchy.meshes.size()) {
+  if (!is_solved_at_once_) choose_smoothers();
+  update();
+}
+
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::choose_smoothers() {
+  if (needs_braess_sarazin())
     for (std::size_t level = 0; level < levels_.size(); ++level)
       levels_[level].braess_sarazin = std::make_unique<BraessSarazinSmoother<Scalar>>(
-          hierarchy.meshes[level], level == 0 ? &constraints : nullptr, part(level));
-  for (std::size_t p = 0; p < constraints.held().size(); ++p) points_of_cell_[constraints.held()[p].cell].push_back(p);
+          hierarchy_.meshes[level], level == 0 ? &constraints_ : nullptr, part(level));
+  const std::vector<ConstraintPoint>& held = constraints_.held();
+  for (std::size_t p = 0; p < held.size(); ++p) points_of_cell_[held[p].cell].push_back(p);
   choose_support_weights();
-  update();
 }
 
 template <class Scalar>
@@ -54,6 +64,7 @@ void Multigrid::CyclesOf<Scalar>::update() {
   for (std::size_t level = 0; level + 1 < levels_.size() && positive_; ++level) {
     coarsen(level);
     if (!positive_) return;
+    if (is_solved_at_once_) continue;
     estimate_eigenvalue(level);
     if (levels_[level].braess_sarazin) weigh_shape(level);
   }
@@ -211,6 +222,13 @@ void Multigrid::CyclesOf<Scalar>::cycle(std::size_t level, const Vector& b, Vect
   }
   const Level& l = levels_[level];
   const Level& coarse = levels_[level + 1];
+  if (is_solved_at_once_) {
+    l.r = b;
+    restrict_to_coarser(level);
+    cycle(level + 1, coarse.b, coarse.x);
+    hierarchy_.prolongations[level].prolongate(coarse.x, x);
+    return;
+  }
   smooth(level, b, x, true);
   multiply(level, x, l.t);
   l.r.resize(b.size());
