@@ -8,7 +8,6 @@ TEST_F(HexsolveMpi, AnyNumberOfProcessesFindsWhatOneFinds) {
   const std::string sharp = "liver.hexmesh liver.toml --level 0 --set solve.tolerance=1e-10 --force ";
   ASSERT_EQ(run("hexsolve " + sharp + "-o one.hexresult --report one.json").exit_code, 0);
   const Result one = result("one.hexresult");
-  std::size_t iterations_of_one = 0;
   for (const int processes : {1, 2, 4}) {
     SCOPED_TRACE(fmt::format("{} processes", processes));
     const CommandResult r = run(mpi(processes) + sharp + "-o many.hexresult --force --report many.json");
@@ -16,10 +15,7 @@ TEST_F(HexsolveMpi, AnyNumberOfProcessesFindsWhatOneFinds) {
     expect_same(one, result("many.hexresult"));
     const json many = report("many.json");
     expect_same_reports(report("one.json"), many);
-    const auto iterations = many["linear_iterations"].get<std::size_t>();
-    if (processes == 1) iterations_of_one = iterations;
-    EXPECT_LE(static_cast<double>(iterations), 1.2 * static_cast<double>(iterations_of_one));
-    EXPECT_LE(static_cast<double>(iterations), 1.2 * report("one.json")["linear_iterations"].get<double>());
+    EXPECT_NEAR(many["linear_iterations"].get<int>(), report("one.json")["linear_iterations"].get<int>(), 1);
   }
   const CommandResult exported = run("hexexport many.hexresult --lattice many.vtu --html many.html");
   EXPECT_EQ(exported.exit_code, 0) << exported.errors;
@@ -49,7 +45,8 @@ TEST_F(HexsolveMpi, NearlyIncompressibleBodiesWithGapsTakeAsManyIterationsAsByOn
       SCOPED_TRACE(fmt::format("{}, {} processes", strain, processes));
       const CommandResult r = run(mpi(processes) + arguments + "-o many.hexresult --report many.json");
       ASSERT_EQ(r.exit_code, 0) << r.errors;
-      EXPECT_NEAR(report("many.json")["linear_iterations"].get<int>(), iterations_of_one, 2);
+      // As multigrid's smoothers begin with the same noise, all differ by rounding only.
+      EXPECT_NEAR(report("many.json")["linear_iterations"].get<int>(), iterations_of_one, 1);
     }
   }
 }
@@ -296,8 +293,8 @@ TEST_F(HexsolveMpi, ARealLiverAtFullResolution) {
   ASSERT_EQ(r.exit_code, 0) << r.errors;
   expect_same(result("real1.hexresult"), result("real2.hexresult"));
   expect_same_reports(report("one.json"), report("many.json"));
-  EXPECT_LE(report("many.json")["linear_iterations"].get<double>(),
-            1.2 * report("one.json")["linear_iterations"].get<double>());
+  EXPECT_NEAR(report("many.json")["linear_iterations"].get<int>(), report("one.json")["linear_iterations"].get<int>(),
+              1);
 }
 
 TEST_F(HexsolveMpi, ARealLiverWithItsVesselsCutOutTakesAsManyIterationsAsByOne) {
@@ -315,5 +312,5 @@ TEST_F(HexsolveMpi, ARealLiverWithItsVesselsCutOutTakesAsManyIterationsAsByOne) 
   const CommandResult r = run(mpi(2) + arguments + "-o cut2.hexresult --report many.json");
   ASSERT_EQ(r.exit_code, 0) << r.errors;
   EXPECT_NEAR(report("many.json")["linear_iterations"].get<int>(), report("one.json")["linear_iterations"].get<int>(),
-              2);
+              1);
 }

@@ -146,7 +146,7 @@ TEST(NodeSubdomain, SumsAreTheSameToTheLastBitForAllThatHaveANode) {
   // A node for all, one for each two neighbouring processes, and one that nobody else has.
   const auto rank = static_cast<std::uint64_t>(all.rank());
   const std::vector<NodeName> names = {{0}, {100 + rank}, {101 + rank}, {1000 + rank}};
-  const NodeSubdomain part(all, names);
+  const NodeSubdomain part(all, names, {0, 0, 0});
   NodeVector v = NodeVector::Zero(12);
   for (Eigen::Index d = 0; d < 3; ++d)
     for (Eigen::Index n = 0; n < 4; ++n) v[3 * n + d] = 1.0 / (3 + static_cast<double>(rank)) + 1e-3 * d;

@@ -45,7 +45,8 @@ std::vector<std::vector<Holder>> other_holders(const std::vector<std::vector<Nod
 
 }  // namespace
 
-NodeSubdomain::NodeSubdomain(const Processes& all, const std::vector<NodeName>& names) : all_(all) {
+NodeSubdomain::NodeSubdomain(const Processes& all, const std::vector<NodeName>& names, const Index3& low)
+    : Subdomain(low), all_(all) {
   const auto count = static_cast<std::size_t>(all.count());
   std::vector<std::vector<NodeName>> to(count);
   std::vector<std::vector<std::int32_t>> nodes(count);

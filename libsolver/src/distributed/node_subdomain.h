@@ -23,9 +23,9 @@ struct NodeName {
 class NodeSubdomain final : public Subdomain {
 public:
   /// @param names  of the nodes of this process; distinct. `all` must outlive this
-  NodeSubdomain(const Processes& all, const std::vector<NodeName>& names);
+  /// @param low    where its mesh begins in the whole
+  NodeSubdomain(const Processes& all, const std::vector<NodeName>& names, const Index3& low);
 
-  int process() const noexcept override { return all_.rank(); }
   void add_up(NodeVector& v) const override;
   void add_up(FloatNodeVector& v) const override;
   void add_up(std::vector<Mat3>& of_nodes) const override;

@@ -96,7 +96,7 @@ Hierarchy make_part_hierarchy(const Processes& all, Mesh finest, Index3 low, con
   for (const Index3& n : finest.nodes()) names.push_back({sort_key({n[0] + low[0], n[1] + low[1], n[2] + low[2]})});
   Hierarchy out(std::move(finest));
   for (const Index3& factor : merges.factors) {
-    auto part = std::make_unique<NodeSubdomain>(all, names);
+    auto part = std::make_unique<NodeSubdomain>(all, names, low);
     const Mesh& fine = out.meshes.back();
     Merge merge = hexmesh::merge_linked_cells(fine.cells(), fine.cell_nodes(), factor);
     low = hexmesh::coarser_index(low, factor);

@@ -15,6 +15,16 @@ namespace hexsolver::mpi {
 
 using hexmesh::Lattice;
 
+namespace {
+
+/// Of an index among sorted ones; -1: not there.
+std::int32_t place_of(const std::vector<Index3>& sorted, const Index3& index) {
+  const auto found = std::lower_bound(sorted.begin(), sorted.end(), index, before);
+  return found != sorted.end() && *found == index ? static_cast<std::int32_t>(found - sorted.begin()) : -1;
+}
+
+}  // namespace
+
 SharedLevel::~SharedLevel() = default;
 
 SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& file, const Lattice& outline,
@@ -134,10 +144,7 @@ void SharedLevel::select() {
 
 std::int32_t SharedLevel::own_cell(const Index3& cell) const {
   const Index3& low = part_->low;
-  const Index3 local = {cell[0] - low[0], cell[1] - low[1], cell[2] - low[2]};
-  const auto found = std::lower_bound(mesh().cells().begin(), mesh().cells().end(), local, before);
-  return found != mesh().cells().end() && *found == local ? static_cast<std::int32_t>(found - mesh().cells().begin())
-                                                          : -1;
+  return place_of(mesh().cells(), {cell[0] - low[0], cell[1] - low[1], cell[2] - low[2]});
 }
 
 void SharedLevel::hold_in_part() {
@@ -149,25 +156,18 @@ void SharedLevel::hold_in_part() {
       own.push_back(p);
       own.back().cell = cell;
     }
-  std::vector<PartConstraints::Node> nodes;
   const Index3& low = part_->low;
-  const std::vector<Index3> keys = shifted(constraints_->mesh().nodes(), {-low[0], -low[1], -low[2]});
-  for (std::size_t n = 0; n < keys.size(); ++n) {
-    const auto found = std::lower_bound(mesh().nodes().begin(), mesh().nodes().end(), keys[n], before);
-    if (found == mesh().nodes().end() || *found != keys[n]) continue;
-    const auto of_part = static_cast<std::int32_t>(found - mesh().nodes().begin());
-    nodes.push_back(
-        {static_cast<std::int32_t>(n), of_part, nodes_->owns(nodes_->numbers()[static_cast<std::size_t>(of_part)])});
-  }
+  const std::vector<Index3>& held = constraints_->mesh().nodes();
+  const std::vector<Index3> of_part = shifted(held, {-low[0], -low[1], -low[2]});
+  std::vector<PartConstraints::Node> nodes;
+  for (std::size_t n = 0; n < of_part.size(); ++n)
+    if (const std::int32_t node = place_of(mesh().nodes(), of_part[n]); node >= 0)
+      nodes.push_back({static_cast<std::int32_t>(n), node, nodes_->owns(nodes_->numbers()[node])});
   std::vector<std::int32_t> in_whole;
-  if (hierarchy_->is_solved_at_once()) {
-    // One process has the whole as its part.
-    const Mesh& whole = hierarchy_->meshes.back();
-    for (const Index3& key : all_.count() == 1 ? keys : constraints_->mesh().nodes())
-      in_whole.push_back(static_cast<std::int32_t>(
-          std::lower_bound(whole.nodes().begin(), whole.nodes().end(), key, before) - whole.nodes().begin()));
-  }
-  held_in_part_ = std::make_unique<PartConstraints>(all_, constraints, constraints_->mesh().cell_nodes(), keys.size(),
+  if (hierarchy_->is_solved_at_once())
+    for (const Index3& key : all_.count() == 1 ? of_part : held)  // one process has the whole as its part
+      in_whole.push_back(place_of(hierarchy_->meshes.back().nodes(), key));
+  held_in_part_ = std::make_unique<PartConstraints>(all_, constraints, constraints_->mesh().cell_nodes(), held.size(),
                                                     std::move(own), std::move(nodes), std::move(in_whole));
 }
 

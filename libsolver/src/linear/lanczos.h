@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "core/parallel.h"
+#include "hexmesh/core/index.h"
 
 namespace hexsolver {
 
@@ -16,17 +17,14 @@ struct LanczosSpace {
   Vector &r, &z, &p, &q;
 };
 
-/// v = numbers in [-1/2, 1/2], always the same.
-/// @param process  another one, other numbers
-template <class Vector>
-void fill_roughly(Vector& v, Eigen::Index size, int process = 0) {
-  using Scalar = typename Vector::Scalar;
-  v.resize(size);
-  std::uint32_t state = 12345U + 2654435769U * static_cast<std::uint32_t>(process);
-  for (Scalar& x : v) {
-    state = state * 1664525U + 1013904223U;
-    x = static_cast<Scalar>(state >> 8) / (1U << 24) - Scalar(0.5);
-  }
+/// A number in [-1/2, 1/2] for a node or cell of a level and an axis: noise, the same for any number of processes.
+/// Source: the finalizer of SplitMix64, Steele, Lea, Flood, OOPSLA (2014).
+inline double noise_at(const hexmesh::Index3& index, std::uint64_t axis) {
+  std::uint64_t z = (3 * hexmesh::sort_key(index) + axis + 1) * 0x9E3779B97F4A7C15U;
+  z = (z ^ z >> 30) * 0xBF58476D1CE4E5B9U;
+  z = (z ^ z >> 27) * 0x94D049BB133111EBU;
+  z ^= z >> 31;
+  return static_cast<double>(z >> 40) / (1U << 24) - 0.5;
 }
 
 /// x . y of numbers that may be single.

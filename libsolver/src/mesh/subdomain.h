@@ -19,7 +19,10 @@ public:
 
   const std::vector<std::int32_t>& shared_nodes() const noexcept { return shared_; }  ///< that other processes have too
 
-  virtual int process() const noexcept = 0;  ///< this one's number
+  /// Of a node or cell of this process's mesh, its index in the whole.
+  Index3 in_whole(const Index3& index) const noexcept {
+    return {index[0] + low_[0], index[1] + low_[1], index[2] + low_[2]};
+  }
 
   /// Of what each process has at a node the sum, for all that have the node: the same to the last bit. Called by all.
   virtual void add_up(NodeVector& v) const = 0;
@@ -49,6 +52,9 @@ public:
   virtual void sum(std::span<float> values) const = 0;   ///< likewise
 
 protected:
+  explicit Subdomain(const Index3& low) : low_(low) {}
+
+  Index3 low_;                                    ///< where the mesh of this process begins in the whole
   std::vector<std::int32_t> shared_, of_others_;  ///< nodes; of_others_: those of shared_ that another process owns
 };
 

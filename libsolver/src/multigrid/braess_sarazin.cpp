@@ -148,7 +148,10 @@ void BraessSarazinSmoother<Real>::prepare(const std::vector<Block>& inverse) {
   for (HeldCorner& h : held_corners_) h.of_row = rows_.get(h.cell).col(h.corner);
 
   Vector& start = of_cells_[0];
-  fill_roughly(start, start.size(), part_ ? part_->process() : 0);
+  for (std::size_t c = 0; c < mesh_.num_cells(); ++c) {
+    const Index3& index = mesh_.cells()[c];
+    start[c] = static_cast<Real>(noise_at(part_ ? part_->in_whole(index) : index, 0));
+  }
   const auto multiply = [&](const Vector& x, Vector& y) {  // y = B P D^-1 P B^T x
     parallel_for(x.size(), [&](Index c) { pressure(c) = x[c]; });
     step({0, 0, 1});

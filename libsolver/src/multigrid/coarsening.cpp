@@ -58,6 +58,7 @@ void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
   });
   to.matrices.set_shared([&](std::int32_t number) { return shared_matrices[number]; });
   if (is_to_be_gathered) gather_matrices(level + 1);
+  if (is_solved_at_once_) return;  // nothing is smoothed
   if (part(level)) part(level)->add_up(diagonal_);
   positive_ = invert_diagonal(levels_[level], diagonal_);
   if (part(level)) positive_ = part(level)->largest(positive_ ? 0 : 1) == 0;

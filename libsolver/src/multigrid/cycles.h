@@ -49,7 +49,7 @@ private:
   const Subdomain* part(std::size_t level) const { return hierarchy_.subdomain(level); }
   /// Whether processes have parts of the level before, and each the whole of this.
   bool is_gathered(std::size_t level) const { return level > 0 && part(level - 1) && !part(level); }
-  void choose_smoothers();
+  void prepare_smoothing();
   void choose_support_weights();
 
   // Coarse operators: coarsening.cpp.

@@ -43,12 +43,12 @@ Multigrid::CyclesOf<Scalar>::CyclesOf(const Hierarchy& hierarchy, const Potentia
       constraints_(constraints),
       is_solved_at_once_(hierarchy.is_solved_at_once()),
       levels_(hierarchy.meshes.size()) {
-  if (!is_solved_at_once_) choose_smoothers();
+  if (!is_solved_at_once_) prepare_smoothing();
   update();
 }
 
 template <class Scalar>
-void Multigrid::CyclesOf<Scalar>::choose_smoothers() {
+void Multigrid::CyclesOf<Scalar>::prepare_smoothing() {
   if (needs_braess_sarazin())
     for (std::size_t level = 0; level < levels_.size(); ++level)
       levels_[level].braess_sarazin = std::make_unique<BraessSarazinSmoother<Scalar>>(
@@ -118,12 +118,12 @@ template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::estimate_eigenvalue(std::size_t level) {
   Level& l = levels_[level];
   Vector& start = l.b;  // free before a cycle
-  fill_roughly(start, static_cast<Index>(hierarchy_.meshes[level].num_dofs()),
-               part(level) ? part(level)->process() : 0);
-  if (part(level)) {
-    part(level)->keep_own(start);
-    part(level)->add_up(start);
-  }
+  const std::vector<Index3>& nodes = hierarchy_.meshes[level].nodes();
+  start.resize(static_cast<Index>(hierarchy_.meshes[level].num_dofs()));
+  for_each_node(nodes.size(), [&](std::ptrdiff_t n) {
+    const Index3 index = part(level) ? part(level)->in_whole(nodes[n]) : nodes[n];
+    for (int d = 0; d < 3; ++d) start[3 * n + d] = static_cast<Scalar>(noise_at(index, d));
+  });
   // As large in stiff material as in soft, as D^-1 A sees it: what starts at nothing is not found in a few steps.
   const auto count = static_cast<std::ptrdiff_t>(l.inverse_diagonal.size());
   for_each_node(
