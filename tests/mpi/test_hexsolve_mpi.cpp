@@ -31,7 +31,7 @@ TEST_F(HexsolveMpi, ErrorsAreEstimatedAsByOne) {
 }
 
 TEST_F(HexsolveMpi, NearlyIncompressibleBodiesWithGapsTakeAsManyIterationsAsByOne) {
-  ASSERT_EQ(run(fmt::format("hexscan phantom liver --spacing {} -o vessels.seg.nrrd && ", whole_or(3, 4)) +
+  ASSERT_EQ(run(fmt::format("hexscan phantom liver --spacing {} -o vessels.seg.nrrd && ", whole_or(3, 5)) +
                 "hexmesh build vessels.seg.nrrd --material '*:young_kpa=10,poisson=0.49' --material vessel:none "
                 "-o vessels.hexmesh && hexsolve vessels.hexmesh --example -o vessels.toml")
                 .exit_code,
@@ -41,7 +41,7 @@ TEST_F(HexsolveMpi, NearlyIncompressibleBodiesWithGapsTakeAsManyIterationsAsByOn
         fmt::format("vessels.hexmesh vessels.toml --level 0 --set solve.strain={} --force ", strain);
     ASSERT_EQ(run("hexsolve " + arguments + "-o one.hexresult --report one.json").exit_code, 0);
     const int iterations_of_one = report("one.json")["linear_iterations"].get<int>();
-    for (const int processes : whole_or<std::vector<int>>({1, 2, 3, 4}, {1, 4})) {
+    for (const int processes : whole_or<std::vector<int>>({1, 2, 3, 4}, {3})) {
       SCOPED_TRACE(fmt::format("{}, {} processes", strain, processes));
       const CommandResult r = run(mpi(processes) + arguments + "-o many.hexresult --report many.json");
       ASSERT_EQ(r.exit_code, 0) << r.errors;

@@ -23,6 +23,7 @@ Scene with(std::vector<Condition> conditions, Elasticity elasticity) {
   scene.elasticity = elasticity;
   if (elasticity == Elasticity::green_lagrange) scene.volumetric = Volumetric::full;
   scene.conditions = std::move(conditions);
+  scene.error_estimation = ErrorEstimation::off;
   return scene;
 }
 

@@ -117,3 +117,9 @@ TEST_F(Effects, OfTheScanWhereFewCellsAreSolvedAreSmall) {
 }
 
 TEST_F(Effects, ThatAreOffReadNothing) { expect_equal(4, bytes_read_by); }
+
+TEST_F(Effects, OfIslandsThatAreNotThereReadNothing) {
+  // Voxels and finer levels are read only where islands go.
+  const std::string coarse = "hexsolve 4.hexmesh scene.toml --level 2 --force --quiet -o coarse.hexresult";
+  EXPECT_EQ(bytes_read_by(coarse + " --set solve.islands=drop"), bytes_read_by(coarse));
+}

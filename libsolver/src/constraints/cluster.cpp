@@ -33,6 +33,11 @@ KeptDirections kept_directions(const MatrixXd& gram, double cutoff) {
 /// singular stresses at their rims instead, and one direction more would only pin corners of slivers.
 bool needs_uniform_pressure(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
                             const std::vector<std::size_t>& members) {
+  const bool some_slide = std::any_of(members.begin(), members.end(), [&](std::size_t p) {
+    const auto& axes = points[p].axes;
+    return !(axes[0] && axes[1] && axes[2]);
+  });
+  if (!some_slide) return false;
   constexpr double same_value = 1e-12;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto holds = [&](std::size_t p) { return points[p].axes[axis]; };
@@ -46,10 +51,7 @@ bool needs_uniform_pressure(const Mesh& mesh, const std::vector<ConstraintPoint>
         return false;
     }
   }
-  return std::any_of(members.begin(), members.end(), [&](std::size_t p) {
-    const auto& axes = points[p].axes;
-    return !(axes[0] && axes[1] && axes[2]);
-  });
+  return true;
 }
 
 void hold_uniform_pressure(ConstraintCluster& cluster) {

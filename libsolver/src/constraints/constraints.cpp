@@ -37,11 +37,25 @@ std::vector<ConstraintPoint> with_face_centers(const std::vector<ConstraintPoint
   return out;
 }
 
+namespace {
+
+/// Whether no cluster of the points can have more than `most` nodes.
+bool all_are_small(const std::vector<ConstraintPoint>& points, std::size_t most) {
+  std::vector<std::int32_t> cells;
+  for (const ConstraintPoint& p : points) cells.push_back(p.cell);
+  std::sort(cells.begin(), cells.end());
+  return 8 * static_cast<std::size_t>(std::unique(cells.begin(), cells.end()) - cells.begin()) <= most;
+}
+
+}  // namespace
+
 /// Replace the points of clusters with too many nodes by the nodes themselves.
 void Constraints::hold_large_clusters_by_nodes() {
   std::vector<std::array<bool, 3>> axes(points_.size(), {false, false, false});
   std::map<std::int32_t, ConstraintPoint> by_node;
-  for (std::size_t axis = 0; axis < 3; ++axis)
+  const bool all_small = all_are_small(points_, dense_limit);
+  for (std::size_t p = 0; p < points_.size() && all_small; ++p) axes[p] = points_[p].axes;
+  for (std::size_t axis = 0; axis < 3 && !all_small; ++axis)
     for (auto& cluster : split_into_clusters(mesh_, points_, points_with_axis(points_, axis))) {
       std::set<std::int32_t> nodes_of_cluster;
       for (const std::size_t p : cluster)

@@ -6,7 +6,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -48,13 +47,15 @@ std::string axis_words(const Vec3& v) {
 std::vector<std::string> describe(const BodyPart& part, const MatrixXd& motions) {
   std::vector<std::string> words;
   const std::string which = fmt::format("the part of {} cells around {} mm", part.num_cells, axis_words(part.center));
-  const Eigen::JacobiSVD<MatrixXd> svd(motions.bottomRows(3), Eigen::ComputeFullV | Eigen::ComputeThinU);
   const Index num_motions = motions.cols();
   if (num_motions == 6) {
     words.push_back(fmt::format("{} is held by nothing (3 translations, 3 rotations)", which));
     return words;
   }
-  const MatrixXd rotated = motions * svd.matrixV();
+  // Those that turn most come first, those that do not turn last.
+  const MatrixXd turns = motions.bottomRows(3);
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> by_turn(turns.transpose() * turns);
+  const MatrixXd rotated = motions * by_turn.eigenvectors().rowwise().reverse();
   for (Index m = 0; m < num_motions; ++m) {
     const Vec3 t = rotated.block<3, 1>(0, m), w = rotated.block<3, 1>(3, m) / part.size;
     if (w.norm() * part.size < 1e-6 * std::max(t.norm(), 1e-30) || m >= 3) {
@@ -160,10 +161,9 @@ std::vector<FreeMotions> free_motions(const std::vector<BodyPart>& parts, const 
   for (std::size_t p = 0; p < num_parts; ++p) {
     if (first_row[p] < 0) continue;
     const MatrixXd own = eigen.eigenvectors().block(first_row[p], 0, 6, num_free);
-    const Eigen::JacobiSVD<MatrixXd> svd(own, Eigen::ComputeThinU);
-    Index rank = 0;
-    while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-3) ++rank;
-    if (rank > 0) add(p, svd.matrixU().leftCols(rank));
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> of_part(own * own.transpose());
+    const Index rank = (of_part.eigenvalues().array() > 1e-3 * 1e-3).count();
+    if (rank > 0) add(p, of_part.eigenvectors().rightCols(rank));
   }
   std::sort(found.begin(), found.end(), [](const FreeMotions& a, const FreeMotions& b) { return a.part < b.part; });
   return found;

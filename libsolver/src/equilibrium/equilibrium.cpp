@@ -38,6 +38,10 @@ int finest_level_needed(const Scene& scene, const std::vector<std::size_t>& num_
   return looks ? level - 1 : level;
 }
 
+bool leaves_islands_out(const Lattice& lattice, const Scene& scene, int level) {
+  return !islands_to_leave_out(lattice, scene, level).empty();
+}
+
 Outcome solve_equilibrium(const Lattice& whole, const Scene& scene, int level, const SolveProgress& progress) {
   SolveReport report;
   report.warnings = check_single_points(scene);

@@ -30,8 +30,7 @@ bool only_islands_among(const std::vector<FreePart>& free, const Mesh& mesh) {
   return cells < mesh.num_cells();
 }
 
-std::optional<Lattice> without_islands(const Lattice& lattice, const Scene& scene, int level, std::size_t& dropped) {
-  dropped = 0;
+std::vector<std::int32_t> islands_to_leave_out(const Lattice& lattice, const Scene& scene, int level) {
   if (scene.islands == Islands::error) return {};
   const Mesh mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner());
   Selector selector(lattice, level, mesh);
@@ -40,6 +39,11 @@ std::optional<Lattice> without_islands(const Lattice& lattice, const Scene& scen
   std::vector<std::int32_t> cells;
   for (const FreePart& part : free)
     if (scene.islands == Islands::drop || part.hangs) cells.insert(cells.end(), part.cells.begin(), part.cells.end());
+  return cells;
+}
+
+std::optional<Lattice> without_islands(const Lattice& lattice, const Scene& scene, int level, std::size_t& dropped) {
+  const std::vector<std::int32_t> cells = islands_to_leave_out(lattice, scene, level);
   dropped = cells.size();
   if (cells.empty()) return {};
   return hexmesh::without_cells(lattice, level, cells);

@@ -17,8 +17,13 @@ bool only_islands_among(const std::vector<FreePart>& free, const Mesh& mesh);
 /// @throws Error{geometry} that tells which motions nothing holds
 [[noreturn]] void fail_unsupported(const std::vector<FreePart>& free, const Scene& scene, int level, bool only_islands);
 
-/// The lattice without the islands that the scene leaves out: all with "drop", those that touch other parts by an
-/// edge or a corner with "hold". Nothing if there are none.
+/// Cells of the islands that the scene leaves out: all with "drop", those that touch other parts by an edge or a
+/// corner with "hold".
+/// @param lattice  with that level
+std::vector<std::int32_t> islands_to_leave_out(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+
+/// The lattice without islands_to_leave_out(). Nothing if there are none.
+/// @param lattice  with all levels and voxels if there are
 /// @param dropped  receives how many cells of `level` they are
 std::optional<hexmesh::Lattice> without_islands(const hexmesh::Lattice& lattice, const Scene& scene, int level,
                                                 std::size_t& dropped);

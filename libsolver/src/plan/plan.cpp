@@ -155,7 +155,10 @@ std::size_t expected_bytes(const hexmesh::Lattice& lattice, const Scene& scene, 
                                   static_cast<double>(lattice.levels[static_cast<std::size_t>(level)].cells.size()));
 }
 
-SolvePlan plan_solution(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
+SolvePlan plan_solution(const hexmesh::Lattice& whole, const Scene& scene, int level) {
+  std::size_t dropped = 0;
+  const std::optional<hexmesh::Lattice> rest = without_islands(whole, scene, level, dropped);
+  const hexmesh::Lattice& lattice = rest ? *rest : whole;
   return scene.dynamics ? plan_motion(lattice, scene, level) : plan_equilibrium(lattice, scene, level);
 }
 

@@ -52,11 +52,8 @@ hexmesh::Elements source_of_elements(const Scene& scene) {
 }
 
 Lattice read_lattice_for(const Scene& scene, const std::filesystem::path& path, const LatticeNeeds& needs) {
-  const bool may_change = scene.islands != Islands::error;
-  const hexmesh::Voxels voxels = may_change || needs.pictures ? hexmesh::Voxels::read : hexmesh::Voxels::left_out;
-  return with_overrides(
-      hexmesh::read_lattice(path, may_change ? std::vector<int>{} : needs.levels, source_of_elements(scene), voxels),
-      scene);
+  const hexmesh::Voxels voxels = needs.pictures ? hexmesh::Voxels::read : hexmesh::Voxels::left_out;
+  return with_overrides(hexmesh::read_lattice(path, needs.levels, source_of_elements(scene), voxels), scene);
 }
 
 }  // namespace hexsolver

@@ -7,6 +7,7 @@
 #include "constraints/supports.h"
 #include "hexmesh/lattice/locator.h"
 #include "hexsolver/equilibrium/equilibrium.h"
+#include "hexsolver/plan/plan.h"
 #include "selection/selection.h"
 #include "support/bodies.h"
 #include "support/files.h"
@@ -254,6 +255,14 @@ TEST(Islands, AreAnErrorThatSaysWhatElseCouldBeDone) {
       ErrorKind::geometry, [&] { solve_equilibrium(block_with_a_speck(), pulled_block(Islands::error), 0, report); });
   EXPECT_NE(message.find("of 1 cells"), std::string::npos) << message;
   EXPECT_NE(message.find("solve.islands"), std::string::npos) << message;
+}
+
+TEST(Islands, AreKnownBeforeASolution) {
+  const Lattice block = block_with_a_speck();
+  EXPECT_TRUE(leaves_islands_out(block, pulled_block(Islands::drop), 0));
+  EXPECT_FALSE(leaves_islands_out(block, pulled_block(Islands::hold), 0));
+  EXPECT_FALSE(leaves_islands_out(block, pulled_block(Islands::error), 0));
+  EXPECT_EQ(plan_solution(block, pulled_block(Islands::drop), 0).levels.back().cells, 64U);
 }
 
 TEST(Islands, LeftOutOrHeldTheRestDoesWhatItDoesWithoutThem) {

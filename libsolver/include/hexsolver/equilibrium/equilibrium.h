@@ -24,12 +24,17 @@ int finest_level(const Scene& scene, const std::vector<std::size_t>& num_cells);
 /// @param num_cells  of each level
 int finest_level_needed(const Scene& scene, const std::vector<std::size_t>& num_cells, int level);
 
+/// Whether a solution on that level leaves islands out, which takes all of the lattice: voxels and every level.
+/// @param lattice  with that level
+/// @throws Error{geometry} for selections
+bool leaves_islands_out(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+
 /// Static equilibrium of a lattice under a scene, solved from a coarse level down to `level`, each level starting from
 /// the one before; where Newton fails the load is cut back and raised in steps. With an accuracy or a budget it ends
 /// at the first level that is good enough, or the last that there was time for.
 ///
 /// The error of a level is estimated from the differences between consecutive levels (THEORY.md, "Accuracy").
-/// @param lattice  with its levels from finest_level_needed() up; with all where islands may be left out. Without the
+/// @param lattice  with its levels from finest_level_needed() up; with all where it leaves_islands_out(). Without the
 ///                 one finer than `level` errors are estimated from the levels passed
 /// @throws Error{geometry} for selections, incompatible conditions and missing supports, before the level they concern
 ///                         is solved

@@ -191,7 +191,7 @@ struct LatticeNeeds {
   bool pictures = false;    ///< labels and picture surface
 };
 
-/// A lattice file as a scene is solved on it, with_overrides(). Scenes that leave islands out need all of it.
+/// A lattice file as a scene is solved on it, with_overrides().
 hexmesh::Lattice read_lattice_for(const Scene& scene, const std::filesystem::path& path, const LatticeNeeds& needs);
 
 /// A commented scene for any lattice: the paper's liver experiment, three places on the surface held and a fourth
