@@ -20,7 +20,7 @@ public:
     arms_.colwise() -= center_;
     constexpr double no_difference = 1e-12;  // of squares of lengths
     const Eigen::SelfAdjointEigenSolver<Mat3> eigen(arms_ * arms_.transpose());
-    const Vec3 squares = eigen.eigenvalues();
+    const Vec3& squares = eigen.eigenvalues();
     for (int d = 0; d < 3; ++d)
       if (squares[d] > no_difference * squares[2])
         inverse_ += eigen.eigenvectors().col(d) * eigen.eigenvectors().col(d).transpose() / squares[d];
