@@ -61,11 +61,12 @@ hexmesh::Lattice read_lattice(const SolveOptions& o, const std::filesystem::path
     level = hexsolver::finest_level(scene, num_cells);
     for (int n = hexsolver::finest_level_needed(scene, num_cells, level); n < count; ++n) needs.levels.push_back(n);
   }
-  hexmesh::Lattice lattice = hexsolver::read_lattice_for(scene, path, needs);
+  const hexsolver::LatticeNeeds all = {{}, true};
   const bool may_end_coarser = scene.accuracy || scene.budget;
-  if (scene.islands != hexsolver::Islands::error &&
-      (may_end_coarser || hexsolver::leaves_islands_out(lattice, scene, level)))
-    lattice = hexsolver::read_lattice_for(scene, path, {{}, true});
+  if (scene.islands != hexsolver::Islands::error && may_end_coarser)
+    return hexsolver::read_lattice_for(scene, path, all);
+  hexmesh::Lattice lattice = hexsolver::read_lattice_for(scene, path, needs);
+  if (hexsolver::leaves_islands_out(lattice, scene, level)) lattice = hexsolver::read_lattice_for(scene, path, all);
   return lattice;
 }
 

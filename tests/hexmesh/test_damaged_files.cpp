@@ -98,7 +98,7 @@ void damage(const std::string& name, const TemporaryFolder& folder, Read&& read)
   for (std::size_t size = 0; size < bytes.size(); size += 1 + bytes.size() / 150)
     try_one(bytes.substr(0, size), "cut to " + std::to_string(size));
   EXPECT_EQ(harmless, 0U) << "cut files";
-  // In the short form one in thirteen, which meets every place of a word.
+  // In the short form one in twenty-nine, which meets every place of a word.
   for (std::size_t at = 0; at < bytes.size(); at += whole_or<std::size_t>(1, 29)) {
     std::string damaged = bytes;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x55);

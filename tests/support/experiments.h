@@ -22,6 +22,7 @@ using hextools::solid;
 
 bool has_scan();  ///< of TotalSegmentator, beside the project
 
+/// A scene that does not look at the next level for its error.
 hexsolver::Scene with(std::vector<hexsolver::Condition> conditions,
                       hexsolver::Elasticity elasticity = hexsolver::Elasticity::cauchy);
 

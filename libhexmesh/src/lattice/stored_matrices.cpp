@@ -18,7 +18,7 @@ void append_packed(const CellMatrix& k, std::vector<double>& out) {
 /// K u of a packed K.
 CellVector packed_product(const double* packed, const CellVector& u) {
   CellVector product = CellVector::Zero();
-  for (int column = 0; column < 24; packed += ++column) {
+  for (int column = 0; column < 24; packed += column + 1, ++column) {
     const Eigen::Map<const Eigen::VectorXd> above(packed, column);
     product.head(column) += u[column] * above;
     product[column] += above.dot(u.head(column)) + packed[column] * u[column];

@@ -13,10 +13,8 @@ SharedConstraints::SharedConstraints(const std::vector<Point>& points, const Sce
   mesh_ = std::make_unique<Mesh>(cells, edges, corner);
   std::vector<ConstraintPoint> local;
   for (const Point& p : points) {
-    const auto cell = std::lower_bound(cells.begin(), cells.end(), p.cell, before) - cells.begin();
-    ConstraintPoint to{
-        p.condition, static_cast<std::int32_t>(cell), NodeWeights::Map(p.weights.data()), {}, p.axes, p.area,
-        p.is_quarter};
+    ConstraintPoint to{p.condition, place_of(cells, p.cell), NodeWeights::Map(p.weights.data()), {}, p.axes, p.area,
+                       p.is_quarter};
     to.value = prescribed_displacement(scene.conditions[static_cast<std::size_t>(p.condition)],
                                        mesh_->rest_position(to.cell, to.weights), {});
     local.push_back(to);

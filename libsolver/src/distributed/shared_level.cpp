@@ -15,16 +15,6 @@ namespace hexsolver::mpi {
 
 using hexmesh::Lattice;
 
-namespace {
-
-/// Of an index among sorted ones; -1: not there.
-std::int32_t place_of(const std::vector<Index3>& sorted, const Index3& index) {
-  const auto found = std::lower_bound(sorted.begin(), sorted.end(), index, before);
-  return found != sorted.end() && *found == index ? static_cast<std::int32_t>(found - sorted.begin()) : -1;
-}
-
-}  // namespace
-
 SharedLevel::~SharedLevel() = default;
 
 SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& file, const Lattice& outline,
@@ -92,8 +82,7 @@ std::vector<bool> SharedLevel::cells_rotated_by(double angle, const SharedLevel&
   NodeVector values;
   NodeCopies(shared, coarser.nodes().find(keys)).get(shared, values);
   std::vector<bool> rotated;
-  for (const Index3& parent : parents)
-    rotated.push_back(values[3 * (std::lower_bound(keys.begin(), keys.end(), parent, before) - keys.begin())] > 0);
+  for (const Index3& parent : parents) rotated.push_back(values[3 * Eigen::Index{place_of(keys, parent)}] > 0);
   return rotated;
 }
 
@@ -284,9 +273,7 @@ void SharedLevel::prolongate(const SharedLevel& coarser, const Index3& merge, Ve
   check(VecGetArray(to, &out));
   for (const auto& [number, parents] : own) {
     Vec3 sum = Vec3::Zero();
-    for (const CoarseNode& c : parents)
-      sum += c.weight *
-             values.segment<3>(3 * (std::lower_bound(needed.begin(), needed.end(), c.key, before) - needed.begin()));
+    for (const CoarseNode& c : parents) sum += c.weight * values.segment<3>(3 * Eigen::Index{place_of(needed, c.key)});
     Vec3::Map(out + 3 * number) = sum;
   }
   check(VecRestoreArray(to, &out));

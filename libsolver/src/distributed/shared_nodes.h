@@ -3,6 +3,7 @@
 
 #include <petscsys.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "distributed/processes.h"
@@ -15,6 +16,12 @@ using hexmesh::Index3;
 /// The order of cells and nodes in files: i fastest.
 inline bool before(const Index3& a, const Index3& b) {
   return std::array{a[2], a[1], a[0]} < std::array{b[2], b[1], b[0]};
+}
+
+/// Of an index among those sorted by before(); -1: not there.
+inline std::int32_t place_of(const std::vector<Index3>& sorted, const Index3& index) {
+  const auto found = std::lower_bound(sorted.begin(), sorted.end(), index, before);
+  return found != sorted.end() && *found == index ? static_cast<std::int32_t>(found - sorted.begin()) : -1;
 }
 
 /// Indices of a part as those of the whole, or the other way.

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <vector>
 
 #include "linear/lanczos.h"
 
@@ -16,7 +15,6 @@ using Eigen::VectorXd;
 TEST(Lanczos, NoiseIsThatOfIndependentNumbers) {
   // Of n numbers in [-1/2, 1/2]: means and products with the next along any axis are of size 1 / sqrt(n).
   constexpr int n = 30;
-  std::vector<double> values;
   double sum = 0, squares = 0, products[4] = {};
   for (int k = 0; k < n; ++k)
     for (int j = 0; j < n; ++j)
