@@ -45,10 +45,7 @@ json to_json(const std::vector<ProcessReport>& processes) {
 
 hexsolver::Scene read_scene(const Options& o) {
   hexsolver::Scene scene = hexsolver::read_scene(o.scene, o.scene, o.settings);
-  if (!o.level) return scene;
-  scene.level = o.level;
-  scene.accuracy.reset();
-  scene.budget.reset();
+  if (o.level) scene.name_level(o.level);
   return scene;
 }
 

@@ -30,14 +30,15 @@ void check_names(const SolveOptions& o, bool solves) {
 /// The scene of the file with what the command line overrides.
 Scene read_scene(const SolveOptions& o, const Input& input, RunFiles& files, const Console& console) {
   Scene scene = hextools::read_scene(input, files, o.settings);
-  if (scene.dynamics && (o.accuracy || o.budget))
+  if (scene.dynamics && (!o.accuracy.empty() || o.budget))
     throw Error(ErrorKind::usage,
                 fmt::format("{} goes with an equilibrium, but the scene is a motion, expected --level",
-                            o.accuracy ? "--accuracy" : "--budget"));
+                            o.budget ? "--budget" : "--accuracy"));
   for (const std::string& w : scene.warnings) console.warning(w);
-  if (o.level || o.accuracy || o.budget) {
-    scene.level = o.level;
-    scene.accuracy = o.accuracy;
+  if (o.level || !o.accuracy.empty() || o.budget) {
+    scene.name_level(o.level);
+    scene.accuracy = o.accuracy_mm;
+    scene.reaction_accuracy = o.accuracy_reactions;
     scene.budget = o.budget;
   }
   if (o.stream && !scene.dynamics)
@@ -62,8 +63,7 @@ hexmesh::Lattice read_lattice(const SolveOptions& o, const std::filesystem::path
     for (int n = hexsolver::finest_level_needed(scene, num_cells, level); n < count; ++n) needs.levels.push_back(n);
   }
   const hexsolver::LatticeNeeds all = {{}, true};
-  const bool may_end_coarser = scene.accuracy || scene.budget;
-  if (scene.islands != hexsolver::Islands::error && may_end_coarser)
+  if (scene.islands != hexsolver::Islands::error && scene.is_open_ended())
     return hexsolver::read_lattice_for(scene, path, all);
   hexmesh::Lattice lattice = hexsolver::read_lattice_for(scene, path, needs);
   if (hexsolver::leaves_islands_out(lattice, scene, level)) lattice = hexsolver::read_lattice_for(scene, path, all);
@@ -81,7 +81,7 @@ int fit_into_memory(const SolveOptions& o, const hexmesh::Lattice& lattice, int 
   if (fastest <= allowed) return finest;
   scene.saves_memory = true;
   int level = finest;
-  const int most = scene.accuracy || scene.budget ? static_cast<int>(lattice.levels.size()) - 1 : finest;
+  const int most = scene.is_open_ended() ? static_cast<int>(lattice.levels.size()) - 1 : finest;
   while (level < most && expected(level) > allowed) ++level;
   const std::string what = fmt::format("level {} ({} cells) would take about {:.3g} MB", finest,
                                        lattice.levels[static_cast<std::size_t>(finest)].cells.size(), fastest);

@@ -116,6 +116,24 @@ TEST_F(Tools, AnAccuracyEndsAtTheFirstLevelThatIsGoodEnough) {
   for (const char* value : {"nan", "inf", "0", "-1"})
     expect_failure(fmt::format("hexsolve liver.hexmesh liver.toml --accuracy {} -o no.hexresult", value), 2,
                    {"expected a number > 0"});
+  // Of reactions, also in the scene.
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --accuracy reaction=20% --report part.json -o part.hexresult").exit_code, 0);
+  const json part = json::parse(read_text(*folder / "part.json"));
+  EXPECT_LE(part["reactions_error"], 0.2);
+  EXPECT_GT(part["lattice"]["level"], 0);
+  double largest = 0, error = 0;
+  for (const json& c : part["conditions"]) {
+    const auto r = c["reaction_n"].get<std::vector<double>>();
+    largest = std::max(largest, std::hypot(r[0], r[1], r[2]));
+    error = std::max(error, c["reaction_error_n"].get<double>());
+  }
+  EXPECT_NEAR(part["reactions_error"].get<double>(), error / largest, 0.1 * error / largest);
+  EXPECT_EQ(run("hexsolve liver.hexmesh liver.toml --set solve.accuracy_reactions=0.2 -o same.hexresult").exit_code, 0);
+  EXPECT_EQ(run("hexbench compare --exact part.hexresult same.hexresult").exit_code, 0);
+  EXPECT_EQ(run("hexsolve liver.hexmesh liver.toml --accuracy reaction=0.001% -o few.hexresult").exit_code, 5);
+  for (const char* value : {"reaction=0", "reaction=200%", "reaction=", "force=5%"})
+    expect_failure(fmt::format("hexsolve liver.hexmesh liver.toml --accuracy {} -o no.hexresult", value), 2,
+                   {"expected", "reaction="});
   // One point has no limit.
   expect_failure("hexsolve liver.hexmesh liver.toml --set displace.0.radius_mm=0 --accuracy 1 -o point.hexresult", 3,
                  {"single points", "radius > 0"});

@@ -159,6 +159,7 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   out["warnings"] = r.warnings;
   out["error_estimate_mm"] = to_json(r.levels.back().error);
   out["strain_energy_n_mm"] = r.strain_energy_n_mm;
+  if (!r.motion) out["reactions_error"] = to_json(error.of_reactions);
   if (!r.motion) out["strain_energy_error_n_mm"] = to_json(error.strain_energy_n_mm);
   out["min_jacobian"] = r.min_jacobian;
   out["inverted_cells"] = r.inverted_cells;
@@ -257,6 +258,21 @@ void summarize_motion(const SolveReport& r, const Console& console) {
 
 }  // namespace
 
+namespace {
+
+/// Why nothing is known of the error of the last level.
+const char* why_unknown(const SolveReport& r) {
+  const auto looks = std::find_if(r.effects.begin(), r.effects.end(), [](const hexsolver::Effect& e) {
+    return e.kind == hexsolver::EffectKind::error_estimate;
+  });
+  if (!r.converged) return "not converged";
+  if (looks != r.effects.end() && looks->seconds == 0)
+    return "no finer level was looked at (solve.error_estimate says when one is)";
+  return "the levels do not come closer to each other";
+}
+
+}  // namespace
+
 void summarize(const SolveReport& r, const Console& console) {
   const hexsolver::LevelReport& l = r.levels.back();
   if (r.motion)
@@ -278,10 +294,7 @@ void summarize(const SolveReport& r, const Console& console) {
         "estimated error of the cells' size: mean {:.2g} mm, largest {:.2g} mm; of the equations: {:.1g} mm",
         *e.mean_mm, e.max_mm.value_or(0), e.algebraic_mm.value_or(0)));
   else if (!r.motion)
-    console.note(fmt::format("the error of the cells' size is unknown: {}",
-                             !r.converged          ? "not converged"
-                             : r.levels.size() < 2 ? "there is no level to compare with"
-                                                   : "the levels do not come closer to each other"));
+    console.note(fmt::format("the error of the cells' size is unknown: {}", why_unknown(r)));
   console.note(fmt::format("strain energy {:.6g} N mm, smallest Jacobian {:.3g}, {} inverted voxels, volume {:+.2g} %",
                            r.strain_energy_n_mm, r.min_jacobian, r.inverted_voxels, 100 * r.volume_change));
 }

@@ -1,7 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "options.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "cli/parse.h"
+
 namespace hextools {
+namespace {
+
+/// MM, or reaction=5% or reaction=0.05. @returns what is wrong
+std::string read_accuracy(const std::string& text, SolveOptions& o) {
+  const auto [key, value] = key_and_value(text);
+  if (key != "reaction") {
+    o.accuracy_mm = parse_number<double>(text);
+    return o.accuracy_mm && *o.accuracy_mm > 0 && std::isfinite(*o.accuracy_mm)
+               ? ""
+               : fmt::format("'{}', expected a number > 0 in mm, or reaction=5%", text);
+  }
+  const bool is_percent = value.ends_with('%');
+  const auto part = parse_number<double>(is_percent ? value.substr(0, value.size() - 1) : value);
+  constexpr double least = 1e-6;
+  if (part) o.accuracy_reactions = is_percent ? *part / 100 : *part;
+  return part && *o.accuracy_reactions >= least && *o.accuracy_reactions <= 1
+             ? ""
+             : fmt::format("'{}', expected reaction=0.0001% to reaction=100%", text);
+}
+
+}  // namespace
 
 void add_options(CLI::App& app, SolveOptions& o) {
   app.add_option("lattice", o.lattice, "Lattice file of hexmesh build; - is standard input")->required();
@@ -9,8 +36,10 @@ void add_options(CLI::App& app, SolveOptions& o) {
   CLI::Option* level = app.add_option(
       "--level", o.level,
       "Mechanical level, 0 = voxels; without it and what the scene says the finest of at most 20000 cells");
-  CLI::Option* accuracy = app.add_option("--accuracy", o.accuracy,
-                                         "Solve to the first level whose estimated mean error is at most this, in mm");
+  CLI::Option* accuracy = app.add_option(
+      "--accuracy", o.accuracy,
+      "Solve to the first level whose estimated mean error is at most this, in mm; or reaction=5%: whose "
+      "reactions are off by at most that part of the largest of them");
   CLI::Option* budget =
       app.add_option("--budget", o.budget, "Solve as many levels, coarse to fine, as this many seconds allow");
   app.add_option("--max-memory", o.max_memory_mb,
@@ -18,7 +47,7 @@ void add_options(CLI::App& app, SolveOptions& o) {
                  "machine's")
       ->check(CLI::PositiveNumber);
   level->check(CLI::Range(0, 30))->excludes(accuracy)->excludes(budget);
-  accuracy->check(positive_number)->excludes(budget);
+  accuracy->check([&o](const std::string& text) { return read_accuracy(text, o); })->excludes(budget);
   budget->check(positive_number);
   add_repeated(app, "--set", o.settings, "KEY=VALUE: override a key of the scene, e.g. solve.strain=cauchy");
   app.add_flag("--example", o.example, "Print a scene for this lattice: three places held, a fourth pulled by 40 mm");

@@ -14,7 +14,8 @@ struct SolveOptions {
   std::string lattice, scene, output, report;
   std::vector<std::string> settings;
   std::optional<int> level;
-  std::optional<double> accuracy, budget;
+  std::string accuracy;  ///< as given
+  std::optional<double> accuracy_mm, accuracy_reactions, budget;
   double max_memory_mb = 0;
   bool example = false, check = false, plan = false, stream = false;
 };

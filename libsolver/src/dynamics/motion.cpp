@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "core/stopwatch.h"
-#include "dynamics/implicit_euler.h"
+#include "dynamics/time_integrator.h"
 #include "level/checks.h"
 #include "level/islands.h"
 #include "level/make_result.h"
@@ -17,7 +17,7 @@ namespace hexsolver {
 using hexmesh::Lattice;
 
 Motion::Motion(const Lattice& lattice, const Scene& scene, int level)
-    : integrator_(std::make_unique<ImplicitEuler>(lattice, scene, level)) {}
+    : integrator_(std::make_unique<TimeIntegrator>(lattice, scene, level)) {}
 Motion::~Motion() = default;
 
 bool Motion::step() { return integrator_->step(); }

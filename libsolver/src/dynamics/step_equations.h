@@ -7,14 +7,14 @@
 
 namespace hexsolver {
 
-/// The equations of a substep of implicit Euler on one level; its potential has inertia. Linear equations are solved as
+/// The equations of a substep on one level; its potential has inertia. Linear equations are solved as
 /// [dynamics] asks. After the first substep it asks for no memory.
 class StepEquations final : public NewtonProblem<NodeVector> {
 public:
   /// @param problem  with its potential; must outlive this
   StepEquations(LevelProblem& problem, const Dynamics& settings);
 
-  /// @param h          [s]; another one makes another matrix
+  /// @param h          of implicit Euler or its like [s]; another one makes another matrix
   /// @param predictor  the step to search first, of the first Newton step; must outlive the substep
   void begin(double h, const NodeVector& predictor);
 

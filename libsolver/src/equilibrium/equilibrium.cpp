@@ -24,14 +24,14 @@ int finest_level(const Scene& scene, const std::vector<std::size_t>& num_cells) 
                            fmt::format("solve.level is {}, expected 0 to {}", *scene.level, count - 1));
     return *scene.level;
   }
-  if (scene.accuracy || scene.budget) return 0;
+  if (scene.is_open_ended()) return 0;
   for (int level = 0; level < count; ++level)
     if (num_cells[static_cast<std::size_t>(level)] <= default_most_cells) return level;
   return count - 1;
 }
 
 int finest_level_needed(const Scene& scene, const std::vector<std::size_t>& num_cells, int level) {
-  if (level == 0 || scene.dynamics || scene.accuracy || scene.budget) return level;
+  if (level == 0 || scene.dynamics || scene.is_open_ended()) return level;
   const bool looks = scene.error_estimation == ErrorEstimation::look ||
                      (scene.error_estimation == ErrorEstimation::automatic &&
                       num_cells[static_cast<std::size_t>(level) - 1] <= most_cells_looked_at);

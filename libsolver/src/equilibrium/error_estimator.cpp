@@ -13,6 +13,18 @@ constexpr double least_rate = 0.2, most_rate = 0.7, usual_rate = 0.45;
 /// r + r^2 + ... + r^count; count 0: without end.
 double series(double r, int count) { return r * (count > 0 ? 1 - std::pow(r, count) : 1) / (1 - r); }
 
+/// The largest error over the largest reaction; nothing where one is unknown or there is no reaction.
+std::optional<double> largest_part(const std::vector<std::optional<double>>& errors, const std::vector<Vec3>& reactions) {
+  double error = 0, reaction = 0;
+  for (std::size_t c = 0; c < errors.size(); ++c) {
+    if (!errors[c]) return {};
+    error = std::max(error, *errors[c]);
+    reaction = std::max(reaction, reactions[c].norm());
+  }
+  if (!(reaction > 0)) return {};
+  return error / reaction;
+}
+
 }  // namespace
 
 void ErrorEstimator::add(std::vector<std::optional<ElasticCells::Size>> differences, LevelMeasures measures,
@@ -78,6 +90,7 @@ void ErrorEstimator::write(std::vector<LevelReport>& levels) const {
       };
       e.reactions_n.push_back(error(i, of_reaction, exact * last.reactions[c].norm()));
     }
+    e.of_reactions = largest_part(e.reactions_n, last.reactions);
   }
 }
 

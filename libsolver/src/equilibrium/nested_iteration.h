@@ -47,8 +47,9 @@ public:
   Solved<Level> run();
 
 private:
-  bool is_open_ended() const { return scene_.accuracy || scene_.budget; }
-  bool estimates_errors() const { return scene_.accuracy || scene_.error_estimation != ErrorEstimation::off; }
+  bool estimates_errors() const {
+    return scene_.asks_accuracy() || scene_.error_estimation != ErrorEstimation::off;
+  }
   bool chooses_cells() const {
     return scene_.finds_strain && report_.elasticity == Elasticity::corotational && scene_.rotation == Rotation::polar;
   }
@@ -90,7 +91,7 @@ private:
 template <EquilibriumLevel Level>
 Solved<Level> NestedIteration<Level>::run() {
   std::unique_ptr<Level> finest;
-  if (!is_open_ended()) {
+  if (!scene_.is_open_ended()) {
     const Stopwatch setup;
     finest = make(finest_);
     level_warnings_ = finest->check(scene_);
@@ -106,10 +107,10 @@ Solved<Level> NestedIteration<Level>::run() {
     std::vector<std::string> warnings;
     try {
       next.level = level == finest_ && finest ? std::move(finest) : make(level);
-      if (is_open_ended()) warnings = next.level->check(scene_);
+      if (scene_.is_open_ended()) warnings = next.level->check(scene_);
     } catch (const hexmesh::Error& e) {
       if (e.kind() != hexmesh::ErrorKind::geometry || (level == finest_ && !best.level)) throw;
-      if (is_open_ended() && best.level) {
+      if (scene_.is_open_ended() && best.level) {
         report_.warnings.push_back(fmt::format("level {} was not solved: {}", level, e.what()));
         break;
       }
@@ -118,7 +119,7 @@ Solved<Level> NestedIteration<Level>::run() {
     }
     solve_level(next, best);
     if (!replaces(next, best)) break;
-    if (scene_.accuracy && best.level) {
+    if (scene_.asks_accuracy() && best.level) {
       // What the level before is off is known now: if that is little enough it is the one.
       compare(next);
       estimator_.write(report_.levels);
@@ -127,7 +128,7 @@ Solved<Level> NestedIteration<Level>::run() {
         break;
       }
     }
-    if (is_open_ended()) level_warnings_ = std::move(warnings);
+    if (scene_.is_open_ended()) level_warnings_ = std::move(warnings);
     add_report(next, watch.seconds());
     best = std::move(next);
   }
@@ -150,7 +151,7 @@ bool NestedIteration<Level>::has_time_for(int next) const {
 /// With an accuracy or a budget a level that did not converge is no better than the one before.
 template <EquilibriumLevel Level>
 bool NestedIteration<Level>::replaces(const Solved<Level>& next, const Solved<Level>& best) {
-  if (!is_open_ended() || !best.converged() || next.converged()) return true;
+  if (!scene_.is_open_ended() || !best.converged() || next.converged()) return true;
   const NewtonReport& newton = next.state.newton;
   report_.warnings.push_back(fmt::format("level {} is not used: {}", next.level->level(),
                                          newton.interrupted ? "it was begun and the budget ended it" : newton.reason));
@@ -180,7 +181,9 @@ void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level
   NewtonOptions options;
   const bool is_only_a_start = next.level->level() != finest_ && !scene_.budget;
   options.tolerance =
-      is_only_a_start || scene_.accuracy ? std::max(scene_.tolerance, nested_tolerance) : scene_.tolerance;
+      is_only_a_start || scene_.asks_accuracy() ? std::max(scene_.tolerance, nested_tolerance) : scene_.tolerance;
+  if (scene_.reaction_accuracy)
+    options.tolerance = std::max(scene_.tolerance, std::min(nested_tolerance, 1e-3 * *scene_.reaction_accuracy));
   if (scene_.budget && coarser.level)
     options.interrupt = [this] { return levels_.agree(clock_.seconds() > *scene_.budget); };
   std::optional<Vector> start;
@@ -308,7 +311,7 @@ void NestedIteration<Level>::add_report(Solved<Level>& now, double seconds) {
   report_.levels.push_back({level.level(), level.num_cells(), level.num_nodes(), seconds, now.state.newton, {}});
   const std::optional<double> algebraic = algebraic_error(now);
   now.state.algebraic_error.reset();
-  if (!scene_.accuracy || report_.levels.size() == 1) compare(now);
+  if (!scene_.asks_accuracy() || report_.levels.size() == 1) compare(now);
   estimator_.write(report_.levels);
   report_.levels.back().error.algebraic_mm = algebraic;
   level.add_effect_seconds(report_);
@@ -347,9 +350,12 @@ void NestedIteration<Level>::add_look(double seconds) {
 
 template <EquilibriumLevel Level>
 bool NestedIteration<Level>::is_accurate() const {
-  if (!scene_.accuracy) return false;
   const LevelReport& last = report_.levels.back();
-  return last.newton.converged && last.error.mean_mm && *last.error.mean_mm <= *scene_.accuracy;
+  const auto holds = [](const std::optional<double>& error, const std::optional<double>& asked) {
+    return !asked || (error && *error <= *asked);
+  };
+  return scene_.asks_accuracy() && last.newton.converged && holds(last.error.mean_mm, scene_.accuracy) &&
+         holds(last.error.of_reactions, scene_.reaction_accuracy);
 }
 
 template <EquilibriumLevel Level>
@@ -364,12 +370,18 @@ void NestedIteration<Level>::conclude(const Solved<Level>& best) {
     report_.reason =
         fmt::format("the ball of contact '{}' went through the surface; a larger stiffness_n_mm holds it off", *name);
   }
-  if (report_.converged && scene_.accuracy) {
-    const auto& error = report_.levels.back().error.mean_mm;
+  if (report_.converged && scene_.asks_accuracy()) {
+    const ErrorEstimate& error = report_.levels.back().error;
     report_.accuracy_missed = !is_accurate();
-    report_.reason =
-        fmt::format("the estimated error of level {} is {}, accuracy_mm = {:g} was asked", best.level->level(),
-                    error ? fmt::format("{:.2g} mm", *error) : "unknown", *scene_.accuracy);
+    report_.reason = fmt::format("the estimated error of level {} is", best.level->level());
+    const auto add = [&](const std::optional<double>& e, double scale, const char* unit, const std::string& asked) {
+      report_.reason += fmt::format(" {}, {} was asked", e ? fmt::format("{:.2g} {}", scale * *e, unit) : "unknown", asked);
+    };
+    if (scene_.accuracy) add(error.mean_mm, 1, "mm", fmt::format("accuracy_mm = {:g}", *scene_.accuracy));
+    if (scene_.accuracy && scene_.reaction_accuracy) report_.reason += ", and of reactions";
+    if (scene_.reaction_accuracy)
+      add(error.of_reactions, 100, "% of the largest reaction",
+          fmt::format("accuracy_reactions = {:g}", *scene_.reaction_accuracy));
   }
   if (scene_.budget && report_.levels.size() == 1 && levels_.agree(clock_.seconds() > *scene_.budget))
     report_.warnings.push_back(fmt::format("budget_s = {:g} is less than the first level takes", *scene_.budget));

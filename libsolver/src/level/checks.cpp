@@ -50,7 +50,7 @@ std::vector<std::string> check_single_points(const Scene& scene) {
     const std::string what = fmt::format(
         "{} '{}' ({}) is on single points (radius_mm = 0), where the displacement has no limit as cells get smaller",
         kind, name, where);
-    if (scene.accuracy) throw Error(ErrorKind::input, what + ", expected a radius > 0 with accuracy_mm");
+    if (scene.asks_accuracy()) throw Error(ErrorKind::input, what + ", expected a radius > 0 with an accuracy");
     warnings.push_back(what);
   };
   for (const Condition& c : scene.conditions) check("condition", c.name, c.where, c.selection);
@@ -82,21 +82,24 @@ void warn_of_rounding(double rounding, double forces, const std::vector<BalanceR
 }
 
 void check_open_ended(const Scene& scene, const std::vector<std::size_t>& num_cells, int finest) {
-  if (!scene.accuracy && !scene.budget) return;
+  if (!scene.is_open_ended()) return;
   const auto check = [](const char* kind, const std::string& name, const std::string& where, const Selection& s) {
     if (s.on == SurfacePoints::nodes)
       throw Error(ErrorKind::input, fmt::format("{} '{}' ({}) is on = \"nodes\", which are other points on each level, "
-                                                "expected faces or voxels with accuracy_mm and budget_s",
+                                                "expected faces or voxels with an accuracy or budget_s",
                                                 kind, name, where));
   };
   for (const Condition& c : scene.conditions) check("condition", c.name, c.where, c.selection);
   for (const Force& f : scene.forces) check("force", f.name, f.where, f.selection);
-  if (scene.accuracy && first_nested_level(num_cells, finest) == finest)
-    throw Error(
-        ErrorKind::input,
-        fmt::format("accuracy_mm is {:g}, expected a lattice with a coarser level of at least 8 cells to compare "
-                    "with",
-                    *scene.accuracy));
+  if (scene.asks_accuracy() && first_nested_level(num_cells, finest) == finest)
+    throw Error(ErrorKind::input,
+                fmt::format("{} is {:g}, expected a lattice with a coarser level of at least 8 cells to compare with",
+                            scene.accuracy ? "accuracy_mm" : "accuracy_reactions",
+                            scene.accuracy ? *scene.accuracy : *scene.reaction_accuracy));
+  if (scene.reaction_accuracy && scene.conditions.empty())
+    throw Error(ErrorKind::input,
+                fmt::format("accuracy_reactions is {:g}, expected a scene with a [[fix]] or a [[displace]]",
+                            *scene.reaction_accuracy));
 }
 
 namespace {

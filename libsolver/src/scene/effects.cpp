@@ -100,7 +100,7 @@ std::vector<Effect> list_effects(const Scene& scene) {
                            : damps         ? "the scene has [damping]"
                                            : "the scene has no [damping]: only the steps damp"));
   if (scene.dynamics) return effects;
-  const bool is_off = scene.error_estimation == ErrorEstimation::off && !scene.accuracy;
+  const bool is_off = scene.error_estimation == ErrorEstimation::off && !scene.asks_accuracy();
   effects.push_back(effect(EffectKind::error_estimate, false,
                            is_off ? "solve.error_estimate = \"off\""
                                   : "differences between the levels that a solution passes and the next finer one"));

@@ -105,4 +105,11 @@ std::vector<std::filesystem::path> files_of(const Scene& scene) {
   return files;
 }
 
+void Scene::name_level(std::optional<int> of) {
+  level = of;
+  accuracy.reset();
+  reaction_accuracy.reset();
+  budget.reset();
+}
+
 }  // namespace hexsolver

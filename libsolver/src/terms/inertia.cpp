@@ -39,15 +39,14 @@ Inertia::Inertia(const Mesh& mesh, std::vector<std::int32_t> elements, std::vect
 
 void Inertia::set_step(const NodeVector& u, const NodeVector& velocity, double h) {
   stiffness_ = (1 / h + damping_) / h;
-  start_ = u;
   aim_ = u + h / (1 + damping_ * h) * velocity;
   double sum = 0;
   for (std::size_t n = 0; n < node_masses_.size(); ++n) sum += node_masses_[n] * aim_.segment<3>(3 * n).norm();
   rounding_ = 4 * std::numeric_limits<double>::epsilon() * stiffness_ * sum;
 }
 
-void Inertia::inertial_predictor(const Vec3& acceleration, NodeVector& d) const {
-  d = aim_ - start_;
+void Inertia::inertial_predictor(const Vec3& acceleration, const NodeVector& u, NodeVector& d) const {
+  d = aim_ - u;
   for (Index n = 0; n < d.size(); n += 3) d.segment<3>(n) += acceleration / stiffness_;
 }
 
@@ -89,7 +88,7 @@ void Inertia::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
 
 std::size_t Inertia::bytes() const {
   return hexmesh::bytes_of(elements_) + hexmesh::bytes_of(masses_) + hexmesh::bytes_of(node_masses_) +
-         sizeof(double) * static_cast<std::size_t>(start_.size() + aim_.size());
+         sizeof(double) * static_cast<std::size_t>(aim_.size());
 }
 
 double Inertia::kinetic_energy(const NodeVector& velocity) const {

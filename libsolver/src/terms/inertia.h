@@ -11,7 +11,7 @@ namespace hexsolver {
 /// @throws Error{input} for material without mass
 std::vector<NodeWeights> lumped_masses(const hexmesh::Lattice& lattice, int level);
 
-/// What a step of implicit Euler from u_0 with velocity v_0 adds to the energy: the lumped masses M, and damping in
+/// What a step of implicit Euler from u_0 with velocity v_0 (see BackwardDifference for others) adds to the energy: the lumped masses M, and damping in
 /// proportion a to them,
 ///
 ///     1 / (2 h^2) |u - u_0 - h v_0|_M^2 + a / (2 h) |u - u_0|_M^2,
@@ -28,9 +28,9 @@ public:
   /// Begin a step of h seconds.
   void set_step(const NodeVector& u, const NodeVector& velocity, double h);
 
-  /// The inertial predictor: displacements of the nodes over the step if nothing but a field of acceleration [mm/s^2]
-  /// acted.
-  void inertial_predictor(const Vec3& acceleration, NodeVector& d) const;
+  /// The inertial predictor: displacements of the nodes from u over the step if nothing but a field of acceleration
+  /// [mm/s^2] acted.
+  void inertial_predictor(const Vec3& acceleration, const NodeVector& u, NodeVector& d) const;
 
   EffectKind effect() const override { return EffectKind::inertia; }
   double energy(const NodeVector& u) const override;
@@ -56,7 +56,6 @@ private:
   std::vector<double> node_masses_;
   double damping_;
   double stiffness_ = 0;  ///< 1 / h^2 + a / h, of a unit of mass [1/s^2]
-  NodeVector start_;      ///< u_0
   NodeVector aim_;        ///< where the sum of the two squares is least
   double rounding_ = 0;
 };

@@ -14,10 +14,10 @@ StiffnessDamping::StiffnessDamping(const ElasticCells& cells, double seconds) : 
     cells_ = std::make_unique<CorotationalCells>(cells);
 }
 
-void StiffnessDamping::set_step(const NodeVector& u, double h) {
+void StiffnessDamping::set_step(const NodeVector& u, double h, const NodeVector& frames_at) {
   start_ = u;
   stiffness_ = seconds_ / h;
-  cells_->linearize(u, Hessian::without_stress);
+  cells_->linearize(frames_at, Hessian::without_stress);
 }
 
 void StiffnessDamping::product(const NodeVector& x) const {

@@ -11,16 +11,17 @@ namespace hexsolver {
 ///
 ///     b / (2 h) (u - u_0)^T D (u - u_0),   D = sum_cells Q^T K Q,
 ///
-/// Q the change of strain of the co-rotational cell at u_0, so that D slows strain and not rotation; D = K for
-/// small strain. D is positive semi-definite and stays what it is during the step.
+/// Q the change of strain of the co-rotational cell where the step is linearized, so that D slows strain and not
+/// rotation; D = K for small strain. D is positive semi-definite and stays what it is during the step.
 class StiffnessDamping final : public Term {
 public:
   /// @param cells    the elastic cells whose models it takes; must outlive this
   /// @param seconds  b
   StiffnessDamping(const ElasticCells& cells, double seconds);
 
-  /// Begin a step of h seconds.
-  void set_step(const NodeVector& u, double h);
+  /// Begin a step of h seconds from u.
+  /// @param frames_at  the displacement that Q is of
+  void set_step(const NodeVector& u, double h, const NodeVector& frames_at);
 
   EffectKind effect() const override { return EffectKind::damping; }
   double energy(const NodeVector& u) const override;

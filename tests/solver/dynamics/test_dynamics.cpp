@@ -53,6 +53,7 @@ struct Way {
   const char* name;
   StepSolver solver;
   int iterations;
+  Integrator integrator = Integrator::implicit_euler;
 };
 void PrintTo(const Way& way, std::ostream* out) { *out << way.name; }
 const Way ways[] = {{"cg_10", StepSolver::cg, 10},
@@ -60,17 +61,23 @@ const Way ways[] = {{"cg_10", StepSolver::cg, 10},
                     {"multigrid_1", StepSolver::multigrid, 1},
                     {"multigrid_2", StepSolver::multigrid, 2},
                     {"jacobi_converged", StepSolver::jacobi, 0},
-                    {"multigrid_converged", StepSolver::multigrid, 0}};
+                    {"multigrid_converged", StepSolver::multigrid, 0},
+                    {"bdf2_jacobi_10", StepSolver::jacobi, 10, Integrator::bdf2},
+                    {"bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2}};
 
 class EveryWay : public testing::TestWithParam<Way> {
 protected:
   Scene scene(double step, double duration) const {
-    return moving(step, duration, GetParam().solver, GetParam().iterations);
+    Scene s = moving(step, duration, GetParam().solver, GetParam().iterations);
+    s.dynamics->integrator = GetParam().integrator;
+    return s;
   }
+  bool is_bdf2() const { return GetParam().integrator == Integrator::bdf2; }
 };
 
-/// The energy never grows but by what is given to the body.
-void expect_energy_never_grows(Motion& motion, int steps) {
+/// The energy never grows but by what is given to the body; with `in_all` by a thousandth above what it had at
+/// the start, while steps may give back what steps have taken.
+void expect_energy_never_grows(Motion& motion, int steps, bool in_all = false) {
   const double first = motion.energies().total();
   double before = first, work_before = 0, uncertain_before = 0, largest = std::abs(first);
   for (int n = 0; n < steps; ++n) {
@@ -78,7 +85,8 @@ void expect_energy_never_grows(Motion& motion, int steps) {
     const double now = motion.energies().total(),
                  given = motion.work() - work_before + motion.work_uncertainty() - uncertain_before;
     largest = std::max({largest, std::abs(now), motion.energies().kinetic});
-    ASSERT_LE(now, before + given + 1e-8 * largest) << "step " << n;
+    ASSERT_LE(now, before + given + (in_all ? 1e-3 : 1e-8) * largest) << "step " << n;
+    if (in_all) continue;
     before = now;
     work_before = motion.work();
     uncertain_before = motion.work_uncertainty();
@@ -96,7 +104,8 @@ TEST_P(EveryWay, FreeFallIsThatOfTheFormulaAtEveryLevel) {
     s.gravity = earth;
     Motion motion(lattice, s, level);
     for (int n = 0; n < steps; ++n) ASSERT_TRUE(motion.step()) << motion.reason();
-    const Vec3 velocity = steps * h * earth, position = h * h * steps * (steps + 1) / 2 * earth;
+    const Vec3 velocity = steps * h * earth,
+               position = h * h * (is_bdf2() ? steps * steps : steps * (steps + 1)) / 2.0 * earth;
     double worst = 0, worst_velocity = 0;
     for (Eigen::Index n = 0; n < motion.velocity().size(); n += 3) {
       worst_velocity = std::max(worst_velocity, (motion.velocity().segment<3>(n) - velocity).norm());
@@ -129,7 +138,7 @@ TEST_P(EveryWay, TheEnergyNeverGrowsWithoutWork) {
       s = held_bar(s);
     }
     Motion motion(lattice, s, 1);
-    expect_energy_never_grows(motion, 1000);
+    expect_energy_never_grows(motion, 1000, is_bdf2());
     if (c.contact) {
       EXPECT_GT(motion.energies().contact, 0);  // lies on the floor
     }

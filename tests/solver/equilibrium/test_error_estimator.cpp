@@ -41,6 +41,7 @@ TEST(ErrorEstimator, IsExactWhereDifferencesFallByOneRate) {
         EXPECT_NEAR(*levels[i].error.max_mm, 3 * truth, 1e-12);
         EXPECT_NEAR(*levels[i].error.strain_energy_n_mm, truth, 1e-12);
         EXPECT_NEAR(*levels[i].error.reactions_n[0], truth, 1e-12);
+        EXPECT_NEAR(*levels[i].error.of_reactions, truth / (2 + r * r * r), 1e-12);
       }
       EXPECT_FALSE(levels[3].error.mean_mm);  // nothing finer was looked at
     }

@@ -61,7 +61,7 @@ TEST(Scene, ReadsEveryTable) {
 TEST(Scene, ATypoInAKeyIsNamedWithItsPlaceAndTheKeysThatExist) {
   EXPECT_EQ(error_of("[solve]\nlevl = 2\n"),
             "s.toml:2:1: unknown key 'solve.levl', expected one of: kind, strain, law, rotation, volumetric, "
-            "stiffness, level, accuracy_mm, budget_s, supports, error_estimate, "
+            "stiffness, level, accuracy_mm, accuracy_reactions, budget_s, supports, error_estimate, "
             "tolerance, islands, conflicts");
   EXPECT_EQ(error_of("[[fix]]\npoint_mm = [0, 0, 0]\n  radius = 3\n").substr(0, 34),
             "s.toml:3:3: unknown key 'fix.radiu");
@@ -203,7 +203,7 @@ TEST(Scene, WhatGoesWithAMotionAloneIsNamed) {
   expect(dynamics + displace + "table = [[0, 0, 0, 0], [0, 1, 1, 1]]\n", "table has 0 s after 0 s");
   expect(dynamics + displace + "table = [[0, 0, 0]]\n", "expected rows [[t, x, y, z], ...]");
   expect(dynamics + displace + "table = [[0, 0, 0, 0]]\nby_mm = [0, 0, 1]\n", "[[displace]] expects one of");
-  expect("[solve]\nkind = \"dynamics\"\naccuracy_mm = 1\n", "accuracy_mm and budget_s go with");
+  expect("[solve]\nkind = \"dynamics\"\naccuracy_mm = 1\n", "accuracy_mm, accuracy_reactions and budget_s go with");
   expect(dynamics + "solver_iterations = 5\nnewton_iterations = 0\n", "newton_iterations = 0 solves to the tolerance");
   expect(dynamics + displace + "table = [[-1, 0, 0, 0]]\n", "table begins at -1 s, expected 0 or later");
   expect(dynamics + "start = \"none.hexresult\"\n", "dynamics.start is 'none.hexresult', expected a file");

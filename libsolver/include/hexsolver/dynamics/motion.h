@@ -14,12 +14,13 @@
 namespace hexsolver {
 
 class Mesh;
-class ImplicitEuler;
+class TimeIntegrator;
 
-/// The motion of one level of a lattice under a scene with [dynamics], by implicit Euler (THEORY.md, "Motion").
+/// The motion of one level of a lattice under a scene with [dynamics], by implicit Euler or BDF2 (THEORY.md,
+/// "Motion").
 ///
 /// A step that cannot be solved, or after which the body holds more energy than it had and was given, is not accepted
-/// but taken in two halves, down to 1/64 of the step asked. With a fixed number of iterations it is halved down to 1/4
+/// but taken in two halves, down to 1/64 of the step asked (one of BDF2 by implicit Euler before). With a fixed number of iterations it is halved down to 1/4
 /// and slowed down where that is not enough: too few iterations make a motion slow, not unstable.
 ///
 /// After the first step it asks for no memory, but for a multigrid that is made anew where cells share Hessians (small
@@ -83,7 +84,7 @@ public:
   Outcome make_result(SolveReport so_far) const;
 
 private:
-  std::unique_ptr<ImplicitEuler> integrator_;
+  std::unique_ptr<TimeIntegrator> integrator_;
 };
 
 /// The whole motion of a scene.

@@ -79,6 +79,7 @@ struct ErrorEstimate {
   std::optional<double> mean_mm, max_mm;           ///< of the displacement, over the material
   std::optional<double> strain_energy_n_mm;        ///< [N mm]
   std::vector<std::optional<double>> reactions_n;  ///< of each condition [N]
+  std::optional<double> of_reactions;              ///< the largest of these over the largest reaction [1]
   std::optional<double> algebraic_mm;              ///< mean, of the equations of this level not being solved to the end
 };
 

@@ -126,11 +126,18 @@ enum class StepSolver {
   multigrid  ///< preconditioned by one V-cycle
 };
 
+/// How a motion goes from step to step.
+enum class Integrator {
+  implicit_euler,  ///< first order, as in the paper
+  bdf2             ///< second order, the backward difference of two steps
+};
+
 /// The [dynamics] of a scene.
 struct Dynamics {
   double step = 0;      ///< [s]
   double duration = 0;  ///< [s]
   int output_every = 1;
+  Integrator integrator = Integrator::implicit_euler;
   StepSolver solver = StepSolver::multigrid;
   int solver_iterations = 0;     ///< of each Newton step; 0 = as many as solve.tolerance takes
   int newton_iterations = 0;     ///< of each step; 0 = as many as solve.tolerance takes
@@ -155,6 +162,7 @@ struct Scene {
   Stiffness stiffness = Stiffness::exact;
   std::optional<int> level;        ///< mechanical level; nothing = the finest of at most 20000 cells
   std::optional<double> accuracy;  ///< solve to the first level whose estimated mean error is at most this [mm]
+  std::optional<double> reaction_accuracy;  ///< likewise of each reaction, over the largest of them
   std::optional<double> budget;    ///< solve as many levels as this allows [s]
   ErrorEstimation error_estimation = ErrorEstimation::automatic;
   Supports supports = Supports::area;
@@ -170,6 +178,10 @@ struct Scene {
   std::optional<Dynamics> dynamics;   ///< nothing for an equilibrium
   Damping damping;                    ///< of a motion
   std::vector<std::string> warnings;  ///< of what the file says in vain
+
+  bool asks_accuracy() const { return accuracy || reaction_accuracy; }
+  bool is_open_ended() const { return asks_accuracy() || budget; }  ///< which level it ends on is found on the way
+  void name_level(std::optional<int> of);                           ///< in place of what it asks for
 };
 
 /// Read a scene (TOML). Relative paths of markups are relative to the scene file.

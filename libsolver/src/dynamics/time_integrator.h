@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "dynamics/backward_difference.h"
 #include "dynamics/step_equations.h"
 #include "hexsolver/dynamics/motion.h"
 #include "newton/newton.h"
@@ -14,13 +15,13 @@
 
 namespace hexsolver {
 
-/// Steps of implicit Euler. A step that cannot be solved, or after which the body holds more energy than it had and was
-/// given, is taken in substeps (THEORY.md, "Motion").
-class ImplicitEuler {
+/// Steps of implicit Euler or of BDF2. A step that cannot be solved, or after which the
+/// body holds more energy than it had and was given, is taken in substeps (THEORY.md, "Motion").
+class TimeIntegrator {
 public:
   /// @param lattice  must outlive this
   /// @throws Error as Motion
-  ImplicitEuler(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+  TimeIntegrator(const hexmesh::Lattice& lattice, const Scene& scene, int level);
 
   bool step();  ///< see Motion::step()
   void set_state(const NodeVector& u, const NodeVector& v);
@@ -58,7 +59,13 @@ private:
   Progress progress(double ahead = 0) const;
   NewtonOptions newton_options() const;
   bool fail(const char* why);
-  bool try_substep(double h);
+  enum class Form { euler, bdf2, start_of_bdf2 };
+  bool take_substep(double h);
+  bool try_substep(double h, Form form);
+  bool has_corner(double from, double to) const;
+  void begin_terms();
+  NewtonEnd solve_step(const Newton<NodeVector>::Accept& accept);
+  bool fail(NewtonEnd end);
   bool is_to_tolerance() const { return settings_.newton_iterations == 0; }
   int smallest_substep() const;
   bool is_smallest(double h) const;
@@ -78,6 +85,8 @@ private:
   std::optional<Newton<NodeVector>> newton_;
   Newton<NodeVector>::Accept accept_;
 
+  BackwardDifference difference_;
+  std::vector<double> corners_;  ///< of all tables, ascending [s]
   NodeVector u_, v_;
   Energies energies_;
   double work_ = 0, work_uncertainty_ = 0;
@@ -87,6 +96,7 @@ private:
   std::int64_t most_linear_ = 0;  ///< iterations by the end of this step
   NodeVector support_force_;      ///< at u_ [N]
   double largest_energy_ = 0, rounding_of_places_ = 0;
+  double lost_ = 0;  ///< energy that all steps have taken, which one of BDF2 may give back [N mm]
 
   // Of the substep that is tried:
   double h_ = 0;

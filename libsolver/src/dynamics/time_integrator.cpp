@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dynamics/implicit_euler.h"
+#include "dynamics/time_integrator.h"
 
 #include <fmt/format.h>
 
@@ -24,6 +24,9 @@ constexpr int most_substeps_of_fixed = 4;
 /// Where a body snaps through, implicit Euler gains a little at any size of the step: the smallest substeps, if solved
 /// to the tolerance, may gain more.
 constexpr double allowed_gain = 1e-9, allowed_gain_of_smallest = 1e-3;
+/// A step of BDF2 errs either way, by the third power of its length, most where it begins: it may gain so much, and all
+/// steps together so much more than they have lost.
+constexpr double allowed_gain_of_bdf2 = 1e-2, allowed_gain_of_bdf2_in_all = 1e-3;
 /// Of forces that are no gradient, whose energy is only a measure.
 constexpr double allowed_gain_without_energy = 1e-6;
 /// With a fixed number of Newton iterations so many more may follow where energy was gained: obstacles met in a step
@@ -56,12 +59,30 @@ Energies energies_of(const LevelProblem& problem, const Inertia& inertia, const 
   return {inertia.kinetic_energy(v), problem.elastic().energy(u), problem.contact_energy(u), problem.load_energy(u)};
 }
 
+/// Where the tables of a scene bend.
+std::vector<double> corners_of(const Scene& scene) {
+  std::set<double> times;
+  const auto add = [&](const auto& parts) {
+    for (const auto& part : parts)
+      if (part.history)
+        for (const History::Row& row : part.history->rows) times.insert(row.time);
+  };
+  add(scene.conditions);
+  add(scene.forces);
+  add(scene.contacts);
+  return {times.begin(), times.end()};
+}
+
 double sum_of_sizes(const Energies& e) { return e.kinetic + e.strain + e.contact + std::abs(e.loads); }
 
 }  // namespace
 
-ImplicitEuler::ImplicitEuler(const hexmesh::Lattice& lattice, const Scene& scene, int level)
-    : lattice_(lattice), scene_(scene), settings_(*scene.dynamics), problem_(lattice, scene, level) {
+TimeIntegrator::TimeIntegrator(const hexmesh::Lattice& lattice, const Scene& scene, int level)
+    : lattice_(lattice),
+      scene_(scene),
+      settings_(*scene.dynamics),
+      problem_(lattice, scene, level),
+      corners_(corners_of(scene)) {
   const std::size_t cells = problem_.mesh().num_cells();
   problem_.build_potential(scene.elasticity, std::vector<bool>(scene.finds_strain ? cells : 0));
   inertia_ = &problem_.add_term(std::make_unique<Inertia>(problem_.mesh(),
@@ -79,7 +100,7 @@ ImplicitEuler::ImplicitEuler(const hexmesh::Lattice& lattice, const Scene& scene
   start();
 }
 
-NewtonOptions ImplicitEuler::newton_options() const {
+NewtonOptions TimeIntegrator::newton_options() const {
   NewtonOptions options;
   options.tolerance = scene_.tolerance;
   options.fixed_iterations = settings_.newton_iterations;
@@ -93,7 +114,7 @@ NewtonOptions ImplicitEuler::newton_options() const {
   return options;
 }
 
-void ImplicitEuler::start() {
+void TimeIntegrator::start() {
   const auto dofs = static_cast<Eigen::Index>(problem_.mesh().num_dofs());
   u_.setZero(dofs);
   v_.resize(dofs);
@@ -116,24 +137,25 @@ void ImplicitEuler::start() {
   set_state(u_, v_);
 }
 
-void ImplicitEuler::set_state(const NodeVector& u, const NodeVector& v) {
+void TimeIntegrator::set_state(const NodeVector& u, const NodeVector& v) {
   u_ = u;
   v_ = v;
   problem_.set_progress(progress());
   if (rotating_) rotating_->choose_rotating(u_, rotating_angle, rotating_angle / 2);
-  inertia_->set_step(u_, v_, settings_.step);
-  if (damping_) damping_->set_step(u_, settings_.step);
+  difference_.forget();
+  lost_ = 0;
+  difference_.begin_euler(settings_.step);
+  begin_terms();
   energies_ = energies_of(problem_, *inertia_, u_, v_);
   support_force_.setZero(u.size());
 }
 
-bool ImplicitEuler::step() {
+bool TimeIntegrator::step() {
   ++counts_.steps;
   most_linear_ = counts_.linear + (settings_.solver == StepSolver::multigrid ? most_cycles : most_plain_iterations);
   int done = 0, substep = most_substeps;
   while (done < most_substeps) {
-    if (!try_substep(settings_.step * substep / most_substeps)) {
-      ++counts_.failed;
+    if (!take_substep(settings_.step * substep / most_substeps)) {
       if (substep == smallest_substep() || counts_.linear > most_linear_) return false;
       substep /= 2;
       continue;
@@ -145,31 +167,31 @@ bool ImplicitEuler::step() {
   return true;
 }
 
-double ImplicitEuler::time() const { return settings_.step * static_cast<double>(ticks_) / most_substeps; }
+double TimeIntegrator::time() const { return settings_.step * static_cast<double>(ticks_) / most_substeps; }
 
-Progress ImplicitEuler::progress(double ahead) const {
+Progress TimeIntegrator::progress(double ahead) const {
   const double at = time() + ahead;
   return {std::min(1.0, at / settings_.duration), at};
 }
 
-int ImplicitEuler::smallest_substep() const { return is_to_tolerance() ? 1 : most_substeps / most_substeps_of_fixed; }
+int TimeIntegrator::smallest_substep() const { return is_to_tolerance() ? 1 : most_substeps / most_substeps_of_fixed; }
 
-bool ImplicitEuler::is_smallest(double h) const {
+bool TimeIntegrator::is_smallest(double h) const {
   return h <= 1.5 * settings_.step / most_substeps * smallest_substep();
 }
 
-bool ImplicitEuler::fail(const char* why) {
+bool TimeIntegrator::fail(const char* why) {
   reason_ = why;
   return false;
 }
 
-void ImplicitEuler::be_at_rest_if_failed() {
+void TimeIntegrator::be_at_rest_if_failed() {
   if (*reason_ == 0) return;
   problem_.set_progress(progress());
   inertia_->set_step(u_ - settings_.step * v_, v_, settings_.step);
 }
 
-void ImplicitEuler::check(std::vector<std::string>& warnings) {
+void TimeIntegrator::check(std::vector<std::string>& warnings) {
   constexpr std::size_t most_times = 100;
   constexpr double jump = 1;  // mm
   const auto add = [&](const std::vector<std::string>& more) {
@@ -202,20 +224,20 @@ void ImplicitEuler::check(std::vector<std::string>& warnings) {
                        scene_.conditions[c].name, scene_.conditions[c].where, miss[c])});
 }
 
-std::optional<std::size_t> ImplicitEuler::num_rotating() const {
+std::optional<std::size_t> TimeIntegrator::num_rotating() const {
   if (!rotating_) return {};
   const std::vector<bool>& rotating = rotating_->rotating();
   return static_cast<std::size_t>(std::count(rotating.begin(), rotating.end(), true));
 }
 
-const std::string* ImplicitEuler::ball_inside() const {
+const std::string* TimeIntegrator::ball_inside() const {
   for (std::size_t c = 0; c < problem_.contacts().size(); ++c)
     if (problem_.contacts()[c]->state(u_).is_inside) return &scene_.contacts[c].name;
   return nullptr;
 }
 
 /// Cells begin to rotate, and cease to unless that adds to the energy. What beginning adds is taken from the motion.
-void ImplicitEuler::choose_rotating() {
+void TimeIntegrator::choose_rotating() {
   if (!rotating_) return;
   const double before = energies_.strain;
   rotated_ = rotating_->rotating();
@@ -228,59 +250,106 @@ void ImplicitEuler::choose_rotating() {
   }
   const double gain = energies_.strain - before;
   if (!(gain > 0)) return;
+  difference_.forget();
   v_ *= std::sqrt(std::max(0.0, 1 - gain / std::max(energies_.kinetic, gain)));
   energies_.kinetic = inertia_->kinetic_energy(v_);
 }
 
-/// The work of the forces in the directions held, on the way from u_ to end_, and by how much it may be larger since
-/// they change on the way.
-ImplicitEuler::Work ImplicitEuler::work_of_supports(const NodeVector& projected) const {
+/// The work of the forces in the directions held, on the way from u_ to end_: of those at its end, with BDF2 of the mean
+/// of both ends. And by how much it may be larger since they change on the way.
+TimeIntegrator::Work TimeIntegrator::work_of_supports(const NodeVector& projected) const {
   const NodeVector& gradient = equations_->last_gradient();
   Work work;
   for (Eigen::Index n = 0; n < end_.size(); ++n) {
     const double moved = end_[n] - u_[n], force = gradient[n] - projected[n];
-    work.done += force * moved;
+    work.done += (!difference_.is_euler() ? (force + support_force_[n]) / 2 : force) * moved;
     work.uncertain += std::abs((force - support_force_[n]) * moved) / 2;
   }
   return work;
 }
 
-/// A substep of h seconds; on success the state is that at its end.
-bool ImplicitEuler::try_substep(double h) {
+/// Whether a table bends after `from` and before `to`.
+bool TimeIntegrator::has_corner(double from, double to) const {
+  const double rounding = 1e-6 * settings_.step / most_substeps;
+  const auto next = std::upper_bound(corners_.begin(), corners_.end(), from + rounding);
+  return next != corners_.end() && *next < to - rounding;
+}
+
+/// What acts over the step that begins.
+void TimeIntegrator::begin_terms() {
+  inertia_->set_step(difference_.u(u_), difference_.v(v_), difference_.length());
+  if (damping_) damping_->set_step(difference_.u(u_), difference_.length(), difference_.ahead(u_));
+}
+
+/// A substep of h seconds; by implicit Euler where another form fails or the body would gain energy. On success the
+/// state is that at its end.
+bool TimeIntegrator::take_substep(double h) {
+  if (has_corner(time() - difference_.length_before(), time() + h)) difference_.forget();
+  if (settings_.integrator == Integrator::bdf2) {
+    if (try_substep(h, difference_.has_past() ? Form::bdf2 : Form::start_of_bdf2)) return true;
+    ++counts_.failed;
+    difference_.forget();
+    if (counts_.linear > most_linear_) return false;
+  }
+  if (try_substep(h, Form::euler)) return true;
+  ++counts_.failed;
+  return false;
+}
+
+/// end_ becomes the end of the step whose terms have begun, from where it is.
+NewtonEnd TimeIntegrator::solve_step(const Newton<NodeVector>::Accept& accept) {
+  inertia_->inertial_predictor(scene_.gravity, end_, predictor_);
+  equations_->begin(difference_.length(), predictor_);
+  if (is_to_tolerance())
+    newton_->options().most_linear_iterations_in_all = std::max<std::int64_t>(1, most_linear_ - counts_.linear);
+  const NewtonEnd end = newton_->run(end_, {}, accept);
+  counts_.newton += newton_->iterations();
+  counts_.linear += newton_->linear_iterations();
+  counts_.preconditioners = equations_->times_made();
+  return end;
+}
+
+bool TimeIntegrator::fail(NewtonEnd end) { return fail(*reason_ == 0 ? reason_of_substep(end) : reason_); }
+
+bool TimeIntegrator::try_substep(double h, Form form) {
   const Progress now = progress(), then = progress(h);
   for (const PenaltyContact* c : problem_.contacts())
     if (!is_smallest(h) && c->goes_too_far(now, then)) return fail("an obstacle would go through the surface");
+  reason_ = "";
+  end_ = u_;
+  if (form == Form::start_of_bdf2) {
+    const double part = BackwardDifference::first_stage(h);
+    problem_.set_progress(progress(part));
+    difference_.begin_euler(part);
+    begin_terms();
+    if (const NewtonEnd end = solve_step({}); end != NewtonEnd::converged) return fail(end);
+    velocity_ = (end_ - u_) / part;
+    difference_.begin_second_stage(u_, v_, end_, velocity_, h);
+  } else if (form == Form::bdf2) {
+    difference_.begin_bdf2(u_, v_, h);
+  } else {
+    difference_.begin_euler(h);
+  }
   problem_.set_progress(then);
-  inertia_->set_step(u_, v_, h);
-  if (damping_) damping_->set_step(u_, h);
+  begin_terms();
   h_ = h;
   before_ = energies_;
   before_.contact = problem_.contact_energy(u_);
   before_.loads = problem_.load_energy(u_);
 
-  reason_ = "";
-  end_ = u_;
-  inertia_->inertial_predictor(scene_.gravity, predictor_);
-  equations_->begin(h, predictor_);
-  if (is_to_tolerance())
-    newton_->options().most_linear_iterations_in_all = std::max<std::int64_t>(1, most_linear_ - counts_.linear);
-  const NewtonEnd end = newton_->run(end_, {}, accept_);
-  counts_.newton += newton_->iterations();
-  counts_.linear += newton_->linear_iterations();
-  counts_.preconditioners = equations_->times_made();
+  const NewtonEnd end = solve_step(accept_);
   if (end == NewtonEnd::converged) {
     counts_.relative_residual = newton_->relative_residual();
     counts_.largest_residual = std::max(counts_.largest_residual, counts_.relative_residual);
     return true;
   }
-  if (!is_to_tolerance() && is_smallest(h)) return slow_down();
-  if (*reason_ == 0) reason_ = reason_of_substep(end);
-  return false;
+  if (form == Form::euler && !is_to_tolerance() && is_smallest(h)) return slow_down();
+  return fail(end);
 }
 
 /// Take end_ for the state at the end of the substep, unless it holds more energy than it had and was given.
-bool ImplicitEuler::accept(const NodeVector& projected) {
-  velocity_ = (end_ - u_) / h_;
+bool TimeIntegrator::accept(const NodeVector& projected) {
+  velocity_ = (end_ - difference_.u(u_)) / difference_.length();
   const Energies now = energies_of(problem_, *inertia_, end_, velocity_);
   if (!std::isfinite(now.total())) return fail("points of the body would turn inside out");
   const Work work = work_of_supports(projected);
@@ -291,13 +360,18 @@ bool ImplicitEuler::accept(const NodeVector& projected) {
   const double allowed = is_to_tolerance() && is_smallest(h_)     ? allowed_gain_of_smallest
                          : problem_.potential().is_conservative() ? allowed_gain
                                                                   : allowed_gain_without_energy;
-  if (!(gain <= allowed * scale + work.uncertain + rounding)) return fail("the body would gain energy");
-  const double unexplained = gain - work.uncertain - rounding;
+  const double given_back = difference_.is_euler() ? 0
+                                                   : std::clamp(lost_ + allowed_gain_of_bdf2_in_all * largest_energy_, 0.0,
+                                                                allowed_gain_of_bdf2 * scale);
+  const double unexplained = gain - work.uncertain - rounding - given_back;
+  if (!(unexplained <= allowed * scale)) return fail("the body would gain energy");
   if (unexplained > 0) counts_.largest_gain = std::max(counts_.largest_gain, unexplained / scale);
   ++counts_.substeps;
   work_ += work.done + before_.total() - energies_.total();
   work_uncertainty_ += work.uncertain;
   support_force_ = equations_->last_gradient() - projected;
+  lost_ -= gain;
+  if (settings_.integrator == Integrator::bdf2) difference_.remember(u_, v_, h_);
   u_.swap(end_);
   v_.swap(velocity_);
   energies_ = now;
@@ -308,7 +382,7 @@ bool ImplicitEuler::accept(const NodeVector& projected) {
 
 /// What too few iterations made of the smallest substep holds too much energy: go only some of the way. A body that
 /// does not move but for its supports holds no more than it had, so some part of the way is always possible.
-bool ImplicitEuler::slow_down() {
+bool TimeIntegrator::slow_down() {
   problem_.constraints().lift(u_, support_step_);
   predictor_ = end_ - u_ - support_step_;
   if (!predictor_.allFinite()) predictor_.setZero();
