@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
             {"motion", "Steps per second of a motion on every level, and what its solvers cost and miss",
              declare_motion},
             {"accuracy", "Cells of all levels and tetrahedra of many sizes: error, time and memory", declare_accuracy},
+            {"estimates", "The errors that solutions estimate, against the lattice's finest level", declare_estimates},
             {"paper", "The paper's tables and figures, measured; Markdown", declare_paper},
             {"compare", "A result against points of another solution, or two results dataset by dataset",
              declare_compare}})});

@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "hexbench/level_errors.h"
 #include "hexmesh/scan/phantom.h"
 #include "support/experiments.h"
 #include "support/files.h"
@@ -117,33 +118,21 @@ TEST_P(Estimate, IsTheErrorWithinAFactorOfTwo) {
   const Lattice lattice = GetParam().lattice();
   Scene scene = GetParam().scene();
   scene.error_estimation = ErrorEstimation::look;
-  const std::vector<Vec3> points = material_points(lattice);
-  const auto& levels = lattice.levels;
-  int coarsest = 0;
-  while (coarsest + 1 < static_cast<int>(levels.size()) &&
-         levels[static_cast<std::size_t>(coarsest) + 1].cells.size() >= 64)
-    ++coarsest;
-  std::vector<std::vector<Vec3>> u;
-  std::vector<SolveReport> reports;
-  for (int level = 0; level <= coarsest; ++level) {
-    Solved s = solve(lattice, scene, level);
-    u.push_back(displacement_at(s.result, points));
-    reports.push_back(std::move(s.report));
-  }
+  const hextools::LevelErrorMeter meter(lattice, scene);
   std::printf("%s\n  level    cells   estimated, true mean error [mm]   estimated, true largest\n", GetParam().name);
+  const int coarsest = hextools::coarsest_level(lattice, 64);
   for (int level = coarsest; level >= 1; --level) {
-    const auto l = static_cast<std::size_t>(level);
-    const Distance error = distance(u[l], u[0]);
-    const LevelReport& report = reports[l].levels.back();
-    const std::optional<double>& mean = report.error.mean_mm;
-    std::printf("  %5d %8zu   %8.3f %8.3f                %8.3f %8.3f\n", level, report.cells, mean.value_or(NAN),
-                error.mean, report.error.max_mm.value_or(NAN), error.largest);
+    const hextools::LevelErrors errors = meter.of_level(level);
+    EXPECT_TRUE(errors.converged);
+    const std::optional<double>& mean = errors.mean.estimate;
+    std::printf("  %5d %8zu   %8.3f %8.3f                %8.3f %8.3f\n", level, errors.cells, mean.value_or(NAN),
+                errors.mean.error, errors.largest.estimate.value_or(NAN), errors.largest.error);
     // Unknown is an answer where levels do not come closer; the one before the finest has seen all there is.
     EXPECT_TRUE(mean || level > 1);
     if (!mean) continue;
     const double factor = level == coarsest ? 3 : 2;
-    EXPECT_LT(*mean, factor * error.mean) << "level " << level;
-    EXPECT_GT(*mean, error.mean / factor) << "level " << level;
+    EXPECT_LT(*mean, factor * errors.mean.error) << "level " << level;
+    EXPECT_GT(*mean, errors.mean.error / factor) << "level " << level;
   }
 }
 

@@ -40,8 +40,7 @@ int run_accuracy(const Options& o, const CommonOptions& common, const Console& c
   Output& output = files.output(o.output, Content::text);
   Output* csv = files.output_if_named(o.csv, Content::text);
   if (scene.dynamics) throw hexmesh::Error(hexmesh::ErrorKind::usage, "the scene is a motion, expected an equilibrium");
-  scene.accuracy.reset();
-  scene.budget.reset();
+  scene.name_level({});
   const Experiment experiment{hexsolver::with_overrides(read_body(body, console), scene), scene};
   const AccuracyTables tables = bench_accuracy(experiment, o.accuracy, console);
   const Row report = {{"about", tables.about}, {"equilibria", tables.equilibria}, {"motions", tables.motions}};

@@ -7,6 +7,6 @@ namespace hextools {
 
 /// The subcommands of hexbench.
 Declare declare_machine, declare_lattice, declare_solver, declare_effects, declare_motion, declare_accuracy,
-    declare_paper, declare_compare;
+    declare_estimates, declare_paper, declare_compare;
 
 }  // namespace hextools

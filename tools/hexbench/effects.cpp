@@ -37,8 +37,7 @@ std::vector<std::pair<std::string, hexsolver::Scene>> one_effect_after_the_other
   using hexsolver::Elasticity;
   hexsolver::Scene scene = whole;
   scene.finds_strain = false;
-  scene.accuracy.reset();
-  scene.budget.reset();
+  scene.name_level({});
   scene.elasticity = Elasticity::cauchy;
   scene.volumetric = hexsolver::Volumetric::full;
   scene.gravity.setZero();

@@ -1,0 +1,48 @@
+"""Measure the estimates of all scenes; one line of JSON each.
+
+usage: measure.py FOLDER WORD     (WORD: only scenes whose name has it)
+"""
+import concurrent.futures
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+import scenes
+
+
+def run(*command):
+    return subprocess.run(command, capture_output=True, text=True, env=dict(os.environ, OMP_NUM_THREADS="1"))
+
+
+def measure(folder, number, scene):
+    name, body, materials, tables, law, ratio = scene
+    volume, lattice, file, report = (folder / f"{number:02}{end}" for end in (".nrrd", ".hexmesh", ".toml", ".json"))
+    file.write_text(tables)
+    told = {"name": name, "body": body.name, "load": name.split(", ", 1)[1], "law": law, "poisson": ratio}
+    if body.phantom:
+        made = run("hexscan", "-q", "phantom", *body.phantom, "-o", volume, "--force")
+    else:
+        body.write(volume)
+        made = None
+    steps = [["hexmesh", "-q", "build", volume, *(w for m in materials for w in ("--material", m)), "-o", lattice, "--force"],
+             ["hexbench", "-q", "estimates", lattice, file, "--accuracies", "0.1,0.03", "-o", report, "--force"]]
+    for step in ([made] if made and made.returncode else []) or (run(*s) for s in steps):
+        if step.returncode:
+            return {**told, "failed": step.stderr.strip().splitlines()[-1] if step.stderr.strip() else str(step.returncode)}
+    for path in (volume, lattice):
+        path.unlink()
+    return {**told, **json.loads(report.read_text())}
+
+
+def main():
+    folder, word = pathlib.Path(sys.argv[1]), sys.argv[2]
+    wanted = [(n, s) for n, s in enumerate(scenes.scenes()) if word in s[0]]
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        for row in pool.map(lambda s: measure(folder, *s), wanted):
+            print(json.dumps(row), flush=True)
+            print(row["name"], row.get("failed", ""), file=sys.stderr)
+
+
+main()

@@ -1,0 +1,64 @@
+"""How estimates compare with true errors, from the lines that measure.py prints; Markdown.
+
+usage: table.py SCENES.jsonl
+"""
+import json
+import statistics
+import sys
+
+# Differences below this part of the displacement, force or energy are of no use to anybody.
+NEGLIGIBLE = 1e-4
+
+
+def ratios(rows, key):
+    """Estimate over error of levels: numbers, and how often it is unknown."""
+    known, unknown = [], 0
+    for row in rows:
+        for level in row.get("levels", []):
+            for e in level[key] if isinstance(level[key], list) else [level[key]]:
+                if not level["converged"] or e["error"] < NEGLIGIBLE * row["mean_displacement_mm"]:
+                    continue
+                if e["estimate"] is None:
+                    unknown += 1
+                else:
+                    known.append(e["estimate"] / e["error"])
+    return known, unknown
+
+
+def line(name, rows, key):
+    known, unknown = ratios(rows, key)
+    if not known:
+        return
+    within = [100 * sum(1 / f <= r <= f for r in known) / len(known) for f in (2, 3)]
+    print(f"| {name} | {len(rows)} | {len(known)} | {unknown} | {statistics.median(known):.2f} | {min(known):.2g} to {max(known):.2g} | "
+          f"{within[0]:.0f} % | {within[1]:.0f} % | {sum(r < 1 / 3 for r in known)} |")
+
+
+def main():
+    rows = [json.loads(l) for l in open(sys.argv[1])]
+    done = [r for r in rows if "levels" in r]
+    print(f"{len(done)} of {len(rows)} scenes; estimate over true error, of levels of at least 100 cells that converged\n")
+    for title, key in (("mean displacement", "mean_mm"), ("largest displacement", "max_mm"), ("reactions", "reactions_n"),
+                       ("strain energy", "strain_energy_n_mm")):
+        print(f"| {title} | scenes | levels | unknown | median | range | within 2 | within 3 | below 1/3 |")
+        print("|---|---|---|---|---|---|---|---|---|")
+        line("all", done, key)
+        if key == "mean_mm":
+            for what in ("load", "body", "law", "poisson"):
+                for value in dict.fromkeys(r[what] for r in done):
+                    line(f"{what}: {value}", [r for r in done if r[what] == value], key)
+        print()
+    print("| accuracy | asked | kept within 1.2 | told to be missed | broken |")
+    print("|---|---|---|---|---|")
+    asked = [(r["name"], a) for r in done for a in r["accuracies"]]
+    missed = [a for _, a in asked if a["missed"] or not a["converged"]]
+    broken = [(n, a) for n, a in asked if not a["missed"] and a["converged"] and a["mean_mm"]["error"] > 1.2 * a["asked_mm"]]
+    print(f"| all | {len(asked)} | {len(asked) - len(missed) - len(broken)} | {len(missed)} | {len(broken)} |")
+    for name, a in broken:
+        print(f"\n{name}: {a['asked_mm']:.3g} mm asked, level {a['level']} of {a['cells']} cells is {a['mean_mm']['error']:.3g} mm off")
+    for r in rows:
+        if "failed" in r:
+            print(f"\n{r['name']}: {r['failed']}")
+
+
+main()
