@@ -150,14 +150,16 @@ std::vector<Finding> check_lattice(const Lattice& lattice) {
       const Material* material = sole[l][n];
       if (material) errors.add_full(matrices, e, *material, cell_volume);
     }
-    findings.push_back({"volume of the cells is that of the voxels", l, relative(level_volume, volume), whole_body});
-    findings.push_back(
-        {"mass of the cells is that of the voxels", l, mass > 0 ? relative(level_mass, mass) : level_mass, whole_body});
-    findings.push_back({"energy of a linear field is the body's", l, relative(level_energy, energy), whole_body});
-    findings.push_back({"rigid motions take no force", l, errors.rigid, single_cell});
-    findings.push_back({"energy of a linear field, each cell", l, errors.energy, single_cell});
-    findings.push_back({"the same with mean dilatation", l, errors.mean_energy, single_cell});
-    findings.push_back({"b . u of a linear field is V div u", l, errors.divergence, single_cell});
+    const auto add = [&](std::string property, double error, double limit) {
+      findings.push_back({std::move(property), l, error, limit});
+    };
+    add("volume of the cells is that of the voxels", relative(level_volume, volume), whole_body);
+    add("mass of the cells is that of the voxels", mass > 0 ? relative(level_mass, mass) : level_mass, whole_body);
+    add("energy of a linear field is the body's", relative(level_energy, energy), whole_body);
+    add("rigid motions take no force", errors.rigid, single_cell);
+    add("energy of a linear field, each cell", errors.energy, single_cell);
+    add("the same with mean dilatation", errors.mean_energy, single_cell);
+    add("b . u of a linear field is V div u", errors.divergence, single_cell);
     findings.push_back({"lumped masses are >= 0 and add up", l, errors.mass, single_cell});
     findings.push_back({"full cells are like one large voxel", l, errors.full, single_cell});
   }
