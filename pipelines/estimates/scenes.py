@@ -72,7 +72,7 @@ BODIES = [
     Body("c-shape", (-32, 28, 0), (32, -26, 0), 16, phantom=["c-shape", "--spacing", "1.4"], bends=4),
     Body("liver", (-99, -1, -15), (99, -19, 7), 60, phantom=["liver", "--spacing", "3"]),
     Body("lumps", (2, 28, 28), (103, 34, 24), 34, voxels=lumps, extent=(56, 32, 30), spacing=2),
-    Body("branches", (0, 40, 40), (94, 16, 28), 10, voxels=branched, extent=(54, 42, 42), spacing=2),
+    Body("branches", (0, 40, 40), (99, 12, 26), 10, voxels=branched, extent=(54, 42, 42), spacing=2),
     Body("sponge", (0, 20, 20), (94, 20, 20), 34, voxels=sponge, extent=(48, 20, 20), spacing=2),
     Body("thick layers", (0, 20, 20), (94, 20, 20), 40, voxels=lambda i, j, k: 1 + k // 5 % 2, extent=(48, 20, 20), spacing=2,
          young_kpa="20 200"),
@@ -112,7 +112,7 @@ def loads(body):
     g = min(bend, press) / body.bends
     force = young * 1e-3 * across ** 4 / length ** 2 / 48
     force = min(force, young * 1e-3 * across ** 2 / 60) / body.bends
-    squeeze = min(0.05, 0.3 * math.pi ** 2 / 12 * (across / 2 / length) ** 2)  # strain, well below that of buckling
+    squeeze = min(0.05, 0.3 * math.pi ** 2 / 12 * (across / 2 / length) ** 2) / body.bends  # strain, well below that of buckling
     pull = [0.1 * length * s + 0.02 * length * a for s, a in zip(side, axis)]
     yield "pull", patch(body, "fix", body.low) + patch(body, "displace", body.high, pull)
     yield "pull, end held", held(body) + patch(body, "displace", body.high, pull, 0.2)

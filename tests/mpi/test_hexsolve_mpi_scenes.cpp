@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mpi/hexsolve_mpi.h"
+#include "support/forms.h"
 
 using namespace testing_support;
 
@@ -13,7 +14,7 @@ TEST_P(HexsolveMpiScenes, AreSolvedAsByOne) {
   const auto& [name, scene] = GetParam();
   const std::string toml = std::string(name) + ".toml";
   write_text(*folder / toml, scene);
-  for (const int level : {0, 1}) {
+  for (const int level : whole_or<std::vector<int>>({0, 1}, {1})) {
     SCOPED_TRACE(fmt::format("level {}", level));
     const std::string sharp = fmt::format(
         "liver.hexmesh {} --level {} --set solve.tolerance=1e-10 --set solve.error_estimate=off --force ", toml, level);

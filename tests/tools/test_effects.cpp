@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "support/files.h"
+#include "support/forms.h"
 
 using namespace testing_support;
 
@@ -87,6 +88,7 @@ TEST_F(Effects, ThatAreOffTakeNoInstructions) {
 }
 
 TEST_F(Effects, ThatAreOffTakeNoMemory) {
+  if (!is_full()) GTEST_SKIP() << "half a minute: of the label slow";
   if (!has_valgrind()) GTEST_SKIP() << "no valgrind";
   expect_equal(7, [](const std::string& command) {
     run("valgrind --tool=massif --massif-out-file=heap " + command);

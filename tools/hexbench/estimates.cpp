@@ -58,8 +58,8 @@ int run_estimates(const EstimatesOptions& o, const CommonOptions& common, const 
     row["missed"] = errors.accuracy_missed;
     accuracies.push_back(std::move(row));
   }
-  output.write(json_text(Row{
-      {"mean_displacement_mm", meter.mean_displacement()}, {"levels", levels}, {"accuracies", accuracies}}));
+  output.write(json_text(
+      Row{{"mean_displacement_mm", meter.mean_displacement()}, {"levels", levels}, {"accuracies", accuracies}}));
   files.commit();
   return 0;
 }

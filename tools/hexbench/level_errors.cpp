@@ -28,9 +28,9 @@ LevelErrorMeter::LevelErrorMeter(const hexmesh::Lattice& lattice, hexsolver::Sce
   finest.error_estimation = hexsolver::ErrorEstimation::off;
   const hexsolver::Outcome outcome = hexsolver::solve_equilibrium(lattice, finest, 0);
   if (!outcome.report.converged)
-    throw hexmesh::Error(hexmesh::ErrorKind::geometry,
-                         fmt::format("level 0 is the measure of the others and did not converge: {}",
-                                     outcome.report.reason));
+    throw hexmesh::Error(
+        hexmesh::ErrorKind::geometry,
+        fmt::format("level 0 is the measure of the others and did not converge: {}", outcome.report.reason));
   truth_ = displacement_at(outcome.result, points_);
   energy_ = outcome.report.strain_energy_n_mm;
   for (const hexsolver::ConditionReport& c : outcome.report.conditions) reactions_.push_back(c.reaction_n);

@@ -17,8 +17,8 @@ namespace hexsolver {
 ///
 ///     h' = g h,   u' = u_n + (1 - g) / g (u_s - u_n),   v' likewise.
 ///
-/// Sources: Hairer, Wanner, "Solving Ordinary Differential Equations I" (1993), section III.5, for BDF2; Alexander, SIAM
-/// J. Numer. Anal. 14 (1977) 1006, for SDIRK2.
+/// Sources: Hairer, Wanner, "Solving Ordinary Differential Equations I" (1993), section III.5, for BDF2; Alexander,
+/// SIAM J. Numer. Anal. 14 (1977) 1006, for SDIRK2.
 class BackwardDifference {
 public:
   bool has_past() const noexcept { return length_before_ > 0; }
@@ -38,9 +38,9 @@ public:
                           const NodeVector& stage_v, double h);
 
   // Of the step begun:
-  double length() const noexcept { return length_; }                                  ///< h' [s]
-  const NodeVector& u(const NodeVector& now) const { return is_euler_ ? now : u_; }   ///< u'; now: u_n
-  const NodeVector& v(const NodeVector& now) const { return is_euler_ ? now : v_; }   ///< v'; now: v_n
+  double length() const noexcept { return length_; }                                 ///< h' [s]
+  const NodeVector& u(const NodeVector& now) const { return is_euler_ ? now : u_; }  ///< u'; now: u_n
+  const NodeVector& v(const NodeVector& now) const { return is_euler_ ? now : v_; }  ///< v'; now: v_n
   /// Where it ends, to first order; of implicit Euler where it begins.
   const NodeVector& ahead(const NodeVector& now) const { return is_euler_ ? now : ahead_; }
   bool is_euler() const noexcept { return is_euler_; }

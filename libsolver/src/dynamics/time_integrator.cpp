@@ -255,8 +255,8 @@ void TimeIntegrator::choose_rotating() {
   energies_.kinetic = inertia_->kinetic_energy(v_);
 }
 
-/// The work of the forces in the directions held, on the way from u_ to end_: of those at its end, with BDF2 of the mean
-/// of both ends. And by how much it may be larger since they change on the way.
+/// The work of the forces in the directions held, on the way from u_ to end_: of those at its end, with BDF2 of the
+/// mean of both ends. And by how much it may be larger since they change on the way.
 TimeIntegrator::Work TimeIntegrator::work_of_supports(const NodeVector& projected) const {
   const NodeVector& gradient = equations_->last_gradient();
   Work work;
@@ -361,8 +361,8 @@ bool TimeIntegrator::accept(const NodeVector& projected) {
                          : problem_.potential().is_conservative() ? allowed_gain
                                                                   : allowed_gain_without_energy;
   const double given_back = difference_.is_euler() ? 0
-                                                   : std::clamp(lost_ + allowed_gain_of_bdf2_in_all * largest_energy_, 0.0,
-                                                                allowed_gain_of_bdf2 * scale);
+                                                   : std::clamp(lost_ + allowed_gain_of_bdf2_in_all * largest_energy_,
+                                                                0.0, allowed_gain_of_bdf2 * scale);
   const double unexplained = gain - work.uncertain - rounding - given_back;
   if (!(unexplained <= allowed * scale)) return fail("the body would gain energy");
   if (unexplained > 0) counts_.largest_gain = std::max(counts_.largest_gain, unexplained / scale);

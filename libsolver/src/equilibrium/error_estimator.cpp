@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 
 namespace hexsolver {
 namespace {
@@ -10,11 +11,26 @@ namespace {
 /// Rates that differences of levels show: h to h^2 give 0.5 to 0.25, singular strains at the rims of supports more.
 constexpr double least_rate = 0.2, most_rate = 0.7, usual_rate = 0.45;
 
-/// r + r^2 + ... + r^count; count 0: without end.
-double series(double r, int count) { return r * (count > 0 ? 1 - std::pow(r, count) : 1) / (1 - r); }
+/// How differences go on: each is r times as large as the one before and turned by an angle against it.
+struct Rate {
+  double r = usual_rate, cosine = 1;
+
+  /// r + r^2 + ... + r^count along the last difference; count 0: without end.
+  double series(int count) const {
+    const std::complex<double> q = std::polar(r, std::acos(cosine));
+    return (q * (count > 0 ? 1.0 - std::pow(q, count) : 1.0) / (1.0 - q)).real();
+  }
+};
+
+/// The cosine between two differences of these lengths whose sum has that one.
+double cosine_of(double before, double step, double sum) {
+  const double product = 2 * before * step;
+  return product > 0 ? std::clamp((sum * sum - before * before - step * step) / product, -1.0, 1.0) : 1;
+}
 
 /// The largest error over the largest reaction; nothing where one is unknown or there is no reaction.
-std::optional<double> largest_part(const std::vector<std::optional<double>>& errors, const std::vector<Vec3>& reactions) {
+std::optional<double> largest_part(const std::vector<std::optional<double>>& errors,
+                                   const std::vector<Vec3>& reactions) {
   double error = 0, reaction = 0;
   for (std::size_t c = 0; c < errors.size(); ++c) {
     if (!errors[c]) return {};
@@ -42,19 +58,20 @@ std::optional<double> ErrorEstimator::error(std::size_t i, const Distance& dista
   const int finer = known_[last].finer;
   if (last == 0) return {};
   const double step = distance(last - 1, last);
-  std::optional<double> rate;
+  std::optional<double> measured;
+  Rate rate;
   if (last > 1 && step > negligible) {
     const double before = distance(last - 2, last - 1);
-    rate = before > 0 ? step / before : 0;
+    measured = before > 0 ? step / before : 0;
+    rate = {std::clamp(*measured, least_rate, most_rate), cosine_of(before, step, distance(last - 2, last))};
   }
-  const double r = std::clamp(rate.value_or(usual_rate), least_rate, most_rate);
   if (i == last) {
-    if (finer > 0 || last < 2 || rate.value_or(0) > most_rate) return {};
-    return step * series(r, 0);
+    if (finer > 0 || last < 2 || measured.value_or(0) > most_rate) return {};
+    return step * std::abs(rate.series(0));
   }
   if (finer == 0) return distance(i, last);
-  if (rate && *rate > 1) return {};
-  return distance(i, last) + step * series(r, finer);
+  if (measured && *measured > 1) return {};
+  return std::max(0.0, distance(i, last) + step * rate.series(finer));
 }
 
 void ErrorEstimator::write(std::vector<LevelReport>& levels) const {

@@ -21,9 +21,10 @@ struct LevelMeasures {
 /// How far the levels of a nested iteration are from the lattice's finest level, from what they differ by.
 ///
 /// Let d_ij be what levels i and j of the iteration differ by, n the finest of them, r = d_(n-1)n / d_(n-2)(n-1) the
-/// rate that the last three show, and k how many levels the lattice has beyond n. The error of a level i < n is
-/// d_in + d_(n-1)n (r + r^2 + ... + r^k), the second part what no level shows. That of n itself is unknown unless it is
-/// the finest of the lattice: then it is its distance from cells of no size, d_(n-1)n (r + r^2 + ...). Where
+/// rate that the last three show, a the angle between the two differences, which d_(n-2)n shows, and k how many levels
+/// the lattice has beyond n. The error of a level i < n is d_in + d_(n-1)n Re(q + q^2 + ... + q^k), q = r exp(i a), the
+/// second part what no level shows. That of n itself is unknown unless it is
+/// the finest of the lattice: then it is its distance from cells of no size, d_(n-1)n |Re(q + q^2 + ...)|. Where
 /// differences do not fall, what is left cannot be told: errors are unknown.
 class ErrorEstimator {
 public:

@@ -47,9 +47,7 @@ public:
   Solved<Level> run();
 
 private:
-  bool estimates_errors() const {
-    return scene_.asks_accuracy() || scene_.error_estimation != ErrorEstimation::off;
-  }
+  bool estimates_errors() const { return scene_.asks_accuracy() || scene_.error_estimation != ErrorEstimation::off; }
   bool chooses_cells() const {
     return scene_.finds_strain && report_.elasticity == Elasticity::corotational && scene_.rotation == Rotation::polar;
   }
@@ -348,11 +346,17 @@ void NestedIteration<Level>::add_look(double seconds) {
     if (e.kind == EffectKind::error_estimate) e.seconds += seconds;
 }
 
+/// A level that is not the finest there is must have cells enough for its differences to mean something, and keep
+/// what is asked with what an estimate may miss.
 template <EquilibriumLevel Level>
 bool NestedIteration<Level>::is_accurate() const {
+  constexpr std::size_t least_cells = 100;
+  constexpr double margin = 1.5;
   const LevelReport& last = report_.levels.back();
-  const auto holds = [](const std::optional<double>& error, const std::optional<double>& asked) {
-    return !asked || (error && *error <= *asked);
+  const bool is_finest = last.level == finest_;
+  if (!is_finest && last.cells < least_cells) return false;
+  const auto holds = [&](const std::optional<double>& error, const std::optional<double>& asked) {
+    return !asked || (error && (is_finest ? 1 : margin) * *error <= *asked);
   };
   return scene_.asks_accuracy() && last.newton.converged && holds(last.error.mean_mm, scene_.accuracy) &&
          holds(last.error.of_reactions, scene_.reaction_accuracy);
@@ -375,7 +379,8 @@ void NestedIteration<Level>::conclude(const Solved<Level>& best) {
     report_.accuracy_missed = !is_accurate();
     report_.reason = fmt::format("the estimated error of level {} is", best.level->level());
     const auto add = [&](const std::optional<double>& e, double scale, const char* unit, const std::string& asked) {
-      report_.reason += fmt::format(" {}, {} was asked", e ? fmt::format("{:.2g} {}", scale * *e, unit) : "unknown", asked);
+      report_.reason +=
+          fmt::format(" {}, {} was asked", e ? fmt::format("{:.2g} {}", scale * *e, unit) : "unknown", asked);
     };
     if (scene_.accuracy) add(error.mean_mm, 1, "mm", fmt::format("accuracy_mm = {:g}", *scene_.accuracy));
     if (scene_.accuracy && scene_.reaction_accuracy) report_.reason += ", and of reactions";

@@ -33,7 +33,9 @@ void read_levels(TomlReader& table, bool moves, Scene& scene) {
       table.number("accuracy_reactions", 1e-6, 1, "a part of the largest reaction, 1e-6 to 1 (0.05 is 5 %)");
   scene.budget = table.number("budget_s", 1e-3, infinity, "a time of 0.001 s or more");
   if (moves && scene.is_open_ended())
-    table.fail_at(scene.accuracy ? "accuracy_mm" : scene.budget ? "budget_s" : "accuracy_reactions",
+    table.fail_at(scene.accuracy ? "accuracy_mm"
+                  : scene.budget ? "budget_s"
+                                 : "accuracy_reactions",
                   "accuracy_mm, accuracy_reactions and budget_s go with kind = \"equilibrium\", expected level");
   if (scene.level.has_value() + scene.asks_accuracy() + scene.budget.has_value() > 1)
     table.fail_here("[solve] has more than one of level, budget_s and an accuracy, expected one");
@@ -83,8 +85,8 @@ Dynamics read_dynamics(TomlReader table, const std::filesystem::path& folder) {
   const auto step = table.number("step_s", 1e-9, most_seconds, "a time of 1e-9 to 1e9 s");
   const auto duration = table.number("duration_s", 1e-9, most_seconds, "a time of 1e-9 to 1e9 s");
   if (auto v = table.integer("output_every", 1, 1000000000, "a number of steps, 1 to 1e9")) d.output_every = *v;
-  if (auto v = table.choice<Integrator>(
-          "integrator", {{"implicit-euler", Integrator::implicit_euler}, {"bdf2", Integrator::bdf2}}))
+  if (auto v = table.choice<Integrator>("integrator",
+                                        {{"implicit-euler", Integrator::implicit_euler}, {"bdf2", Integrator::bdf2}}))
     d.integrator = *v;
   if (auto v = table.choice<StepSolver>(
           "solver", {{"cg", StepSolver::cg}, {"jacobi", StepSolver::jacobi}, {"multigrid", StepSolver::multigrid}}))

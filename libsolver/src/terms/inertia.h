@@ -11,8 +11,8 @@ namespace hexsolver {
 /// @throws Error{input} for material without mass
 std::vector<NodeWeights> lumped_masses(const hexmesh::Lattice& lattice, int level);
 
-/// What a step of implicit Euler from u_0 with velocity v_0 (see BackwardDifference for others) adds to the energy: the lumped masses M, and damping in
-/// proportion a to them,
+/// What a step of implicit Euler from u_0 with velocity v_0 (see BackwardDifference for others) adds to the energy: the
+/// lumped masses M, and damping in proportion a to them,
 ///
 ///     1 / (2 h^2) |u - u_0 - h v_0|_M^2 + a / (2 h) |u - u_0|_M^2,
 ///

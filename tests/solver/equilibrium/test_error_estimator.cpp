@@ -47,6 +47,26 @@ TEST(ErrorEstimator, IsExactWhereDifferencesFallByOneRate) {
     }
 }
 
+TEST(ErrorEstimator, DifferencesThatTurnBackAreTakenForWhatTheyAre) {
+  // Errors of changing sign: 1, -1/2, 1/4, ...; of a level beside the finest one 2^-i plus or minus that of the finest.
+  ErrorEstimator estimator;
+  const auto error = [](int n) { return std::pow(-0.5, n); };
+  for (int n = 0; n < 4; ++n) {
+    std::vector<std::optional<Size>> differences;
+    for (int i = 0; i < n; ++i) {
+      const double d = std::abs(error(i) - error(n));
+      differences.push_back(i + 2 < n ? std::optional<Size>() : Size{d, d});
+    }
+    estimator.add(std::move(differences), {10 + error(n), {Vec3(0, 0, 2 + error(n))}}, 5 - n);
+  }
+  std::vector<LevelReport> levels(4);
+  estimator.write(levels);
+  const double truth = std::abs(error(2) - error(5));
+  EXPECT_NEAR(*levels[2].error.mean_mm, truth, 1e-12);
+  EXPECT_NEAR(*levels[2].error.strain_energy_n_mm, truth, 1e-12);
+  EXPECT_NEAR(*levels[2].error.reactions_n[0], truth, 1e-12);
+}
+
 TEST(ErrorEstimator, AtTheFinestLevelOfTheLatticeItIsTheDistanceFromCellsOfNoSize) {
   const auto levels = estimate({1, 0.5, 0.25}, 0, 3);
   EXPECT_NEAR(*levels[2].error.mean_mm, 0.25, 1e-12);

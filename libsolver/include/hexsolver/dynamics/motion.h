@@ -20,8 +20,9 @@ class TimeIntegrator;
 /// "Motion").
 ///
 /// A step that cannot be solved, or after which the body holds more energy than it had and was given, is not accepted
-/// but taken in two halves, down to 1/64 of the step asked (one of BDF2 by implicit Euler before). With a fixed number of iterations it is halved down to 1/4
-/// and slowed down where that is not enough: too few iterations make a motion slow, not unstable.
+/// but taken in two halves, down to 1/64 of the step asked (one of BDF2 by implicit Euler before). With a fixed number
+/// of iterations it is halved down to 1/4 and slowed down where that is not enough: too few iterations make a motion
+/// slow, not unstable.
 ///
 /// After the first step it asks for no memory, but for a multigrid that is made anew where cells share Hessians (small
 /// strain, cells that do not turn): when a step is halved.

@@ -163,7 +163,7 @@ struct Scene {
   std::optional<int> level;        ///< mechanical level; nothing = the finest of at most 20000 cells
   std::optional<double> accuracy;  ///< solve to the first level whose estimated mean error is at most this [mm]
   std::optional<double> reaction_accuracy;  ///< likewise of each reaction, over the largest of them
-  std::optional<double> budget;    ///< solve as many levels as this allows [s]
+  std::optional<double> budget;             ///< solve as many levels as this allows [s]
   ErrorEstimation error_estimation = ErrorEstimation::automatic;
   Supports supports = Supports::area;
   double tolerance = 1e-8;
