@@ -340,3 +340,17 @@ TEST(Merge, CellsAtOneIndexThatAThirdLinksHaveParentsThatShareItsNodes) {
   EXPECT_EQ(merge.children[0], (Children{0, 2, -1, -1, -1, -1, -1, -1}));
   EXPECT_EQ(merge.children[1], (Children{1, -1, -1, -1, -1, -1, -1, -1}));
 }
+
+TEST(Lattice, MixtureIsTheBoundsOfStiffnessInCellsOverEachOther) {
+  // Layers of one voxel, ten times as stiff in turn, and the same in layers of four.
+  for (const int thickness : {1, 4}) {
+    const LabelVolume volume =
+        make_volume({8, 8, 8}, {1, 1, 1}, [&](const Index3& v) { return 1 + v[2] / thickness % 2; });
+    const Lattice lattice = build_lattice(volume, {{volume.segments[0], material_from_units(10, 0.3, 1000), 0, ""},
+                                                   {volume.segments[1], material_from_units(100, 0.3, 1000), 0, ""}});
+    const double mixed = (1 + 10) / 2.0 * (1 + 0.1) / 2 - 1;
+    EXPECT_EQ(lattice.levels[0].mixture, 0);
+    EXPECT_NEAR(lattice.levels[1].mixture, thickness == 1 ? mixed : 0, 1e-12);
+    EXPECT_NEAR(lattice.levels[2].mixture, thickness == 1 ? mixed : 0, 1e-12);
+  }
+}

@@ -60,6 +60,7 @@ void add_level(const hdf5::Reader& file, int level, std::size_t num_materials, C
   const std::string group = hdf5::level_group(level);
   content.add_attribute<std::int32_t>(group, "merge", 3);
   content.add_attribute<std::int32_t>(group, "voxels_per_cell", 3);
+  content.add_attribute<double>(group, "mixture", 1);
   content.add<std::uint16_t>(group + "/cells", {0, 3});
   content.add<std::int32_t>(group + "/element", {0});
   content.add<std::uint16_t>(group + "/segment", {0});

@@ -45,6 +45,7 @@ void write_level(hdf5::Writer& file, const Lattice& lattice, int number, Element
   const std::string group = hdf5::level_group(number);
   file.attribute(group, "merge", std::span<const std::int32_t>(level.merge));
   file.attribute(group, "voxels_per_cell", std::span<const std::int32_t>(level.voxels_per_cell));
+  file.attribute(group, "mixture", std::span<const double>(&level.mixture, 1));
   hdf5::write_cells(file, group + "/cells", level.cells);
   file.write<std::int32_t>(group + "/element", level.element, {level.cells.size()}, true);
   file.write<std::uint16_t>(group + "/segment", level.segment, {level.cells.size()}, true);

@@ -24,6 +24,15 @@ void check_merge(const Reader& file, const std::vector<Level>& levels, int n) {
   if (!good) file.fail(fmt::format("has a '{}' that does not merge the level before it", level_group(n)));
 }
 
+double read_mixture(const Reader& file, int level) {
+  constexpr double most = 1e12;  // beyond any contrast that is solved
+  const double mixture = file.attribute<double>(level_group(level), "mixture", 1)[0];
+  if (!(mixture >= 0 && mixture <= most) || (level == 0 && mixture != 0))
+    file.fail(fmt::format("has a mixture of {:g} in '{}', expected {}", mixture, level_group(level),
+                          level == 0 ? "0, of voxels" : "0 to 1e12"));
+  return mixture;
+}
+
 /// Whether as many voxels can lie in these subcells: at most as many as fit, and one at least in each.
 bool is_possible(SubcellMask subcells, std::int64_t filled, const Index3& voxels_per_cell) {
   std::int64_t voxels = 1, subcells_of_voxel = 1;
@@ -196,6 +205,7 @@ std::vector<Level> read_merges(const Reader& file) {
     level.merge = read_index(file, level_group(n), "merge");
     level.voxels_per_cell = read_index(file, level_group(n), "voxels_per_cell");
     check_merge(file, levels, n);
+    level.mixture = read_mixture(file, n);
   }
   return levels;
 }

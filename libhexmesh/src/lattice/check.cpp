@@ -108,6 +108,7 @@ void check_topology(const Lattice& lattice, std::vector<Finding>& findings) {
     add("labels are those of the voxels", found.segment == expected.segment);
     add("elements are those of the children", found.children == expected.children && found.element == expected.element);
     add("parts are those of the voxels", found.parts == expected.parts);
+    add("mixture is that of the voxels", found.mixture == expected.mixture);
   }
 }
 
@@ -150,8 +151,8 @@ std::vector<Finding> check_lattice(const Lattice& lattice) {
       const Material* material = sole[l][n];
       if (material) errors.add_full(matrices, e, *material, cell_volume);
     }
-    const auto add = [&](std::string property, double error, double limit) {
-      findings.push_back({std::move(property), l, error, limit});
+    const auto add = [&](const char* property, double error, double limit) {
+      findings.push_back({property, l, error, limit});
     };
     add("volume of the cells is that of the voxels", relative(level_volume, volume), whole_body);
     add("mass of the cells is that of the voxels", mass > 0 ? relative(level_mass, mass) : level_mass, whole_body);

@@ -230,6 +230,7 @@ void add_levels(Lattice& lattice, int num_levels) {
   while (num_levels > 0 ? lattice.num_levels() < num_levels : lattice.levels.back().cells.size() > 16)
     lattice.levels.push_back(coarser_level(lattice, lattice.levels.back(), counts));
   count_filled(lattice.levels, lattice.materials.size());
+  count_mixture(lattice.levels, lattice.materials);
   count_parts(lattice);
   lattice.faces = std::make_shared<const FacesInMemory>(find_faces(lattice));
 }
@@ -315,6 +316,36 @@ void count_filled(std::vector<Level>& levels, std::size_t num_materials) {
         if (child >= 0) level.filled[e] += levels[l - 1].filled[child];
       level.subcells[e] = subcells_of(level.children[e], levels[l - 1].subcells, level.merge);
     }
+  }
+}
+
+void count_mixture(std::vector<Level>& levels, const std::vector<VoxelMaterial>& materials) {
+  struct Sums {
+    double stiff = 0, soft = 0;  ///< of mu and 1 / mu over an element's voxels
+  };
+  std::vector<Sums> finer, sums;
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    Level& level = levels[l];
+    sums.assign(l == 0 ? materials.size() : level.children.size(), {});
+    for (std::size_t e = 0; l == 0 && e < sums.size(); ++e) {
+      const double shear = materials[e].material.shear_modulus();
+      sums[e] = {shear, 1 / shear};
+    }
+    for (std::size_t e = 0; e < level.children.size(); ++e)
+      for (const std::int32_t child : level.children[e])
+        if (child >= 0) {
+          sums[e].stiff += finer[child].stiff;
+          sums[e].soft += finer[child].soft;
+        }
+    double mixture = 0, voxels = 0;
+    for (const std::int32_t e : level.element) {
+      const double count = static_cast<double>(level.filled[e]);
+      mixture += std::max(0.0, sums[e].stiff * sums[e].soft / count - count);
+      voxels += count;
+    }
+    constexpr double rounding = 1e-12;
+    if (voxels > 0) level.mixture = mixture > rounding * voxels ? mixture / voxels : 0;
+    finer.swap(sums);
   }
 }
 

@@ -15,12 +15,18 @@ constexpr double least_rate = 0.2, most_rate = 0.7, usual_rate = 0.45;
 struct Rate {
   double r = usual_rate, cosine = 1;
 
-  /// r + r^2 + ... + r^count along the last difference; count 0: without end.
+  /// r + r^2 + ... + r^count along the last difference, at least 0; count 0: without end.
   double series(int count) const {
     const std::complex<double> q = std::polar(r, std::acos(cosine));
-    return (q * (count > 0 ? 1.0 - std::pow(q, count) : 1.0) / (1.0 - q)).real();
+    return std::max(0.0, (q * (count > 0 ? 1.0 - std::pow(q, count) : 1.0) / (1.0 - q)).real());
   }
 };
+
+/// Whether what the cells of a level average over is seen by no level as fine as the finest one.
+bool is_hidden(double mixture, double mixture_of_finest) {
+  constexpr double without_effect = 0.05, mostly = 0.75;
+  return mixture_of_finest > without_effect && mixture_of_finest > mostly * mixture;
+}
 
 /// The cosine between two differences of these lengths whose sum has that one.
 double cosine_of(double before, double step, double sum) {
@@ -67,11 +73,12 @@ std::optional<double> ErrorEstimator::error(std::size_t i, const Distance& dista
   }
   if (i == last) {
     if (finer > 0 || last < 2 || measured.value_or(0) > most_rate) return {};
-    return step * std::abs(rate.series(0));
+    return step * rate.series(0);
   }
   if (finer == 0) return distance(i, last);
+  if (is_hidden(known_[i].measures.mixture, known_[last].measures.mixture)) return {};
   if (measured && *measured > 1) return {};
-  return std::max(0.0, distance(i, last) + step * rate.series(finer));
+  return distance(i, last) + step * rate.series(finer);
 }
 
 void ErrorEstimator::write(std::vector<LevelReport>& levels) const {
@@ -94,6 +101,7 @@ void ErrorEstimator::write(std::vector<LevelReport>& levels) const {
       return error(
           i, [&](std::size_t a, std::size_t b) { return difference(a, b, size); }, 0);
     };
+    e.is_hidden = known_.back().finer > 0 && is_hidden(known_[i].measures.mixture, last.mixture);
     e.mean_mm = by_size(&ElasticCells::Size::mean);
     e.max_mm = by_size(&ElasticCells::Size::largest);
     const auto of_energy = [&](std::size_t a, std::size_t b) {

@@ -16,6 +16,7 @@ inline constexpr double nested_tolerance = 1e-4;
 struct LevelMeasures {
   double strain_energy = 0;     ///< [N mm]
   std::vector<Vec3> reactions;  ///< of each condition [N]
+  double mixture = 0;           ///< of stiffnesses in the level's cells, see hexmesh::count_mixture()
 };
 
 /// How far the levels of a nested iteration are from the lattice's finest level, from what they differ by.
@@ -23,9 +24,11 @@ struct LevelMeasures {
 /// Let d_ij be what levels i and j of the iteration differ by, n the finest of them, r = d_(n-1)n / d_(n-2)(n-1) the
 /// rate that the last three show, a the angle between the two differences, which d_(n-2)n shows, and k how many levels
 /// the lattice has beyond n. The error of a level i < n is d_in + d_(n-1)n Re(q + q^2 + ... + q^k), q = r exp(i a), the
-/// second part what no level shows. That of n itself is unknown unless it is
-/// the finest of the lattice: then it is its distance from cells of no size, d_(n-1)n |Re(q + q^2 + ...)|. Where
-/// differences do not fall, what is left cannot be told: errors are unknown.
+/// second part, which is not taken below 0, what no level shows. That of n itself is unknown unless it is
+/// the finest of the lattice: then it is its distance from cells of no size, d_(n-1)n Re(q + q^2 + ...). Where
+/// differences do not fall, what is left cannot be told: errors are unknown. Neither can it where the cells of n
+/// average over stiffnesses that differ as those of i do: what is in them, such as layers thinner than a cell, shows in
+/// no difference.
 class ErrorEstimator {
 public:
   /// A level finer than those before.

@@ -27,6 +27,7 @@ public:
   /// What levels are made of.
   struct Levels {
     std::vector<std::size_t> num_cells;  ///< of each level of the lattice
+    std::vector<double> mixture;         ///< likewise, see hexmesh::count_mixture()
     /// A level under a scene. @throws Error{geometry} for selections and missing supports
     std::function<std::unique_ptr<Level>(int, const Scene&)> make;
     int finest_there_is = 0;                                           ///< of the levels that make() can make
@@ -300,7 +301,9 @@ void NestedIteration<Level>::compare(Solved<Level>& next) {
     }
   for (Effect& e : report_.effects)
     if (e.kind == EffectKind::error_estimate && !differences.empty()) e.active = true;
-  estimator_.add(std::move(differences), next.level->measures(next.state.u), next.level->level());
+  LevelMeasures measures = next.level->measures(next.state.u);
+  measures.mixture = levels_.mixture[static_cast<std::size_t>(next.level->level())];
+  estimator_.add(std::move(differences), std::move(measures), next.level->level());
 }
 
 template <EquilibriumLevel Level>

@@ -43,6 +43,7 @@ Lattice with_overrides(Lattice lattice, const Scene& scene) {
       if (m.label == found->segment.label) apply(m.material);
   }
   for (hexmesh::Level& level : lattice.levels) level.matrices = {};  // of the materials before
+  hexmesh::count_mixture(lattice.levels, lattice.materials);
   return lattice;
 }
 

@@ -10,7 +10,7 @@ namespace hexmesh {
 
 /// One property that every lattice has, and how far this one is from it.
 struct Finding {
-  std::string property;
+  const char* property = "";
   int level = 0;
   double error = 0;  ///< relative, or a count where the limit is 0
   double limit = 0;

@@ -50,6 +50,7 @@ struct Level {
   std::vector<Children> children;      ///< shape (num_elements), elements of the finer level by slot; empty at level 0
   std::vector<std::int64_t> filled;    ///< shape (num_elements), voxels with material
   std::vector<SubcellMask> subcells;   ///< shape (num_elements), those with material; 0 = not known
+  double mixture = 0;                  ///< see count_mixture()
   StoredMatrices matrices;             ///< of the elements, as read from a file that has them; empty: to be formed
 
   /// Filled part of a cell's volume, in (0, 1].
@@ -107,6 +108,12 @@ Lattice without_cells(Lattice lattice, int level, const std::vector<std::int32_t
 
 /// Voxels and subcells with material per element of each level, from the children.
 void count_filled(std::vector<Level>& levels, std::size_t num_materials);
+
+/// How different the stiffnesses are that cells of each level average over: <mu> <1/mu> - 1 of a cell's voxels, the
+/// upper bound of its shear modulus over the lower one less 1, averaged over the material. 0: of one stiffness in each
+/// cell. Levels without cells keep what they have.
+/// @pre levels with cells have the children of all finer ones
+void count_mixture(std::vector<Level>& levels, const std::vector<VoxelMaterial>& materials);
 
 enum class VoxelClass : std::uint8_t { outside, inside, boundary };  ///< boundary: material with an exposed face
 

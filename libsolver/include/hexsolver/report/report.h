@@ -80,7 +80,8 @@ struct ErrorEstimate {
   std::optional<double> strain_energy_n_mm;        ///< [N mm]
   std::vector<std::optional<double>> reactions_n;  ///< of each condition [N]
   std::optional<double> of_reactions;              ///< the largest of these over the largest reaction [1]
-  std::optional<double> algebraic_mm;              ///< mean, of the equations of this level not being solved to the end
+  bool is_hidden = false;  ///< unknown, since cells average over layers that no level compared with resolves
+  std::optional<double> algebraic_mm;  ///< mean, of the equations of this level not being solved to the end
 };
 
 /// One of the levels passed on the way from the coarsest.
