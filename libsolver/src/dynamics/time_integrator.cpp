@@ -59,20 +59,6 @@ Energies energies_of(const LevelProblem& problem, const Inertia& inertia, const 
   return {inertia.kinetic_energy(v), problem.elastic().energy(u), problem.contact_energy(u), problem.load_energy(u)};
 }
 
-/// Where the tables of a scene bend.
-std::vector<double> corners_of(const Scene& scene) {
-  std::set<double> times;
-  const auto add = [&](const auto& parts) {
-    for (const auto& part : parts)
-      if (part.history)
-        for (const History::Row& row : part.history->rows) times.insert(row.time);
-  };
-  add(scene.conditions);
-  add(scene.forces);
-  add(scene.contacts);
-  return {times.begin(), times.end()};
-}
-
 double sum_of_sizes(const Energies& e) { return e.kinetic + e.strain + e.contact + std::abs(e.loads); }
 
 }  // namespace
@@ -82,7 +68,7 @@ TimeIntegrator::TimeIntegrator(const hexmesh::Lattice& lattice, const Scene& sce
       scene_(scene),
       settings_(*scene.dynamics),
       problem_(lattice, scene, level),
-      corners_(corners_of(scene)) {
+      corners_(scene, settings_.step / most_substeps) {
   const std::size_t cells = problem_.mesh().num_cells();
   problem_.build_potential(scene.elasticity, std::vector<bool>(scene.finds_strain ? cells : 0));
   inertia_ = &problem_.add_term(std::make_unique<Inertia>(problem_.mesh(),
@@ -268,13 +254,6 @@ TimeIntegrator::Work TimeIntegrator::work_of_supports(const NodeVector& projecte
   return work;
 }
 
-/// Whether a table bends after `from` and before `to`.
-bool TimeIntegrator::has_corner(double from, double to) const {
-  const double rounding = 1e-6 * settings_.step / most_substeps;
-  const auto next = std::upper_bound(corners_.begin(), corners_.end(), from + rounding);
-  return next != corners_.end() && *next < to - rounding;
-}
-
 /// What acts over the step that begins.
 void TimeIntegrator::begin_terms() {
   inertia_->set_step(difference_.u(u_), difference_.v(v_), difference_.length());
@@ -284,7 +263,7 @@ void TimeIntegrator::begin_terms() {
 /// A substep of h seconds; by implicit Euler where another form fails or the body would gain energy. On success the
 /// state is that at its end.
 bool TimeIntegrator::take_substep(double h) {
-  if (has_corner(time() - difference_.length_before(), time() + h)) difference_.forget();
+  if (corners_.lie_between(time() - difference_.length_before(), time() + h)) difference_.forget();
   if (settings_.integrator == Integrator::bdf2) {
     if (try_substep(h, difference_.has_past() ? Form::bdf2 : Form::start_of_bdf2)) return true;
     ++counts_.failed;

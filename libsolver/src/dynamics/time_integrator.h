@@ -7,6 +7,7 @@
 
 #include "dynamics/backward_difference.h"
 #include "dynamics/step_equations.h"
+#include "dynamics/table_corners.h"
 #include "hexsolver/dynamics/motion.h"
 #include "newton/newton.h"
 #include "terms/corotational.h"
@@ -62,7 +63,6 @@ private:
   enum class Form { euler, bdf2, start_of_bdf2 };
   bool take_substep(double h);
   bool try_substep(double h, Form form);
-  bool has_corner(double from, double to) const;
   void begin_terms();
   NewtonEnd solve_step(const Newton<NodeVector>::Accept& accept);
   bool fail(NewtonEnd end);
@@ -86,7 +86,7 @@ private:
   Newton<NodeVector>::Accept accept_;
 
   BackwardDifference difference_;
-  std::vector<double> corners_;  ///< of all tables, ascending [s]
+  const TableCorners corners_;
   NodeVector u_, v_;
   Energies energies_;
   double work_ = 0, work_uncertainty_ = 0;

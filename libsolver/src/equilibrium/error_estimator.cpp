@@ -15,10 +15,10 @@ constexpr double least_rate = 0.2, most_rate = 0.7, usual_rate = 0.45;
 struct Rate {
   double r = usual_rate, cosine = 1;
 
-  /// r + r^2 + ... + r^count along the last difference, at least 0; count 0: without end.
-  double series(int count) const {
+  /// q + q^2 + ... + q^count with q = r exp(i angle); count 0: without end.
+  std::complex<double> series(int count) const {
     const std::complex<double> q = std::polar(r, std::acos(cosine));
-    return std::max(0.0, (q * (count > 0 ? 1.0 - std::pow(q, count) : 1.0) / (1.0 - q)).real());
+    return q * (count > 0 ? 1.0 - std::pow(q, count) : 1.0) / (1.0 - q);
   }
 };
 
@@ -73,12 +73,12 @@ std::optional<double> ErrorEstimator::error(std::size_t i, const Distance& dista
   }
   if (i == last) {
     if (finer > 0 || last < 2 || measured.value_or(0) > most_rate) return {};
-    return step * rate.series(0);
+    return step * std::abs(rate.series(0));
   }
   if (finer == 0) return distance(i, last);
   if (is_hidden(known_[i].measures.mixture, known_[last].measures.mixture)) return {};
   if (measured && *measured > 1) return {};
-  return distance(i, last) + step * rate.series(finer);
+  return distance(i, last) + step * std::max(0.0, rate.series(finer).real());
 }
 
 void ErrorEstimator::write(std::vector<LevelReport>& levels) const {
