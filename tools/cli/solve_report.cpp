@@ -256,10 +256,6 @@ void summarize_motion(const SolveReport& r, const Console& console) {
                   e.kinetic, e.strain, e.contact, e.loads, m.rows.back().work));
 }
 
-}  // namespace
-
-namespace {
-
 /// Why nothing is known of the error of the last level.
 const char* why_unknown(const SolveReport& r) {
   const auto looks = std::find_if(r.effects.begin(), r.effects.end(), [](const hexsolver::Effect& e) {
