@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <memory>
 #include <vector>
 
 #include "hexmesh/core/error.h"
@@ -25,12 +26,13 @@ std::string sha256(const std::filesystem::path& path) {
     std::sort(files.begin(), files.end());
   }
   hexmesh::Sha256 sum;
-  std::vector<char> block(1 << 16);
+  constexpr std::size_t size = 1 << 16;
+  const auto block = std::make_unique_for_overwrite<char[]>(size);
   for (const std::filesystem::path& file : files) {
     std::ifstream in(file, std::ios::binary);
     if (!in) throw hexmesh::Error(hexmesh::ErrorKind::input, fmt::format("cannot read '{}'", file.string()));
-    while (in.read(block.data(), std::ssize(block)), in.gcount() > 0)
-      sum.add(block.data(), static_cast<std::size_t>(in.gcount()));
+    while (in.read(block.get(), size), in.gcount() > 0)
+      sum.add(block.get(), static_cast<std::size_t>(in.gcount()));
   }
   return sum.digits();
 }

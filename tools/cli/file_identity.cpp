@@ -80,15 +80,16 @@ bool is_same(const fs::path& path, const FileIdentity& file) {
 
 /// The file that the header of an NRRD or MetaImage names, if it does.
 std::string data_file_of_header(const fs::path& path) {
-  std::string start(1 << 16, '\0');
+  constexpr std::ptrdiff_t few = 16, most = 1 << 16;
+  std::string start(few, '\0');
   std::ifstream file;
   file.rdbuf()->pubsetbuf(nullptr, 0);  // of a file that is no text a few bytes are enough
   file.open(path, std::ios::binary);
-  constexpr std::ptrdiff_t few = 16;
   file.read(start.data(), few);
   if (std::any_of(start.begin(), start.begin() + file.gcount(), [](unsigned char c) { return c >= 127 || c == 0; }))
     return "";
-  file.read(start.data() + few, std::ssize(start) - few);
+  start.resize(most);
+  file.read(start.data() + few, most - few);
   start.resize(file.gcount() > 0 ? static_cast<std::size_t>(few + file.gcount()) : 0);
   std::istringstream lines(start);
   for (std::string line; std::getline(lines, line);)

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "text.h"
 
+#include <algorithm>
+
 namespace hexmesh {
 
 std::size_t utf8_length(const std::string& text, std::size_t at) {
@@ -22,6 +24,8 @@ std::size_t utf8_length(const std::string& text, std::size_t at) {
 }
 
 bool is_utf8(const std::string& text) {
+  // Nearly every text has one byte a character.
+  if (std::none_of(text.begin(), text.end(), [](char c) { return static_cast<signed char>(c) < 0; })) return true;
   for (std::size_t at = 0; at < text.size();) {
     const std::size_t length = utf8_length(text, at);
     if (length == 0) return false;

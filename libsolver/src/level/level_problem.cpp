@@ -50,6 +50,7 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
     : lattice_(lattice),
       scene_(scene),
       level_(level),
+      progress_(at_the_end(scene)),
       hierarchy_(
           Mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner()),
           lattice.corner(), coarsest_dofs(lattice, scene)) {
@@ -59,7 +60,7 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
   find_islands(points);
   for (ConstraintPoint& p : points) {
     const Condition& condition = scene.conditions[static_cast<std::size_t>(p.condition)];
-    p.value = prescribed_displacement(condition, mesh().rest_position(p.cell, p.weights), at_the_end(scene));
+    p.value = prescribed_displacement(condition, mesh().rest_position(p.cell, p.weights), progress_);
   }
   constraints_ = std::make_unique<Constraints>(mesh(), std::move(points));
   new_loads_ = make_loads(scene, lattice, level, mesh(), selector);
@@ -71,10 +72,12 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
       contacts_.push_back(new_contacts_.back().get());
     }
   }
-  set_loads(at_the_end(scene));
+  set_loads(progress_);
 }
 
 void LevelProblem::set_progress(const Progress& progress) {
+  if (progress == progress_) return;
+  progress_ = progress;
   const std::vector<ConstraintPoint>& points = constraints_->points();
   prescribed_.resize(points.size());
   for (std::size_t p = 0; p < points.size(); ++p)

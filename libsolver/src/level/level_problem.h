@@ -78,6 +78,7 @@ private:
   const hexmesh::Lattice& lattice_;
   Scene scene_;
   int level_;
+  Progress progress_;  ///< of what is prescribed and loaded now
   Hierarchy hierarchy_;
   std::vector<bool> islands_;
   std::unique_ptr<Constraints> constraints_;

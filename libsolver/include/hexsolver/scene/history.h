@@ -30,6 +30,8 @@ struct History {
 struct Progress {
   double fraction = 1;  ///< of prescribed displacements; in an equilibrium also of forces
   double time = 0;      ///< of a motion [s]
+
+  friend bool operator==(const Progress&, const Progress&) = default;
 };
 
 }  // namespace hexsolver
