@@ -3,6 +3,15 @@
 # Eigen, ITK, VTK and JSON, not our lines. clang-tidy, and whoever works on one source again and again, wants each apart.
 option(HEXTOOLS_UNITY "Compile sources of a room together" ON)
 
+# compile_together(target count): that many sources of a target in a translation unit, in their order.
+function(compile_together target count)
+  get_target_property(sources ${target} SOURCES)
+  list(LENGTH sources num_sources)
+  if(HEXTOOLS_UNITY AND num_sources GREATER 1)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${count})
+  endif()
+endfunction()
+
 # compile_by_rooms(target [SINGLE room...]): those of the rooms named stay apart.
 function(compile_by_rooms target)
   cmake_parse_arguments(ARG "" "" "SINGLE" ${ARGN})

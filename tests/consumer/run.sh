@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# run.sh CMAKE CXX BUILD FOLDER: installs the build, builds this project against it, runs it, looks into the headers.
+# run.sh CMAKE CXX BUILD FOLDER few|all: installs the build, builds this project against it, runs it, looks into the
+# headers, of which `few` reads one of eight.
 set -euo pipefail
-cmake=$1 cxx=$2 build=$3 folder=$4
+cmake=$1 cxx=$2 build=$3 folder=$4 form=$5
 rm -rf "$folder"
 mkdir -p "$folder"
 "$cmake" --install "$build" --prefix "$folder/prefix" >"$folder/install.log"
-"$cmake" -G Ninja -S "$(dirname "$0")" -B "$folder/build" -DCMAKE_CXX_COMPILER="$cxx" \
+"$cmake" -G Ninja -S "$(dirname "$0")" -B "$folder/build" -DCMAKE_CXX_COMPILER="$cxx" -DFORM="$form" \
   -DCMAKE_CXX_COMPILER_LAUNCHER="$(command -v ccache || true)" -DCMAKE_PREFIX_PATH="$folder/prefix" >"$folder/configure.log"
 "$cmake" --build "$folder/build"
 (cd "$folder" && build/consumer)

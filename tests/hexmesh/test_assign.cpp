@@ -6,10 +6,10 @@
 #include "support/bodies.h"
 #include "support/files.h"
 
+namespace test_assign {
+
 using namespace hexmesh;
 using namespace testing_support;
-
-namespace {
 
 LabelVolume one_voxel(const std::string& name) {
   LabelVolume volume = make_volume({1, 1, 1}, {1, 1, 1}, [](const Index3&) { return 1; });
@@ -26,8 +26,6 @@ std::map<std::string, MaterialChoice> parse(const std::string& toml) {
 std::string error_of(const std::string& toml) {
   return message_of(ErrorKind::input, [&] { parse(toml); });
 }
-
-}  // namespace
 
 TEST(Assign, ASegmentWithoutMaterialOrKnownTissueIsNamed) {
   const LabelVolume volume = one_voxel("gallbladder");
@@ -109,3 +107,5 @@ TEST(MaterialFile, MistakesAreNamedWithTheirPlace) {
             std::string::npos);
   EXPECT_NE(error_of("[material.a]\nnone = true\npoisson = 0.3\n").find("expected it alone"), std::string::npos);
 }
+
+}  // namespace test_assign

@@ -18,11 +18,11 @@
 #include "hexmesh/file/text_file.h"
 #include "support/files.h"
 
+namespace test_atomic_file {
+
 using namespace hexmesh;
 using namespace testing_support;
 namespace fs = std::filesystem;
-
-namespace {
 
 void fill(const OutputFile& file, const std::string& text) { write_text(file.path(), text); }
 
@@ -51,8 +51,6 @@ fs::path left_by_killed_process(const fs::path& folder) {
   EXPECT_TRUE(WIFSIGNALED(status));
   return name;
 }
-
-}  // namespace
 
 TEST(OutputFile, OfTwoRunsThatWantANameOneGetsIt) {
   const TemporaryFolder folder;
@@ -283,3 +281,5 @@ TEST(Printable, ShowsWhatATerminalWouldObey) {
     EXPECT_EQ(printable(wrong).find('\\'), 0U) << "no UTF-8";
   EXPECT_EQ(printable_line("a\nb"), "a b");
 }
+
+}  // namespace test_atomic_file

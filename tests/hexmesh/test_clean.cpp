@@ -4,10 +4,10 @@
 #include "hexmesh/scan/clean.h"
 #include "support/bodies.h"
 
+namespace test_clean {
+
 using namespace hexmesh;
 using testing_support::make_volume;
-
-namespace {
 
 using Counts = std::vector<std::size_t>;
 
@@ -15,8 +15,6 @@ using Counts = std::vector<std::size_t>;
 double distance(const Index3& v, const Index3& c, const Vec3& spacing) {
   return spacing.cwiseProduct(Vec3(v[0] - c[0], v[1] - c[1], v[2] - c[2])).norm();
 }
-
-}  // namespace
 
 TEST(Clean, KeepsTheLargestPartOfEachSegmentConnectedThroughFaces) {
   // Two blocks that touch along an edge only, and a speck of another segment.
@@ -88,3 +86,5 @@ TEST(Clean, ClosingFillsThinGapsAndIsTheOppositeOfOpening) {
   // Opening of the gap seen as a body is closing of the blocks: erosion is dilation of the complement.
   EXPECT_NE(volume.labels[volume.grid.offset({5, 3, 3})], 0);
 }
+
+}  // namespace test_clean

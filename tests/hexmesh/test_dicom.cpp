@@ -7,10 +7,10 @@
 #include "support/files.h"
 #include "support/scan_files.h"
 
+namespace test_dicom {
+
 using namespace hexmesh;
 using namespace testing_support;
-
-namespace {
 
 LabelVolume body(const Mat3& direction = Mat3::Identity()) {
   return make_volume({9, 8, 7}, {0.75, 0.75, 2.5},
@@ -35,8 +35,6 @@ std::string warning_of(const std::function<void(const ReadOptions&)>& read) {
 void edit_files(const std::filesystem::path& folder, const std::string& change) {
   for (const auto& file : std::filesystem::directory_iterator(folder)) edit_dicom(file.path(), change);
 }
-
-}  // namespace
 
 TEST(DicomSeries, SlicesAreOrderedByWhereTheyAre) {
   const TemporaryFolder folder;
@@ -238,3 +236,5 @@ TEST(DicomSummary, NamesTiltAndDistances) {
   EXPECT_NE(facts.find("slice distance: 2.000 to 3.000 mm"), std::string::npos) << facts;
   EXPECT_NE(facts.find("gantry tilt: 13.2 degrees"), std::string::npos) << facts;
 }
+
+}  // namespace test_dicom

@@ -6,10 +6,10 @@
 #include "hexmesh/lattice/element.h"
 #include "support/bodies.h"
 
+namespace test_element {
+
 using namespace hexmesh;
 using testing_support::random_rotation;
-
-namespace {
 
 const Material soft = material_from_units(100, 0.3, 1000);
 const Material stiff = material_from_units(2500, 0.45, 1900);
@@ -84,8 +84,6 @@ protected:
     return e;
   }
 };
-
-}  // namespace
 
 TEST_P(ElementRecursion, EqualsTheSumOfLtKL) {
   CellMatrix expected = CellMatrix::Zero();
@@ -204,3 +202,5 @@ TEST(Element, MeanShapeAveragesAFieldOverTheFilledPart) {
     EXPECT_NEAR(average, center[d], 1e-14);
   }
 }
+
+}  // namespace test_element

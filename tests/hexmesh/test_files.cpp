@@ -16,11 +16,11 @@
 #include "support/files.h"
 #include "support/plain_hdf5.h"
 
+namespace test_files {
+
 using namespace hexmesh;
 using namespace testing_support;
 namespace fs = std::filesystem;
-
-namespace {
 
 /// Change one attribute of a file with the HDF5 library itself.
 void set_version(const fs::path& path, int version) {
@@ -40,8 +40,6 @@ Lattice small_lattice() {
   lattice.history = {"hexscan a", "hexmesh build 'b c'"};
   return lattice;
 }
-
-}  // namespace
 
 TEST(LatticeReader, PiecesAreTheWholeAndKnowWhatIsAroundThem) {
   const TemporaryFolder folder;
@@ -319,3 +317,5 @@ TEST(OutputFile, ReplacesNothingUnlessAsked) {
   OutputFile(folder.path("a"), "", true).commit();
   EXPECT_EQ(read_text(folder / "a"), "");
 }
+
+}  // namespace test_files

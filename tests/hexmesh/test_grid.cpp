@@ -5,6 +5,8 @@
 #include "support/bodies.h"
 #include "support/files.h"
 
+namespace test_grid {
+
 using namespace hexmesh;
 using testing_support::message_of;
 using testing_support::random_rotation;
@@ -74,3 +76,5 @@ TEST(Grid, SameGridComparesPositionsNotNumbers) {
   EXPECT_FALSE(same_grid(a, Grid({4, 4, 4}, {1, 1, 1}, {0.1, 0, 0})));
   EXPECT_FALSE(same_grid(a, Grid({4, 4, 5}, {1, 1, 1})));
 }
+
+}  // namespace test_grid

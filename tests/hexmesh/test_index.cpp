@@ -6,6 +6,8 @@
 
 #include "hexmesh/core/index.h"
 
+namespace test_index {
+
 using namespace hexmesh;
 
 TEST(Index, OffsetsCountThroughABoxWithIFastest) {
@@ -51,3 +53,5 @@ TEST(Index, CoarserCellsCoverTheBox) {
   EXPECT_EQ(coarser_extent({3, 4, 5}, factor), (Index3{3, 2, 2}));
   EXPECT_EQ(coarser_index({2, 3, 4}, factor), (Index3{2, 1, 1}));
 }
+
+}  // namespace test_index

@@ -9,19 +9,17 @@
 #include "support/bodies.h"
 #include "support/files.h"
 
+namespace test_label_volume {
+
 using namespace hexmesh;
 using testing_support::make_volume;
 using testing_support::message_of;
 using testing_support::random_rotation;
 using testing_support::stored_as;
 
-namespace {
-
 LabelVolume blob() {
   return make_volume({4, 5, 6}, {1, 2, 3}, [](const Index3& v) { return (v[0] + 2 * v[1] + 5 * v[2]) % 3; });
 }
-
-}  // namespace
 
 TEST(LabelVolume, All48OrientationsOfOneScanGiveTheSameVoxels) {
   const LabelVolume volume = blob();
@@ -76,3 +74,5 @@ TEST(Resample, KeepsTheBodyWhereItIs) {
   EXPECT_NE(message_of(ErrorKind::usage, [&] { resample_for_cells(volume, 1e-4); }).find("at most 2^31"),
             std::string::npos);
 }
+
+}  // namespace test_label_volume

@@ -11,10 +11,10 @@
 #include "support/bodies.h"
 #include "support/files.h"
 
+namespace test_lattice {
+
 using namespace hexmesh;
 using namespace testing_support;
-
-namespace {
 
 constexpr double whole_body = 1e-9, single_cell = 1e-12;  // relative
 
@@ -65,8 +65,6 @@ protected:
     return sum;
   }
 };
-
-}  // namespace
 
 TEST_P(LatticeLevels, KeepEveryInvariant) {
   const std::vector<Finding> findings = check_lattice(lattice);
@@ -354,3 +352,5 @@ TEST(Lattice, MixtureIsTheBoundsOfStiffnessInCellsOverEachOther) {
     EXPECT_NEAR(lattice.levels[2].mixture, thickness == 1 ? mixed : 0, 1e-12);
   }
 }
+
+}  // namespace test_lattice

@@ -4,6 +4,8 @@
 #include "hexmesh/lattice/locator.h"
 #include "support/bodies.h"
 
+namespace test_locator {
+
 using namespace hexmesh;
 using namespace testing_support;
 
@@ -50,3 +52,5 @@ TEST(Locator, LooksNoFurtherThanTheBox) {
   EXPECT_EQ(locator.locate({900000, 900000, 900000}).cell, 63);
   EXPECT_EQ(locator.locate({3, 3, 7}).cell, 63);
 }
+
+}  // namespace test_locator

@@ -4,6 +4,8 @@
 #include "hexmesh/file/markup_file.h"
 #include "support/files.h"
 
+namespace test_markup {
+
 using namespace hexmesh;
 using namespace testing_support;
 
@@ -91,3 +93,5 @@ TEST(Markup, WhatIsDeepHugeOrFarAwayIsRefused) {
             std::string::npos);
   EXPECT_EQ(message_of(ErrorKind::input, [] { read_markup("/dev/zero"); }), "'/dev/zero' is no file, expected one");
 }
+
+}  // namespace test_markup

@@ -6,6 +6,8 @@
 #include "hexmesh/lattice/material.h"
 #include "support/files.h"
 
+namespace test_material {
+
 using namespace hexmesh;
 using testing_support::message_of;
 
@@ -49,3 +51,5 @@ TEST(Material, TissuesAreFoundByTheWordsOfASegmentName) {
   EXPECT_EQ(tissue_of("Liver")->name, "liver");
   EXPECT_EQ(tissue_of("gallbladder"), nullptr);
 }
+
+}  // namespace test_material

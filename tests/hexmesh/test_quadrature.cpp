@@ -5,10 +5,10 @@
 #include "hexmesh/lattice/quadrature.h"
 #include "support/bodies.h"
 
+namespace test_quadrature {
+
 using namespace hexmesh;
 using namespace testing_support;
-
-namespace {
 
 /// The triquadratic Lagrange polynomial of point q of {0, 1/2, 1}^3.
 double lagrange(int q, const Vec3& at) {
@@ -49,8 +49,6 @@ std::vector<std::vector<MaterialPoint>> form_quadratures(const Lattice& lattice,
 }
 
 class Quadrature : public testing::TestWithParam<int> {};
-
-}  // namespace
 
 TEST_P(Quadrature, HasTheIntegralsOfTheElementsWithFewPointsInsideTheMaterial) {
   const int level = GetParam();
@@ -112,3 +110,5 @@ TEST(Thinned, KeepsTheIntegralsOfPointsAnywhere) {
   EXPECT_LE(few.size(), 27U);
   EXPECT_LT(worst_moment(few, exact), 1e-12);
 }
+
+}  // namespace test_quadrature

@@ -8,6 +8,8 @@
 #include "support/bodies.h"
 #include "support/files.h"
 
+namespace test_scan {
+
 using namespace hexmesh;
 using namespace testing_support;
 
@@ -115,3 +117,5 @@ TEST(Phantom, VolumesConvergeWithTheSpacing) {
   EXPECT_NEAR(liver_ml(4), liver_ml(2), 0.01 * liver_ml(2));
   EXPECT_NE(message_of(ErrorKind::usage, [] { liver_phantom(0.1); }).find("0.1 mm"), std::string::npos);
 }
+
+}  // namespace test_scan

@@ -12,10 +12,10 @@
 #include "support/files.h"
 #include "support/scan_files.h"
 
+namespace test_segmentation {
+
 using namespace hexmesh;
 using namespace testing_support;
-
-namespace {
 
 LabelVolume blob() {
   return make_volume({4, 5, 6}, {1, 2, 3}, [](const Index3& v) { return (v[0] + 2 * v[1] + 5 * v[2]) % 3; });
@@ -41,8 +41,6 @@ std::vector<std::string> warnings_of(const std::function<void(const ReadOptions&
   read(options);
   return out;
 }
-
-}  // namespace
 
 TEST(Segmentation, SelectsByLabelNameAndTerminologyCodeAndRenames) {
   Segmentation s = to_segmentation(blob());
@@ -393,3 +391,5 @@ TEST(Summary, AxesAreNamedByWhereTheyPoint) {
   EXPECT_EQ(axis_letters(Grid({2, 2, 2}, {1, 1, 1}, Vec3::Zero(), d)), "ARS");
   EXPECT_EQ(axis_letters(Grid({2, 2, 2}, {1, 1, 1})), "LPS");
 }
+
+}  // namespace test_segmentation

@@ -3,6 +3,8 @@
 
 #include "hexmesh/geometry/shape_functions.h"
 
+namespace test_shape_functions {
+
 using namespace hexmesh;
 
 TEST(Shape, FunctionsSumToOneAndAreOneAtTheirOwnCorner) {
@@ -23,3 +25,5 @@ TEST(Shape, GradientsMatchCentralDifferences) {
     EXPECT_LT((g.col(d) - difference).norm(), 1e-10);
   }
 }
+
+}  // namespace test_shape_functions

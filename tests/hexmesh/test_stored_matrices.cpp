@@ -11,10 +11,10 @@
 #include "support/files.h"
 #include "support/plain_hdf5.h"
 
+namespace test_stored_matrices {
+
 using namespace hexmesh;
 using namespace testing_support;
-
-namespace {
 
 using Dense = Eigen::Matrix<double, 24, 24>;
 
@@ -45,8 +45,6 @@ Lattice bitten() { return bitten_ball({0.8, 0.8, 2.5}, {1, 0, 0}, random_rotatio
 std::string set_name(int level, const std::string& name) {
   return "/levels/" + std::to_string(level) + "/elements/" + name;
 }
-
-}  // namespace
 
 TEST(StoredMatrices, AreThoseOfTheIntegrals) {
   const TemporaryFolder folder;
@@ -155,3 +153,5 @@ TEST(StoredMatrices, ThatContradictEachOtherAreRefused) {
   EXPECT_NO_THROW(read_lattice(folder / "a", {1}, Elements::stored));
   EXPECT_NEAR(*stored_matrix_error(folder / "a", lattice, 1), 1, 1e-12);
 }
+
+}  // namespace test_stored_matrices

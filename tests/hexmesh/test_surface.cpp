@@ -7,17 +7,15 @@
 #include "support/bodies.h"
 #include "support/files.h"
 
+namespace test_surface {
+
 using namespace hexmesh;
 using namespace testing_support;
 namespace fs = std::filesystem;
 
-namespace {
-
 TriangleSurface tetrahedron() {
   return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}, {1, 1, 1, 1}};
 }
-
-}  // namespace
 
 TEST(Surface, IsClosedOutwardAndEnclosesTheSegment) {
   const Lattice lattice = bitten_ball({1, 1, 2}, {0, 0, 0}, random_rotation(9));
@@ -122,3 +120,5 @@ TEST(SurfaceFile, RealFilesAreReadOrRefused) {
   printf("%d surfaces read, %d files refused\n", read, refused);
   EXPECT_GE(read, 14);
 }
+
+}  // namespace test_surface

@@ -7,10 +7,10 @@
 #include "hexmesh/lattice/surface_faces.h"
 #include "support/bodies.h"
 
+namespace test_surface_faces {
+
 using namespace hexmesh;
 using namespace testing_support;
-
-namespace {
 
 /// More faces than a block has: a ball of 40 voxels across with holes.
 Lattice large_ball() {
@@ -18,8 +18,6 @@ Lattice large_ball() {
     return (Vec3(v[0], v[1], v[2]) - Vec3::Constant(20.5)).norm() < 20 && (v[0] + 42 * v[1] + v[2]) % 97 != 0;
   });
 }
-
-}  // namespace
 
 TEST(SurfaceFaces, AllAreThereOnceInTheOrderOfTheVoxels) {
   const Lattice lattice = large_ball();
@@ -61,3 +59,5 @@ TEST(SurfaceFaces, BlocksNearAPlaceHoldAllFacesNearIt) {
   }
   EXPECT_LT(read, all / 2);  // and not much more
 }
+
+}  // namespace test_surface_faces

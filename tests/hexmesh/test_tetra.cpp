@@ -16,10 +16,10 @@
 #include "support/files.h"
 #include "support/tetrahedra.h"
 
+namespace test_tetra {
+
 using namespace hexmesh;
 using namespace testing_support;
-
-namespace {
 
 Vec3 quadratic_field(const Vec3& x) {
   return {0.1 * x[0] * x[1] - x[2], 2 * x[1] - 0.05 * x[2] * x[2], x[0] + 0.2 * x[1] * x[2]};
@@ -52,8 +52,6 @@ Lattice two_balls() {
   return build_lattice(volume, {{volume.segments[0], material_from_units(10, 0.3, 1000), 0, "given"},
                                 {volume.segments[1], material_from_units(20, 0.3, 1000), 0, "given"}});
 }
-
-}  // namespace
 
 TEST(TetMesh, OfABoxHasItsVolumeAndSurface) {
   const Vec3 size(3, 2, 1);
@@ -222,3 +220,5 @@ TEST(TetFile, RefusesWhatItCannotUse) {
   contains(refusal("f.inp", "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,1,1,0\n*ELEMENT,TYPE=C3D4\n1,1,2,3,4\n"), "flat");
   contains(refusal("g.vtu", "no xml"), "unstructured grid");
 }
+
+}  // namespace test_tetra

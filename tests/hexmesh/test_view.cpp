@@ -26,10 +26,10 @@
 #include "support/bodies.h"
 #include "support/files.h"
 
+namespace test_view {
+
 using namespace hexmesh;
 using namespace testing_support;
-
-namespace {
 
 /// A lattice with the surfaces of its segments moved by an affine map as if it had been solved.
 Result moved(Lattice lattice, int level, const Mat3& gradient, const Vec3& shift) {
@@ -37,8 +37,6 @@ Result moved(Lattice lattice, int level, const Mat3& gradient, const Vec3& shift
     append(lattice.surface, extract_surface(lattice, segment.segment.label));
   return displaced(lattice, level, [&](const Vec3& x) -> Vec3 { return gradient * x + shift; });
 }
-
-}  // namespace
 
 TEST(VtkExport, HexahedraReadBackWithPositiveJacobiansAndTheSameNumbers) {
   const TemporaryFolder folder;
@@ -275,3 +273,5 @@ TEST(Canvas, PicturesOfOneSheetStandInRows) {
   EXPECT_EQ(sheet.at(5, 15), (Rgb{255, 0, 0}));
   EXPECT_EQ(sheet.at(12, 3), (Rgb{0, 0, 0}));
 }
+
+}  // namespace test_view

@@ -8,10 +8,10 @@
 #include "hexmesh/view/volume.h"
 #include "support/bodies.h"
 
+namespace test_volume {
+
 using namespace hexmesh;
 using namespace testing_support;
-
-namespace {
 
 /// A ball of two segments with grey values, not aligned with the axes.
 struct Patient {
@@ -102,8 +102,6 @@ Canvas cast_rays(const Patient& p, const Result& r) {
     }
   return out;
 }
-
-}  // namespace
 
 TEST(Volume, ABodyAtRestLooksLikeRaysCastThroughTheScan) {
   Patient p;
@@ -288,3 +286,5 @@ TEST(Volume, LightFallsFromTheUpperLeftAlsoOnABodyThatTurned) {
     EXPECT_GT(picture.at(60, 30)[0], picture.at(90, 85)[0] + 20) << "the top is brighter than the side away from it";
   }
 }
+
+}  // namespace test_volume

@@ -14,10 +14,10 @@
 #include "support/bodies.h"
 #include "support/files.h"
 
+namespace test_voxelize {
+
 using namespace hexmesh;
 using namespace testing_support;
-
-namespace {
 
 /// A box of twelve triangles that face outwards, turned about the origin.
 TriangleSurface box_surface(const Vec3& low, const Vec3& high, const Mat3& turn = Mat3::Identity()) {
@@ -72,8 +72,6 @@ std::size_t count_parts(const std::vector<std::size_t>& voxels, const Grid& grid
 }
 
 const Grid cube({24, 24, 24}, {1, 1, 1}, {-11.5, -11.5, -11.5});
-
-}  // namespace
 
 TEST(Voxelize, AClosedSurfaceFillsTheVoxelsWhoseCentresLieInside) {
   for (const Mat3& turn : {Mat3(Mat3::Identity()), random_rotation(3), random_rotation(8)}) {
@@ -214,3 +212,5 @@ TEST(SurfaceFile, PolygonsOfAnOffAreSplit) {
   EXPECT_NE(message_of(ErrorKind::input, [&] { read_shape(folder / "b.off"); }).find("point 7, expected below 3"),
             std::string::npos);
 }
+
+}  // namespace test_voxelize

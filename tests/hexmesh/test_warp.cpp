@@ -12,10 +12,10 @@
 #include "hexmesh/warp/warp.h"
 #include "support/bodies.h"
 
+namespace test_warp {
+
 using namespace hexmesh;
 using namespace testing_support;
-
-namespace {
 
 /// Around the body, of voxels that fit neither the lattice nor its axes.
 Grid odd_grid(const Result& r) {
@@ -36,8 +36,6 @@ Vec3 center(const Grid& grid, std::size_t n) {
 Vec3 bend(const Vec3& x) {
   return Vec3(4 * std::sin(0.11 * x[1]), 0.02 * x[0] * x[0] - 0.1 * x[1], 3 * std::cos(0.13 * x[0]) + 0.1 * x[2]);
 }
-
-}  // namespace
 
 TEST(Warp, TheWayBackFromAnAffineMapIsExactAndOnlyWhereTheMaterialIs) {
   const Lattice lattice = bitten_ball({1, 1.2, 0.8}, {0, 0, 0}, random_rotation(4));
@@ -216,3 +214,5 @@ TEST(Warp, WhatIsOutsideTheScanHasItsLowestValue) {
   EXPECT_EQ(out.values[0], -1000);
   EXPECT_TRUE(std::all_of(out.values.begin(), out.values.end(), [](float v) { return std::isfinite(v); }));
 }
+
+}  // namespace test_warp

@@ -10,10 +10,10 @@
 
 #include "support/files.h"
 
+namespace test_bench {
+
 using namespace testing_support;
 using nlohmann::json;
-
-namespace {
 
 /// A coarse phantom liver, solved once for all tests of this file.
 class Bench : public testing::Test {
@@ -33,8 +33,6 @@ protected:
 
   static inline TemporaryFolder* folder = nullptr;
 };
-
-}  // namespace
 
 TEST_F(Bench, AccuracyComparesEveryMethodWithItsLimit) {
   const CommandResult r = run(
@@ -169,3 +167,5 @@ TEST_F(Bench, CompareExactNamesTheDatasetsThatDiffer) {
   EXPECT_NE(coarse.errors.find("/mesh/cells has another shape"), std::string::npos) << coarse.errors;
   EXPECT_EQ(run("hexbench compare --exact liver.hexresult liver.toml").exit_code, 3);
 }
+
+}  // namespace test_bench

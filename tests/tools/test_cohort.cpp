@@ -5,10 +5,10 @@
 
 #include "support/files.h"
 
+namespace test_cohort {
+
 using namespace testing_support;
 using nlohmann::json;
-
-namespace {
 
 const std::string cohort = "'" HEXTOOLS_SOURCE "/pipelines/cohort.sh' ";
 
@@ -41,8 +41,6 @@ protected:
   const std::string command = cohort + "scans -o out --scene scene.toml --materials materials.toml ";
   TemporaryFolder folder;
 };
-
-}  // namespace
 
 TEST_F(Cohort, ACaseThatFailsIsToldAndStopsNoOther) {
   const CommandResult r = run(command);
@@ -170,3 +168,5 @@ TEST_F(Cohort, TablesAreChecked) {
   EXPECT_EQ(run(cohort + "absent -o out").exit_code, 3);
   EXPECT_EQ(run(cohort + "scans --colour -o out").exit_code, 2);
 }
+
+}  // namespace test_cohort

@@ -3,6 +3,8 @@
 
 #include "cli/csv.h"
 
+namespace test_csv {
+
 using namespace hextools;
 
 TEST(CsvField, IsQuotedOnlyWhereItMustBe) {
@@ -19,3 +21,5 @@ TEST(CsvField, IsNoFormulaForASpreadsheet) {
   EXPECT_EQ(csv_field("-12.5"), "-12.5") << "a number";
   EXPECT_EQ(csv_field("-12.5,3,+4"), "\"-12.5,3,+4\"") << "a point";
 }
+
+}  // namespace test_csv

@@ -10,9 +10,9 @@
 #include "support/files.h"
 #include "support/forms.h"
 
-using namespace testing_support;
+namespace test_effects {
 
-namespace {
+using namespace testing_support;
 
 constexpr const char* scene = R"([solve]
 strain = "cauchy"
@@ -80,8 +80,6 @@ protected:
   static inline TemporaryFolder* folder = nullptr;
 };
 
-}  // namespace
-
 TEST_F(Effects, ThatAreOffTakeNoInstructions) {
   if (!has_valgrind()) GTEST_SKIP() << "no valgrind";
   expect_equal(7, instructions_of);
@@ -126,3 +124,5 @@ TEST_F(Effects, OfIslandsThatAreNotThereReadNothing) {
   const double as_is = bytes_read_by(coarse);
   EXPECT_NEAR(bytes_read_by(coarse + " --set solve.islands=drop"), as_is, 0.01 * as_is);
 }
+
+}  // namespace test_effects

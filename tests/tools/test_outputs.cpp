@@ -12,11 +12,11 @@
 #include "hexmesh/view/slice.h"
 #include "support/files.h"
 
+namespace test_outputs {
+
 using namespace testing_support;
 using hexmesh::Vec3;
 using nlohmann::json;
-
-namespace {
 
 /// A phantom with its CT, solved once for all tests of this file.
 class Outputs : public testing::Test {
@@ -48,8 +48,6 @@ double dice(const std::vector<std::uint16_t>& a, const std::vector<std::uint16_t
   }
   return 2.0 * static_cast<double>(both) / static_cast<double>(sum);
 }
-
-}  // namespace
 
 TEST_F(Outputs, ItkMovesTheSegmentationAsItIsExported) {
   const CommandResult r =
@@ -343,3 +341,5 @@ TEST_F(Outputs, AMotionIsShownStepByStepInOneFrame) {
   EXPECT_NE(r.output.find("\n\"50,-18,6\",0.08,50,"), std::string::npos) << r.output;
   EXPECT_NE(read_text(*folder / "sway.html").find("Energies of the motion"), std::string::npos);
 }
+
+}  // namespace test_outputs

@@ -6,6 +6,8 @@
 #include "cli/parse.h"
 #include "hexmesh/core/error.h"
 
+namespace test_parse {
+
 using namespace hextools;
 
 TEST(Split, GivesOnePartMoreThanSeparators) {
@@ -61,3 +63,5 @@ TEST(ParsePair, NamesTheOptionTheTextAndWhatWasExpected) {
     }
   }
 }
+
+}  // namespace test_parse

@@ -4,9 +4,9 @@
 #include "cli/result_report.h"
 #include "hexmesh/core/error.h"
 
-using namespace hextools;
+namespace test_result_report {
 
-namespace {
+using namespace hextools;
 
 hexmesh::Result result_with(const std::string& report, const std::string& costs = "") {
   hexmesh::Result r{hexmesh::Grid({1, 1, 1}, {1, 1, 1}), {}, {}};
@@ -24,8 +24,6 @@ std::string refusal(const std::string& report, const std::string& costs = "") {
   }
   return "";
 }
-
-}  // namespace
 
 TEST(ResultReport, ListsAreThereAndNumbersMayBeNull) {
   for (const char* text : {"", "{}"}) {
@@ -65,3 +63,5 @@ TEST(ResultReport, ABalanceHasAllItsPartsOrIsRefused) {
   EXPECT_NE(refusal(R"({"balance": {"sum": {"force_n": [1]}}})").find("/balance/sum/force_n'"), std::string::npos);
   EXPECT_NE(refusal(R"({"balance": {"about_mm": "here"}})").find("/balance/about_mm'"), std::string::npos);
 }
+
+}  // namespace test_result_report

@@ -7,10 +7,10 @@
 
 #include "tools_fixture.h"
 
+namespace test_run_files {
+
 using namespace testing_support;
 namespace fs = std::filesystem;
-
-namespace {
 
 /// A markup of one point at the phantom's left end.
 const std::string point_markup =
@@ -56,8 +56,6 @@ protected:
     EXPECT_EQ(listing(), names) << command;
   }
 };
-
-}  // namespace
 
 TEST_F(RunFiles, NoOutputReplacesAnInput) {
   for (const auto& [file, command] : std::vector<std::pair<std::string, std::string>>{
@@ -282,3 +280,5 @@ TEST_F(RunFiles, PipelinesTakeNamesThatLookLikeOptions) {
   EXPECT_TRUE(fs::exists(*folder / "-y/summary.txt"));
   EXPECT_EQ(run("'" HEXTOOLS_SOURCE "/pipelines/liver.sh' -o y --scan").exit_code, 2);
 }
+
+}  // namespace test_run_files

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -12,10 +13,10 @@
 #include "support/plain_hdf5.h"
 #include "tools_fixture.h"
 
+namespace test_solving {
+
 using namespace testing_support;
 using nlohmann::json;
-
-namespace {
 
 const char* const sway_scene = R"([solve]
 kind = "dynamics"
@@ -51,8 +52,6 @@ void expect_last_frame(const std::string& stream_of_all, const hexmesh::Result& 
       ASSERT_NEAR(positions[3 * p + static_cast<std::size_t>(d)],
                   result.surface.points[p][d] + result.surface_displacement[p][d], 1e-4);
 }
-
-}  // namespace
 
 TEST_F(Tools, ThreadsWaitWithoutSpinningUnlessTold) {
   for (const char* tool : {"hexscan", "hexmesh", "hexsolve", "hexexport", "hexslice"}) {
@@ -180,6 +179,10 @@ TEST_F(Tools, CheckAndPlanSolveNothing) {
   const json plan = json::parse(run("hexsolve liver.hexmesh liver.toml --level 1 --plan --report -").output);
   EXPECT_EQ(plan["levels"].back()["level"], 1);
   EXPECT_GT(plan["levels"].back()["seconds"], 0);
+  double seconds = plan["look"]["seconds"];  // at level 0, for the error estimate
+  EXPECT_EQ(plan["look"]["level"], 0);
+  for (const json& l : plan["levels"]) seconds += l["seconds"].get<double>();
+  EXPECT_NEAR(plan["seconds"].get<double>(), seconds, 1e-9 * seconds);
   const auto active = [](const json& effects, const std::string& name) {
     for (const json& e : effects)
       if (e["name"] == name) return e["active"].get<bool>();
@@ -195,6 +198,7 @@ TEST_F(Tools, CheckAndPlanSolveNothing) {
   ASSERT_EQ(did["levels"].size(), plan["levels"].size());
   for (std::size_t n = 0; n < did["levels"].size(); ++n) EXPECT_EQ(did["levels"][n]["dofs"], plan["levels"][n]["dofs"]);
   EXPECT_FALSE(active(did["effects"], "gravity"));
+  EXPECT_LT(std::abs(std::log(plan["memory_mb"].get<double>() / did["peak_memory_mb"].get<double>())), std::log(1.3));
 }
 
 TEST_F(Tools, ADeckIsTheSameModel) {
@@ -361,3 +365,5 @@ newton = [0.01, 0, 0.01]
   EXPECT_TRUE(json::parse(run("hexmesh info all.hexmesh --json").output)["levels"][1]["stored_matrices"]);
   expect_failure("hexmesh build liver.nrrd -o y.hexmesh --matrices some", 2, {"--matrices"});
 }
+
+}  // namespace test_solving

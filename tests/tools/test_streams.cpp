@@ -7,10 +7,10 @@
 
 #include "tools_fixture.h"
 
+namespace test_streams {
+
 using namespace testing_support;
 namespace fs = std::filesystem;
-
-namespace {
 
 /// Standard streams that are closed, full or a terminal; names that no text can hold.
 class Streams : public Tools {
@@ -25,8 +25,6 @@ protected:
     EXPECT_EQ(r.exit_code, code) << command << "\n" << r.errors;
   }
 };
-
-}  // namespace
 
 TEST_F(Streams, StandardErrorThatCannotBeWrittenToEndsNoRun) {
   for (const char* to : {"2>&-", "2>/dev/full", "2>/dev/null"}) {
@@ -263,3 +261,5 @@ TEST_F(Streams, MaterialsOfTheCommandLineAreChecked) {
   expect_failure("hexsolve liver.hexmesh liver.toml --set material.liver.poisson=0.4999999999 -o a", 3,
                  {"poisson", "-0.99 to 0.49999"});
 }
+
+}  // namespace test_streams

@@ -8,10 +8,10 @@
 
 #include "cli/threads.h"
 
+namespace test_threads {
+
 using namespace hextools;
 namespace fs = std::filesystem;
-
-namespace {
 
 /// A machine's /proc and /sys with control groups.
 class ControlGroups : public testing::Test {
@@ -33,8 +33,6 @@ protected:
 private:
   fs::path folder_;
 };
-
-}  // namespace
 
 TEST_F(ControlGroups, NoneIsNoLimit) {
   EXPECT_EQ(processors(), 0);
@@ -85,3 +83,5 @@ TEST(DefaultThreads, AreAsManyAsTheEnvironmentSays) {
   EXPECT_GE(default_threads(), 1);
   omp_set_num_threads(before);
 }
+
+}  // namespace test_threads

@@ -7,6 +7,8 @@
 #include "hexmesh/file/result_file.h"
 #include "tools_fixture.h"
 
+namespace test_tools {
+
 using namespace testing_support;
 using nlohmann::json;
 
@@ -252,3 +254,5 @@ TEST(Executables, HexsolveLinksNoImageLibrary) {
     EXPECT_EQ(r.output.find(library), std::string::npos) << library;
   EXPECT_NE(r.output.find("libhdf5"), std::string::npos);
 }
+
+}  // namespace test_tools

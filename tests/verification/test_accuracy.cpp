@@ -11,10 +11,10 @@
 #include "support/experiments.h"
 #include "support/files.h"
 
+namespace test_accuracy {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 struct Experiment {
   const char* name;
@@ -110,8 +110,6 @@ const std::vector<Experiment>& experiments() {
 }
 
 class Estimate : public testing::TestWithParam<Experiment> {};
-
-}  // namespace
 
 TEST_P(Estimate, IsTheErrorWithinAFactorOfTwo) {
   if (GetParam().needs_scan && !has_scan()) GTEST_SKIP() << "no shared data beside the project";
@@ -251,3 +249,5 @@ TEST(AutomaticStrain, ARigidMotionOfTheWholeMakesNoDifference) {
     }
   }
 }
+
+}  // namespace test_accuracy

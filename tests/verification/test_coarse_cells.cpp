@@ -9,10 +9,10 @@
 #include "hexmesh/scan/phantom.h"
 #include "support/bodies.h"
 
+namespace test_coarse_cells {
+
 using namespace hexmesh;
 using namespace testing_support;
-
-namespace {
 
 Material rubber() { return material_from_units(100, 0.3, 1000); }
 
@@ -36,8 +36,6 @@ CellVector under_gravity(const CellMatrix& k, const NodeWeights& masses) {
   }
   return held.llt().solve(load);
 }
-
-}  // namespace
 
 TEST(CoarseCell, OneFullChildOfFourMakesItAnisotropic) {
   // Figure 4. Stiffness at the corner of the full child and at the corner across it, everything else held.
@@ -90,3 +88,5 @@ TEST(CoarseCell, ACBendsMoreThanItsAverage) {
   RecordProperty("tip_nonuniform_mm", std::to_string(tip(nonuniform)));
   RecordProperty("tip_averaged_mm", std::to_string(tip(averaged)));
 }
+
+}  // namespace test_coarse_cells

@@ -11,10 +11,10 @@
 #include "support/forms.h"
 #include "support/solve.h"
 
+namespace test_large_strain {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 /// Faces whose centres lie in a thin box.
 Condition faces_in(const std::string& name, const Vec3& low, const Vec3& high, const char* axes, const Vec3& by) {
@@ -43,8 +43,6 @@ Condition mirror(int axis) {
   for (int d = 0; d < 3; ++d) c.axes[static_cast<std::size_t>(d)] = d == axis;
   return c;
 }
-
-}  // namespace
 
 // Plates on which the cylinder slides: the stress is uniaxial and the same everywhere, whatever the cells are filled
 // with. The lateral stretch of St. Venant-Kirchhoff material is sqrt(1 + nu (1 - l^2)) at the length l.
@@ -199,3 +197,5 @@ TEST(GreenLagrange, SaysWhyItHasNoSolutionInStrongCompression) {
   scene.gravity = {0, 0, -9810};
   EXPECT_TRUE(solve(lattice, scene, 0).report.converged);
 }
+
+}  // namespace test_large_strain

@@ -8,9 +8,9 @@
 #include "hexmesh/lattice/element_tree.h"
 #include "hexmesh/scan/phantom.h"
 
-using namespace hexmesh;
+namespace test_placement {
 
-namespace {
+using namespace hexmesh;
 
 struct Placement {
   const char* name;
@@ -50,8 +50,6 @@ struct Moments {
 };
 
 class BeamPlacement : public testing::TestWithParam<Placement> {};
-
-}  // namespace
 
 TEST_P(BeamPlacement, VolumeMassAndInertiaAreThoseOfTheBeam) {
   constexpr double tolerance = 0.005;
@@ -93,3 +91,5 @@ INSTANTIATE_TEST_SUITE_P(Placements, BeamPlacement,
                                          Placement{"rotated by 20 degrees about z", {0, 0, 20}, {0, 0, 0}},
                                          Placement{"rotated by 30 degrees about z", {0, 0, 30}, {0.3, 0.9, 0.5}},
                                          Placement{"rotated by 20 and 30 degrees", {0, 20, 30}, {0.7, 0.2, 1.1}}));
+
+}  // namespace test_placement

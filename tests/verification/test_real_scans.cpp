@@ -14,10 +14,10 @@
 #include "support/files.h"
 #include "support/scan_files.h"
 
+namespace test_real_scans {
+
 using namespace hexmesh;
 using namespace testing_support;
-
-namespace {
 
 std::filesystem::path data() { return shared_data() / "data"; }
 
@@ -31,8 +31,6 @@ std::map<int, std::size_t> voxels_of(const std::string& path) {
     for (const SegmentSummary& segment : s.segments) out[segment.segment.label] += segment.voxels;
   return out;
 }
-
-}  // namespace
 
 TEST(RealScans, EverySegmentHasItsTrueNumberOfVoxels) {
   SKIP_WITHOUT_DATA();
@@ -191,3 +189,5 @@ TEST(RealScans, EveryOddFileIsReadOrRefusedAsListed) {
           << entry.path();
   EXPECT_GT(walked, 100U);
 }
+
+}  // namespace test_real_scans

@@ -10,10 +10,10 @@
 #include "support/files.h"
 #include "support/solve.h"
 
+namespace test_reference {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 struct Case {
   double poisson;
@@ -36,8 +36,6 @@ Scene liver_scene(const Case& c) {
 std::array<long, 3> key(const Vec3& p) { return {std::lround(2 * p[0]), std::lround(2 * p[1]), std::lround(2 * p[2])}; }
 
 class VoxelLiver : public testing::TestWithParam<Case> {};
-
-}  // namespace
 
 TEST_P(VoxelLiver, EqualsAnIndependentSolution) {
   const Case& c = GetParam();
@@ -78,3 +76,5 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{0.3, 20, stvk, "liver_0.3_stvk_voxel_r20.csv.gz", {9.148, -10.628, -3.316}},
                     Case{0.4, 10, stvk, "liver_0.4_stvk_voxel.csv.gz", {5.202, -5.890, -1.735}},
                     Case{0.4, 20, stvk, "liver_0.4_stvk_voxel_r20.csv.gz", {9.299, -10.655, -3.318}}));
+
+}  // namespace test_reference

@@ -31,8 +31,7 @@ std::string sha256(const std::filesystem::path& path) {
   for (const std::filesystem::path& file : files) {
     std::ifstream in(file, std::ios::binary);
     if (!in) throw hexmesh::Error(hexmesh::ErrorKind::input, fmt::format("cannot read '{}'", file.string()));
-    while (in.read(block.get(), size), in.gcount() > 0)
-      sum.add(block.get(), static_cast<std::size_t>(in.gcount()));
+    while (in.read(block.get(), size), in.gcount() > 0) sum.add(block.get(), static_cast<std::size_t>(in.gcount()));
   }
   return sum.digits();
 }

@@ -53,15 +53,20 @@ int show_plan(const hexsolver::SolvePlan& plan, Output* report, RunFiles& files)
   std::string text;
   for (const hexsolver::Effect& e : plan.effects)
     text += fmt::format("{:3}  {}: {}\n", e.active ? "on" : "off", e.name, e.why);
-  for (const hexsolver::SolvePlan::Level& l : plan.levels) {
-    out["levels"].push_back({{"level", l.level},
-                             {"cells", l.cells},
-                             {"dofs", l.dofs},
-                             {"seconds", l.seconds},
-                             {"memory_mb", megabytes(l.bytes)}});
-    text += fmt::format("level {}: {} cells, {} dofs, about {:.2g} s and {:.3g} MB\n", l.level, l.cells, l.dofs,
-                        l.seconds, megabytes(l.bytes));
-  }
+  const auto show_level = [&](const hexsolver::SolvePlan::Level& l, const char* what_for) {
+    text += fmt::format("level {}: {} cells, {} dofs, about {:.2g} s and {:.3g} MB{}\n", l.level, l.cells, l.dofs,
+                        l.seconds, megabytes(l.bytes), what_for);
+    return json{{"level", l.level},
+                {"cells", l.cells},
+                {"dofs", l.dofs},
+                {"seconds", l.seconds},
+                {"memory_mb", megabytes(l.bytes)}};
+  };
+  for (const hexsolver::SolvePlan::Level& l : plan.levels) out["levels"].push_back(show_level(l, ""));
+  if (plan.look) out["look"] = show_level(*plan.look, ", a look at it for the error estimate");
+  out["seconds"] = plan.seconds();
+  out["memory_mb"] = megabytes(plan.bytes);
+  text += fmt::format("in all about {:.2g} s, and {:.3g} MB at the peak\n", plan.seconds(), megabytes(plan.bytes));
   return show(out, text, report, files);
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "constraints/cluster.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "constraints/affine_fit.h"
+#include "core/symmetric_eigen.h"
 #include "hexmesh/core/partition.h"
 
 namespace hexsolver {
@@ -20,12 +20,12 @@ namespace {
 
 /// @param gram  of the rows
 KeptDirections kept_directions(const MatrixXd& gram, double cutoff) {
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(gram);
-  const VectorXd& values = eigen.eigenvalues();  // ascending
+  const SymmetricEigen eigen = symmetric_eigen(gram);
+  const VectorXd& values = eigen.values;
   const double least = cutoff * cutoff * values[values.size() - 1];
   const Index dropped = std::lower_bound(values.begin(), values.end(), least) - values.begin();
   const Index kept = values.size() - dropped;
-  return {eigen.eigenvectors().rightCols(kept), values.tail(kept)};
+  return {eigen.vectors.rightCols(kept), values.tail(kept)};
 }
 
 /// Where the points hold only some axes, as sliding plates and planes of symmetry do, a homogeneous stress may be the
@@ -166,14 +166,14 @@ double least_part_of_rigid_motions(const Mesh& mesh, const ClustersByAxis& clust
       const MatrixXd held = cluster->kept.vectors.transpose() * motions;
       kept += held.transpose() * cluster->kept.sigma2.asDiagonal() * held;
     }
-  const Eigen::SelfAdjointEigenSolver<Motions> eigen(all);
-  const auto& values = eigen.eigenvalues();
+  const SymmetricEigen eigen = symmetric_eigen(all);
+  const VectorXd& values = eigen.values;
   Index first = 0;
   while (first < 6 && values[first] <= 1e-9 * values[5]) ++first;  // what no row holds
   if (first == 6) return 1;
   const MatrixXd scaled =
-      eigen.eigenvectors().rightCols(6 - first) * values.tail(6 - first).cwiseSqrt().cwiseInverse().asDiagonal();
-  return Eigen::SelfAdjointEigenSolver<MatrixXd>(scaled.transpose() * kept * scaled).eigenvalues()[0];
+      eigen.vectors.rightCols(6 - first) * values.tail(6 - first).cwiseSqrt().cwiseInverse().asDiagonal();
+  return symmetric_eigen(scaled.transpose() * kept * scaled).values[0];
 }
 
 }  // namespace hexsolver

@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <tuple>
 
+#include "core/symmetric_eigen.h"
 #include "hexmesh/core/partition.h"
 
 namespace hexsolver {
@@ -54,8 +54,8 @@ std::vector<std::string> describe(const BodyPart& part, const MatrixXd& motions)
   }
   // Those that turn most come first, those that do not turn last.
   const MatrixXd turns = motions.bottomRows(3);
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> by_turn(turns.transpose() * turns);
-  const MatrixXd rotated = motions * by_turn.eigenvectors().rowwise().reverse();
+  const SymmetricEigen by_turn = symmetric_eigen(turns.transpose() * turns);
+  const MatrixXd rotated = motions * by_turn.vectors.rowwise().reverse();
   for (Index m = 0; m < num_motions; ++m) {
     const Vec3 t = rotated.block<3, 1>(0, m), w = rotated.block<3, 1>(3, m) / part.size;
     if (w.norm() * part.size < 1e-6 * std::max(t.norm(), 1e-30) || m >= 3) {
@@ -152,18 +152,17 @@ std::vector<FreeMotions> free_motions(const std::vector<BodyPart>& parts, const 
       gram.block<6, 6>(first_row[a], first_row[b]) -= ma.transpose() * mb;
       gram.block<6, 6>(first_row[b], first_row[a]) -= mb.transpose() * ma;
     }
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(gram);
+  const SymmetricEigen eigen = symmetric_eigen(gram);
   Index num_free = 0;
-  while (num_free < size && eigen.eigenvalues()[num_free] < 1e-10 * std::max(1.0, eigen.eigenvalues()[size - 1]))
-    ++num_free;
+  while (num_free < size && eigen.values[num_free] < 1e-10 * std::max(1.0, eigen.values[size - 1])) ++num_free;
   if (num_free == 0) return found;
   // Each free motion is told for the parts that take part in it.
   for (std::size_t p = 0; p < num_parts; ++p) {
     if (first_row[p] < 0) continue;
-    const MatrixXd own = eigen.eigenvectors().block(first_row[p], 0, 6, num_free);
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> of_part(own * own.transpose());
-    const Index rank = (of_part.eigenvalues().array() > 1e-3 * 1e-3).count();
-    if (rank > 0) add(p, of_part.eigenvectors().rightCols(rank));
+    const MatrixXd own = eigen.vectors.block(first_row[p], 0, 6, num_free);
+    const SymmetricEigen of_part = symmetric_eigen(own * own.transpose());
+    const Index rank = (of_part.values.array() > 1e-3 * 1e-3).count();
+    if (rank > 0) add(p, of_part.vectors.rightCols(rank));
   }
   std::sort(found.begin(), found.end(), [](const FreeMotions& a, const FreeMotions& b) { return a.part < b.part; });
   return found;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/stopwatch.h"
+#include "equilibrium/error_estimator.h"
 #include "hexsolver/dynamics/motion.h"
 #include "kernels/rotated_cells.h"
 #include "level/checks.h"
@@ -15,12 +16,8 @@
 namespace hexsolver {
 namespace {
 
-/// Operator products that the time of a level is worth, and memory per cell, as measured (THEORY.md, "Accuracy").
-struct UsualCost {
-  double products;
-  double bytes_per_cell;
-};
-constexpr UsualCost linear_cost = {280, 900}, corotational_cost = {420, 2100}, hyperelastic_cost = {750, 3000};
+/// Memory that a level takes for each of its cells, as measured (THEORY.md, "Accuracy").
+constexpr double linear_bytes = 900, corotational_bytes = 2100, hyperelastic_bytes = 3000;
 constexpr double pressures_per_cell = 430;
 constexpr double saved_per_cell = sizeof(RotatedCells<double>) / double(RotatedCells<double>::lanes);
 
@@ -32,17 +29,9 @@ bool needs_braess_sarazin(const hexmesh::Lattice& lattice, const Scene& scene) {
          Multigrid::needs_braess_sarazin(largest);
 }
 
-/// Linear iterations take more time in nearly incompressible material: 2.5 times from nu = 0.3 to 0.49, or 1.7 times
-/// where the Braess-Sarazin smoother has pressures.
-double growth_with_poisson(const hexmesh::Lattice& lattice, const Scene& scene) {
-  double largest = 0.3;
-  for (const hexmesh::VoxelMaterial& m : lattice.materials) largest = std::max(largest, m.material.poisson);
-  return (needs_braess_sarazin(lattice, scene) ? 0.7 : 1) * std::pow(0.4 / (1 - 2 * largest), 0.3);
-}
-
-const UsualCost& usual_cost(Elasticity elasticity) {
-  if (is_hyperelastic(elasticity)) return hyperelastic_cost;
-  return elasticity == Elasticity::cauchy ? linear_cost : corotational_cost;
+double usual_bytes(Elasticity elasticity) {
+  if (is_hyperelastic(elasticity)) return hyperelastic_bytes;
+  return elasticity == Elasticity::cauchy ? linear_bytes : corotational_bytes;
 }
 
 bool has_frames(const Scene& scene) {
@@ -61,17 +50,31 @@ double median_seconds(int repeats, F&& f) {
   return seconds[static_cast<std::size_t>(repeats / 2)];
 }
 
-/// Of an operator product, on the finest of the levels `first` to `last` that is still quick to make.
-double seconds_per_cell(const hexmesh::Lattice& lattice, const Scene& scene, int first, int last) {
-  constexpr std::size_t most_cells = 20000;
-  int number = first;
-  while (number > last && lattice.levels[static_cast<std::size_t>(number) - 1].cells.size() <= most_cells) --number;
-  LevelProblem problem(lattice, number == last ? scene : for_coarser_levels(scene), number);
+/// The finest of the levels `first` to `last` that has at most that many cells, or `first`.
+int finest_of(const std::vector<std::size_t>& num_cells, std::size_t most, int first, int last) {
+  int level = first;
+  while (level > last && num_cells[static_cast<std::size_t>(level) - 1] <= most) --level;
+  return level;
+}
+
+/// Of an operator product [s].
+double seconds_per_cell(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
+  LevelProblem problem(lattice, scene, level);
   problem.build_potential(scene.elasticity);
   const NodeVector x = NodeVector::Ones(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
   NodeVector y;
   problem.potential().linearize(NodeVector::Zero(x.size()), Hessian::exact);
   return median_seconds(11, [&] { problem.potential().apply(x, y); }) / static_cast<double>(problem.mesh().num_cells());
+}
+
+/// By how much longer cells take than those of a level tried, which fits into the machine's caches but may be too small
+/// for all threads: as a product with them, on a level that is still quick to make.
+double slower_than(int tried, const hexmesh::Lattice& lattice, const Scene& scene, int level) {
+  constexpr std::size_t quick_to_make = 20000;
+  const int large = finest_of(cells_of_levels(lattice), quick_to_make, tried, level);
+  if (large == tried) return 1;
+  const Scene coarse = for_coarser_levels(scene);
+  return seconds_per_cell(lattice, coarse, large) / seconds_per_cell(lattice, coarse, tried);
 }
 
 }  // namespace
@@ -104,62 +107,141 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int le
 
 namespace {
 
-/// Operator products that a step is worth: a V-cycle costs about 14, energies, forces and frames about 4.
-double products_per_step(const Dynamics& d) {
-  const int iterations = d.solver_iterations > 0 ? d.solver_iterations : d.solver == StepSolver::multigrid ? 4 : 60;
-  const int newton = d.newton_iterations > 0 ? d.newton_iterations : 3;
-  return newton * (4 + iterations * (d.solver == StepSolver::multigrid ? 15 : 1.3));
+SolvePlan::Level plan_level(const hexmesh::Lattice& lattice, const Scene& scene, int level, double seconds) {
+  const hexmesh::Level& cells = lattice.levels[static_cast<std::size_t>(level)];
+  return {level, cells.cells.size(), 3 * hexmesh::number_nodes(cells.cells).nodes.size(), seconds,
+          expected_bytes(lattice, scene, level)};
 }
 
+void set_seconds(SolvePlan& plan, EffectKind kind, double seconds) {
+  for (Effect& e : plan.effects)
+    if (e.kind == kind) e.seconds = seconds;
+}
+
+/// The first steps of a level that is quick to step say what one takes.
 SolvePlan plan_motion(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
+  constexpr std::size_t quick_to_step = 20000;
+  constexpr double most_seconds = 2;
+  const std::vector<std::size_t> num_cells = cells_of_levels(lattice);
+  const int coarsest = static_cast<int>(num_cells.size()) - 1;
+  const bool starts_at_rest = scene.dynamics->start.empty();  // else from a result of that level
+  const int tried = starts_at_rest ? std::min(coarsest, finest_of(num_cells, quick_to_step, coarsest, level)) : level;
+  const Scene scene_of_it = tried == level ? scene : for_coarser_levels(scene);
+  Motion motion(lattice, scene_of_it, tried);
+  motion.step();  // which also sets up what all use
+  const int some = std::max(1, scene.dynamics->num_steps() / 10);
+  const Stopwatch watch;
+  std::vector<double> ends = {0};
+  while (std::ssize(ends) <= some && ends.back() < most_seconds && motion.step()) ends.push_back(watch.seconds());
+  const std::size_t half = ends.size() / 2;  // later ones take longer, as the body deforms
+  const double each = (ends.back() - ends[half]) / std::max(1.0, static_cast<double>(ends.size() - 1 - half));
+  const auto cells = [&](int n) { return static_cast<double>(num_cells[static_cast<std::size_t>(n)]); };
+  const double seconds = each * scene.dynamics->num_steps() * cells(level) / cells(tried);
   SolvePlan plan;
   plan.effects = list_effects(scene);
-  const hexmesh::Level& cells = lattice.levels[static_cast<std::size_t>(level)];
-  const auto count = static_cast<double>(cells.cells.size());
-  const double seconds = scene.dynamics->num_steps() * products_per_step(*scene.dynamics) * count *
-                         seconds_per_cell(lattice, scene, level, level);
-  plan.levels = {{level, cells.cells.size(), 3 * hexmesh::number_nodes(cells.cells).nodes.size(), seconds,
-                  expected_bytes(lattice, scene, level)}};
-  for (Effect& e : plan.effects)
-    if (e.kind == EffectKind::elasticity) e.seconds = seconds;
+  plan.levels = {plan_level(lattice, scene, level, seconds)};
+  set_seconds(plan, EffectKind::elasticity, seconds);
   return plan;
 }
+
+/// The finest level that is quick to solve says what each cell of finer ones takes.
+class Trial {
+public:
+  Trial(const hexmesh::Lattice& lattice, const Scene& scene, int first, int level)
+      : lattice_(lattice), scene_(scene), level_(level), num_cells_(cells_of_levels(lattice)) {
+    constexpr std::size_t quick_to_solve = 3000;
+    constexpr double most_seconds = 1;
+    scene_.error_estimation = ErrorEstimation::off;
+    tried_ = finest_of(num_cells_, quick_to_solve, first, level);
+    solved_ = solve(scene.tolerance).levels;
+    while (tried_ > level && to_the_end(tried_ - 1) < most_seconds) {
+      --tried_;
+      slower_.reset();
+      solved_ = solve(scene.tolerance).levels;
+    }
+  }
+
+  /// Of a level that is solved to the tolerance asked [s].
+  double to_the_end(int level) const {
+    for (const LevelReport& l : solved_)
+      if (l.level == level) return l.seconds;
+    return scaled(solved_.back().seconds, level);
+  }
+
+  /// Of a level that is a start for others only [s].
+  double as_a_start(int level) {
+    if (level >= tried_) return to_the_end(level);
+    if (!start_) start_ = solve(std::max(scene_.tolerance, nested_tolerance)).levels.back().seconds;
+    return scaled(*start_, level);
+  }
+
+private:
+  SolveReport solve(double tolerance) const {
+    Scene scene = tried_ == level_ ? scene_ : for_coarser_levels(scene_);
+    scene.name_level(tried_);
+    scene.tolerance = tolerance;
+    return solve_equilibrium(lattice_, scene, tried_).report;
+  }
+  double scaled(double seconds, int level) const {
+    if (!slower_) slower_ = slower_than(tried_, lattice_, scene_, level_);
+    const auto cells = [&](int n) { return static_cast<double>(num_cells_[static_cast<std::size_t>(n)]); };
+    return *slower_ * seconds * cells(level) / cells(tried_);
+  }
+
+  const hexmesh::Lattice& lattice_;
+  Scene scene_;
+  int level_, tried_ = 0;
+  std::vector<std::size_t> num_cells_;
+  std::vector<LevelReport> solved_;
+  std::optional<double> start_;
+  mutable std::optional<double> slower_;
+};
 
 SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
   SolvePlan plan;
   plan.effects = list_effects(scene);
-  const int first = first_nested_level(cells_of_levels(lattice), level);
-  const UsualCost& cost = usual_cost(scene.elasticity);
-  const double products = cost.products * growth_with_poisson(lattice, scene);
-  const double per_cell = seconds_per_cell(lattice, scene, first, level);
+  const std::vector<std::size_t> num_cells = cells_of_levels(lattice);
+  const int first = first_nested_level(num_cells, level);
+  Trial trial(lattice, scene, first, level);
   double total = 0;
-  for (int number = first; number >= level; --number) {
-    const hexmesh::Level& cells = lattice.levels[static_cast<std::size_t>(number)];
-    const auto count = static_cast<double>(cells.cells.size());
-    plan.levels.push_back({number, cells.cells.size(), 3 * hexmesh::number_nodes(cells.cells).nodes.size(),
-                           products * per_cell * count, expected_bytes(lattice, scene, number)});
+  for (int n = first; n >= level; --n) {
+    plan.levels.push_back(plan_level(lattice, scene, n, n == level ? trial.to_the_end(n) : trial.as_a_start(n)));
     total += plan.levels.back().seconds;
   }
-  for (Effect& e : plan.effects)
-    if (e.kind == EffectKind::elasticity) e.seconds = total;
+  set_seconds(plan, EffectKind::elasticity, total);
+  const int look = finest_level_needed(scene, num_cells, level);
+  if (look < level && num_cells[static_cast<std::size_t>(look)] > 0) {
+    plan.look = plan_level(lattice, scene, look, trial.as_a_start(look));
+    set_seconds(plan, EffectKind::error_estimate, plan.look->seconds);
+  }
   return plan;
 }
 
 }  // namespace
 
 std::size_t expected_bytes(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
-  double per_cell = usual_cost(scene.elasticity).bytes_per_cell;
+  double per_cell = usual_bytes(scene.elasticity);
   if (scene.saves_memory && has_frames(scene)) per_cell -= saved_per_cell;
   if (needs_braess_sarazin(lattice, scene)) per_cell += pressures_per_cell;
   return static_cast<std::size_t>(per_cell *
                                   static_cast<double>(lattice.levels[static_cast<std::size_t>(level)].cells.size()));
 }
 
+double SolvePlan::seconds() const {
+  double sum = look ? look->seconds : 0;
+  for (const Level& l : levels) sum += l.seconds;
+  return sum;
+}
+
 SolvePlan plan_solution(const hexmesh::Lattice& whole, const Scene& scene, int level) {
   std::size_t dropped = 0;
   const std::optional<hexmesh::Lattice> rest = without_islands(whole, scene, level, dropped);
   const hexmesh::Lattice& lattice = rest ? *rest : whole;
-  return scene.dynamics ? plan_motion(lattice, scene, level) : plan_equilibrium(lattice, scene, level);
+  SolvePlan plan = scene.dynamics ? plan_motion(lattice, scene, level) : plan_equilibrium(lattice, scene, level);
+  constexpr std::size_t program = 24 << 20;
+  const std::size_t beside = plan.look ? plan.look->bytes : plan.levels.size() > 1 ? plan.levels.end()[-2].bytes : 0;
+  plan.bytes = program + hexmesh::bytes_of(lattice) + plan.levels.back().bytes + beside;
+  return plan;
 }
 
 SolverTimes measure_solver(const hexmesh::Lattice& lattice, const Scene& scene, int level, int repeats) {

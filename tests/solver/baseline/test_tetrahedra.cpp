@@ -11,10 +11,10 @@
 #include "support/bodies.h"
 #include "support/tetrahedra.h"
 
+namespace test_tetrahedra {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 constexpr double mu = 0.7, lambda = 1.3;
 const Mat3 edges = (Mat3() << 1, 0.2, 0.1, 0, 0.9, 0.3, 0, 0.1, 1.2).finished();
@@ -40,8 +40,6 @@ Condition where(const std::string& name, const Vec3& point, const Vec3& normal, 
   c.by = by;
   return c;
 }
-
-}  // namespace
 
 TEST_P(TetLaws, StressIsTheDerivativeOfTheEnergy) {
   if (GetParam() == TetLaw::corotational_qr) GTEST_SKIP() << "its forces are no gradient";
@@ -224,3 +222,5 @@ TEST(TetProblem, RefusesWhatTetrahedraKnowNothingOf) {
   scene.contacts.emplace_back();
   EXPECT_THROW(make_tet_problem(mesh, of_material(1, 0.3), scene), hexmesh::Error);
 }
+
+}  // namespace test_tetrahedra

@@ -7,10 +7,10 @@
 #include "hexmesh/lattice/locator.h"
 #include "support/bodies.h"
 
+namespace test_constraints {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 /// Exposed faces with x below a bound, moved by a rigid motion: what a patch of a scene becomes.
 std::vector<ConstraintPoint> face_patch(const Lattice& lattice, int level, double below,
@@ -31,8 +31,6 @@ Vec3 tilt(const Vec3& p) { return Vec3(0.1, -0.2, 0.3).cross(p) + Vec3(1, 2, 3);
 
 /// A plate whose face patch is beyond the size that is decomposed densely.
 Lattice plate() { return box({2, 40, 40}, {1, 1, 1}); }
-
-}  // namespace
 
 class PatchSize : public testing::TestWithParam<bool> {
 protected:
@@ -158,3 +156,5 @@ TEST(SlidingSupport, TakesUpAUniformPressureOnPartlyFilledCells) {
   for (const ConstraintPoint& p : points) miss += p.value[0] - sliding.displacement(p, u)[0];
   EXPECT_NEAR(miss / static_cast<double>(points.size()), 0, 1e-8);
 }
+
+}  // namespace test_constraints

@@ -13,11 +13,11 @@
 #include "support/files.h"
 #include "support/solve.h"
 
+namespace test_supports {
+
 using namespace hexsolver;
 using namespace testing_support;
 using hexmesh::ErrorKind;
-
-namespace {
 
 std::vector<std::string> free_of(const Lattice& lattice, const std::function<bool(const Vec3&)>& held) {
   const Body body(lattice, 0, Elasticity::cauchy);
@@ -47,8 +47,6 @@ std::vector<ConstraintPoint> selected(const Scene& scene, const Lattice& lattice
   Selector selector(lattice, level, mesh);
   return with_face_centers(select_points(scene, selector));
 }
-
-}  // namespace
 
 TEST(Supports, NothingHeldIsToldWithAllSixMotions) {
   const auto words = free_of(box({4, 4, 4}, {1, 1, 1}), [](const Vec3&) { return false; });
@@ -445,3 +443,5 @@ TEST(Edges, RotationReachesTheEquilibriumOfAMildPull) {
   solve_equilibrium(lattice, scene, 0, polar);
   EXPECT_NEAR(report.strain_energy_n_mm, polar.strain_energy_n_mm, 0.1 * polar.strain_energy_n_mm);
 }
+
+}  // namespace test_supports

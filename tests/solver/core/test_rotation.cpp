@@ -7,10 +7,10 @@
 #include "core/rotation.h"
 #include "support/bodies.h"
 
+namespace test_rotation {
+
 using namespace hexsolver;
 using testing_support::random_rotation;
-
-namespace {
 
 void expect_polar(const Mat3& f) {
   const Polar p = polar_decomposition(f);
@@ -19,8 +19,6 @@ void expect_polar(const Mat3& f) {
   EXPECT_LT((p.rotation * p.stretch - f).norm(), 1e-12 * std::max(1.0, f.norm())) << f;
   EXPECT_LT((p.stretch - p.stretch.transpose()).norm(), 1e-12 * std::max(1.0, f.norm())) << f;
 }
-
-}  // namespace
 
 TEST(Polar, IsAProperRotationTimesASymmetricStretch) {
   for (unsigned seed = 1; seed <= 200; ++seed) {
@@ -102,3 +100,5 @@ TEST(Orthonormalized, IsARotationOfAnyThreeColumns) {
     EXPECT_NEAR(q.determinant(), 1, 1e-13);
   }
 }
+
+}  // namespace test_rotation

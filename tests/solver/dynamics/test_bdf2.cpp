@@ -9,10 +9,10 @@
 #include "hexsolver/dynamics/motion.h"
 #include "support/bodies.h"
 
+namespace test_bdf2 {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 const Vec3 earth(0, 0, -9810);  // mm/s^2
 
@@ -62,8 +62,6 @@ Vec3 angular_momentum(const Lattice& lattice, const Motion& motion) {
     }
   return sum;
 }
-
-}  // namespace
 
 TEST(BackwardDifference, IsExactForSquaresOfTimeAndStepsOfAnyLength) {
   const auto u = [](double t) { return NodeVector::Constant(3, 2 + 3 * t - 5 * t * t); };
@@ -194,3 +192,5 @@ TEST(Bdf2, BeginsAnewWhereATableBends) {
     EXPECT_LT(fastest, n >= 7 ? 1e-6 : 100 * (1 + 1e-6)) << "step " << n;
   }
 }
+
+}  // namespace test_bdf2

@@ -13,10 +13,10 @@
 #include "terms/corotational.h"
 #include "terms/inertia.h"
 
+namespace test_dynamics {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 const Vec3 earth(0, 0, -9810);  // mm/s^2
 
@@ -92,8 +92,6 @@ void expect_energy_never_grows(Motion& motion, int steps, bool in_all = false) {
     uncertain_before = motion.work_uncertainty();
   }
 }
-
-}  // namespace
 
 TEST_P(EveryWay, FreeFallIsThatOfTheFormulaAtEveryLevel) {
   const Lattice lattice = bitten_ball({1, 1, 1});
@@ -399,3 +397,5 @@ TEST(Equilibrium, AnEndThatIsTurnedTurnsTheBodyWithIt) {
   for (std::size_t n = 0; n < result.nodes.size(); ++n)
     EXPECT_LT((result.displacement[n] - (r * (result.nodes[n] - about) + about - result.nodes[n])).norm(), 1e-6);
 }
+
+}  // namespace test_dynamics

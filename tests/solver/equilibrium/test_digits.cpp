@@ -6,10 +6,10 @@
 #include "support/files.h"
 #include "support/solve.h"
 
+namespace test_digits {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 Condition held(const Vec3& point, const Vec3& normal) {
   Condition c;
@@ -32,8 +32,6 @@ bool tells_rounding(const SolveReport& report) {
   return std::any_of(report.warnings.begin(), report.warnings.end(),
                      [](const std::string& w) { return w.find("count as rounding") != std::string::npos; });
 }
-
-}  // namespace
 
 TEST(Digits, ASmallForceOnAStiffBodyMovesIt) {
   // Steel, and a force that strains it by 1e-12: rotating cells find what small strain does.
@@ -109,3 +107,5 @@ TEST(Effort, OfAStepIsBoundedWhateverTheSolver) {
     EXPECT_NE(report.reason.find("iterations"), std::string::npos) << report.reason;
   }
 }
+
+}  // namespace test_digits

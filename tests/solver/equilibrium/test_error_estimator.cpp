@@ -3,9 +3,9 @@
 
 #include "equilibrium/error_estimator.h"
 
-using namespace hexsolver;
+namespace test_error_estimator {
 
-namespace {
+using namespace hexsolver;
 
 using Size = ElasticCells::Size;
 
@@ -25,8 +25,6 @@ std::vector<LevelReport> estimate(const std::vector<double>& errors, int levels_
   estimator.write(levels);
   return levels;
 }
-
-}  // namespace
 
 TEST(ErrorEstimator, IsExactWhereDifferencesFallByOneRate) {
   // 1, r, r^2, ... of which the finest levels are not known.
@@ -120,3 +118,5 @@ TEST(ErrorEstimator, BeginsAnewWhereALevelDoesNotGoOnFromTheOneBefore) {
   EXPECT_EQ(*levels[0].error.mean_mm, before);
   EXPECT_FALSE(levels[2].error.mean_mm);
 }
+
+}  // namespace test_error_estimator

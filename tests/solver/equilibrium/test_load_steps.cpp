@@ -7,6 +7,8 @@
 #include "support/bodies.h"
 #include "support/solve.h"
 
+namespace test_load_steps {
+
 using namespace hexsolver;
 using namespace testing_support;
 
@@ -39,3 +41,5 @@ TEST(LoadSteps, TurnABodyOfAnyLawByItsSupports) {
         EXPECT_LT(report.strain_energy_n_mm, 1e-12);
       }
 }
+
+}  // namespace test_load_steps

@@ -6,6 +6,8 @@
 #include "kernels/cell_hessian.h"
 #include "solver/kernels/symmetric_matrix.h"
 
+namespace test_cell_hessian {
+
 using namespace hexsolver;
 using namespace testing_support;
 
@@ -58,3 +60,5 @@ TEST(CellProduct, ProductsOfRowsAreAdded) {
   add_products24(a.data(), b.data(), found.data());
   EXPECT_LT((found - expected).norm(), 1e-14 * expected.norm());
 }
+
+}  // namespace test_cell_hessian

@@ -9,6 +9,8 @@
 #include "solver/kernels/symmetric_matrix.h"
 #include "terms/term.h"
 
+namespace test_cell_matrices {
+
 using namespace hexsolver;
 using namespace testing_support;
 
@@ -80,3 +82,5 @@ TEST(CellProduct, CellsInARowAndCellsAnywhereAreMultipliedAlike) {
   EXPECT_GT(rows, 0);
   EXPECT_LT(rows, static_cast<int>(mesh.batches().size()));
 }
+
+}  // namespace test_cell_matrices

@@ -5,10 +5,10 @@
 #include "kernels/rotated_cells.h"
 #include "solver/kernels/reference.h"
 
+namespace test_rotated_cells {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 constexpr std::size_t lanes = Mesh::batch_size;
 
@@ -89,8 +89,6 @@ protected:
     return to;
   }
 };
-
-}  // namespace
 
 TEST_P(RotatedBatches, ProductsAreThoseOfTheDenseHessians) {
   std::array<reference::Frame, lanes> frames;
@@ -182,3 +180,5 @@ TEST_P(RotatedBatches, FramesAndForcesAreThoseOfEachCell) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AlikeAndNot, RotatedBatches, testing::Bool());
+
+}  // namespace test_rotated_cells

@@ -4,6 +4,8 @@
 #include "kernels/vector_product.h"
 #include "support/bodies.h"
 
+namespace test_vector_product {
+
 using namespace hexsolver;
 using namespace testing_support;
 
@@ -43,3 +45,5 @@ TEST(CellVectors, AreMultipliedWithAndAddedAsCellByCell) {
     EXPECT_LT((found_single.cast<double>() - expected).norm(), 1e-6 * expected.norm());
   }
 }
+
+}  // namespace test_vector_product

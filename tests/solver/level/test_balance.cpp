@@ -6,10 +6,10 @@
 #include "support/bodies.h"
 #include "support/solve.h"
 
+namespace test_balance {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 Selection beyond(const Vec3& point, const Vec3& normal) {
   Selection s;
@@ -70,8 +70,6 @@ Scene loaded_bar(Elasticity law) {
 }
 
 const ConditionReport& condition(const SolveReport& report, std::size_t n) { return report.conditions.at(n); }
-
-}  // namespace
 
 TEST(Balance, OfEverythingThatActsIsNothing) {
   const Lattice lattice = bitten_bar();
@@ -151,3 +149,5 @@ TEST(Balance, InertiaAndDampingAreInThatOfAMotion) {
     expect_balance(report, 1e-6, damping > 0 ? 1e-2 : 1e-6);
   }
 }
+
+}  // namespace test_balance

@@ -9,10 +9,10 @@
 #include "support/bodies.h"
 #include "support/solve.h"
 
+namespace test_folded {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 constexpr int across = 32;  // voxels
 const Vec3 middle = Vec3::Constant((across - 1) / 2.0);
@@ -64,8 +64,6 @@ bool is_told(const SolveReport& report, const std::string& words) {
                      [&](const std::string& w) { return w.find(words) != std::string::npos; });
 }
 
-}  // namespace
-
 TEST(Folded, VoxelsOfASqueezedBallAreTold) {
   const Lattice lattice = ball(0.4999);
   for (const double by : {1.0, 9.0}) {
@@ -102,3 +100,5 @@ TEST(Folded, AChangeOfVolumeThatTheLawDoesNotSeeIsTold) {
         }
       }
 }
+
+}  // namespace test_folded

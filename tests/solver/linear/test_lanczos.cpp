@@ -5,8 +5,9 @@
 
 #include "linear/lanczos.h"
 
-namespace hexsolver {
-namespace {
+namespace test_lanczos {
+
+using namespace hexsolver;
 
 using Eigen::Index;
 using Eigen::MatrixXd;
@@ -60,5 +61,4 @@ TEST(Lanczos, FindsTheLargestEigenvalueWithinItsMargin) {
   EXPECT_GE(found, largest);
 }
 
-}  // namespace
-}  // namespace hexsolver
+}  // namespace test_lanczos

@@ -7,10 +7,10 @@
 #include "multigrid/multigrid.h"
 #include "support/bodies.h"
 
+namespace test_mesh {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 struct TwoLevels {
   Lattice lattice = bitten_ball({0.8, 0.8, 2.5}, {1, 0, 1}, random_rotation(3));
@@ -26,8 +26,6 @@ std::size_t num_parts(const Mesh& mesh) {
     for (const std::int32_t node : nodes) joined += parts.join(nodes[0], node);
   return mesh.num_nodes() - joined;
 }
-
-}  // namespace
 
 TEST(Mesh, EveryCellHasItsCornersInOrder) {
   const TwoLevels two;
@@ -163,3 +161,5 @@ TEST(Hierarchy, WithoutGapsAllChildrenAreMerged) {
     EXPECT_EQ(hierarchy.meshes[l + 1].nodes(), hexmesh::number_nodes(all.parents).nodes);
   }
 }
+
+}  // namespace test_mesh

@@ -7,12 +7,12 @@
 #include "newton/minimize.h"
 #include "support/bodies.h"
 
+namespace test_braess_sarazin {
+
 using namespace hexsolver;
 using namespace testing_support;
 using Eigen::Index;
 using Eigen::MatrixXd;
-
-namespace {
 
 /// Two plates one voxel apart that hang together at one end: their coarse cells stand beside each other at one index.
 Lattice plates(double poisson) {
@@ -54,8 +54,6 @@ MatrixXd columns_of(Index size, F&& f) {
   }
   return out;
 }
-
-}  // namespace
 
 TEST(PressureSchurComplement, IsTheProductOfItsFactors) {
   const Lattice lattice = plates(0.3);
@@ -222,3 +220,5 @@ TEST(Multigrid, NearlyIncompressibleBodiesTakeFewMoreIterations) {
     EXPECT_LE(iterations(0.495, whole), 2 * usual);
   }
 }
+
+}  // namespace test_braess_sarazin

@@ -6,10 +6,10 @@
 #include "newton/minimize.h"
 #include "support/bodies.h"
 
+namespace test_newton {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 struct Solved {
   NewtonReport report;
@@ -28,8 +28,6 @@ Solved solve(const Lattice& lattice, int level, Elasticity elasticity, const std
   out.report = minimize(hierarchy, body.potential, constraints, options, out.u);
   return out;
 }
-
-}  // namespace
 
 class PatchTest : public testing::TestWithParam<int> {};
 
@@ -201,3 +199,5 @@ TEST(Multigrid, IsSymmetricAndFewIterationsSolveALinearBody) {
     EXPECT_GT(a.dot(ma), 0);
   }
 }
+
+}  // namespace test_newton

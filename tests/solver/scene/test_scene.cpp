@@ -4,11 +4,11 @@
 #include "hexsolver/scene/scene.h"
 #include "support/files.h"
 
+namespace test_scene {
+
 using namespace hexsolver;
 using namespace testing_support;
 using hexmesh::ErrorKind;
-
-namespace {
 
 constexpr const char* good = R"([solve]
 strain = "cauchy"
@@ -40,8 +40,6 @@ Scene scene_of(const std::string& text, const std::vector<std::string>& settings
   write_text(folder / "s.toml", text);
   return read_scene(folder / "s.toml", "s.toml", settings);
 }
-
-}  // namespace
 
 TEST(Scene, ReadsEveryTable) {
   const Scene scene = scene_of(good);
@@ -247,3 +245,5 @@ TEST(Scene, FilesThatAreNoneAndKeysThatAreDeepAreRefused) {
   EXPECT_NE(error_of("# a.b.c\nname = \"...\"\n" + key + " = 1\n").find("s.toml:3: a key of more than 64 parts"),
             std::string::npos);
 }
+
+}  // namespace test_scene

@@ -10,6 +10,8 @@
 #include "support/bodies.h"
 #include "terms/cell_measures.h"
 
+namespace test_cell_measures {
+
 using namespace hexsolver;
 using namespace testing_support;
 
@@ -111,3 +113,5 @@ TEST(CellMeasures, FoldedMaterialIsFoundInsideOfCells) {
     EXPECT_NEAR(m.inverted_part[1], by > 4 ? 0.5 : 0, 1e-12);
   }
 }
+
+}  // namespace test_cell_measures

@@ -6,10 +6,10 @@
 #include "support/solve.h"
 #include "terms/contact.h"
 
+namespace test_contact {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 Contact plane(const Vec3& point, const Vec3& normal, double stiffness) {
   return {"plane", "test", HalfSpace{point, normal}, Vec3::Zero(), stiffness};
@@ -51,8 +51,6 @@ protected:
   }
 };
 
-}  // namespace
-
 TEST_P(Obstacles, ForcesAndHessianAreDerivativesOfTheEnergy) {
   ASSERT_GT(contact->state(u).points, 20U);
   constexpr double h = 1e-6;  // few points touch or leave within that
@@ -81,8 +79,6 @@ TEST_P(Obstacles, TheForceOnTheBodyIsThatOfItsReport) {
 
 INSTANTIATE_TEST_SUITE_P(PlaneAndBall, Obstacles, testing::Values(0, 1));
 
-namespace {
-
 constexpr double young = 0.1, stiffness = 0.02, press = 1.5;
 const Vec3 size(5, 6, 22);
 
@@ -101,8 +97,6 @@ Scene pressed_bar(Contact obstacle, Elasticity elasticity) {
   scene.contacts = {obstacle};
   return scene;
 }
-
-}  // namespace
 
 TEST(Contact, ABarPressedByAPlaneIsTwoSpringsInARow) {
   const Lattice lattice = box({5, 6, 11}, {1, 1, 2}, young * 1e3, 0);
@@ -175,3 +169,5 @@ TEST(Contact, AnObstacleThatIsNotReachedChangesNothing) {
   for (std::size_t n = 0; n < a.displacement.size(); ++n)
     EXPECT_LT((a.displacement[n] - b.displacement[n]).norm(), 1e-8);
 }
+
+}  // namespace test_contact

@@ -7,6 +7,8 @@
 #include "terms/corotational.h"
 #include "terms/make_elastic_cells.h"
 
+namespace test_corotational {
+
 using namespace hexsolver;
 using namespace testing_support;
 
@@ -236,3 +238,5 @@ TEST(Elastic, OnlyTheChosenCellsRotate) {
     EXPECT_EQ(some->shared_hessian(c), rotating[c] ? Term::own_hessian : linear->shared_hessian(c));
   }
 }
+
+}  // namespace test_corotational

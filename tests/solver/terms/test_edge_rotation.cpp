@@ -7,6 +7,8 @@
 #include "solver/terms/large_deformation.h"
 #include "terms/edge_rotation.h"
 
+namespace test_edge_rotation {
+
 using namespace hexsolver;
 using namespace testing_support;
 
@@ -45,3 +47,5 @@ TEST(EdgeRotatedCells, CellHessiansAddUpToTheOperator) {
   EXPECT_LT((applied - added).norm(), 1e-11 * applied.norm());
   EXPECT_LT(error_of_single_precision(body.potential, direction), 1e-6);
 }
+
+}  // namespace test_edge_rotation

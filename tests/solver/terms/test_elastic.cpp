@@ -6,10 +6,10 @@
 #include "solver/terms/large_deformation.h"
 #include "terms/elastic.h"
 
+namespace test_elastic {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 class ElasticLevels : public testing::TestWithParam<std::tuple<int, Elasticity, Volumetric>> {
 protected:
@@ -27,8 +27,6 @@ protected:
     return g;
   }
 };
-
-}  // namespace
 
 TEST_P(ElasticLevels, GradientMatchesTheDifferenceOfEnergies) {
   constexpr double h = 1e-5;
@@ -124,3 +122,5 @@ INSTANTIATE_TEST_SUITE_P(NeoHookean, ElasticLevels,
                          testing::Combine(testing::Values(0, 1, 2),
                                           testing::Values(Elasticity::neo_hookean, Elasticity::stable_neo_hookean),
                                           testing::Values(Volumetric::mean, Volumetric::full)));
+
+}  // namespace test_elastic

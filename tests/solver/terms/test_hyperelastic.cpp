@@ -7,10 +7,10 @@
 #include "support/bodies.h"
 #include "terms/hyperelastic.h"
 
+namespace test_hyperelastic {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 constexpr double mu = 0.7, kappa = 2.3;
 
@@ -42,8 +42,6 @@ protected:
     }
   }
 };
-
-}  // namespace
 
 TEST_P(Laws, AreThoseOfTheTextbooks) {
   for (unsigned seed = 1; seed < 6; ++seed)
@@ -163,3 +161,5 @@ TEST(Hyperelastic, APointInsideOutHasInfiniteEnergyUnlessTheLawBearsIt) {
   EXPECT_TRUE(std::isinf(energy(Elasticity::neo_hookean)));
   EXPECT_TRUE(std::isfinite(energy(Elasticity::stable_neo_hookean)));
 }
+
+}  // namespace test_hyperelastic

@@ -6,10 +6,10 @@
 #include "support/solve.h"
 #include "terms/loads.h"
 
+namespace test_loads {
+
 using namespace hexsolver;
 using namespace testing_support;
-
-namespace {
 
 constexpr double young = 0.1, density = 1e-9;  // MPa, tonne/mm^3
 const Vec3 size(5, 6, 22);                     // mm; cells of levels 1 and 2 are partly filled
@@ -56,8 +56,6 @@ Solved solve(const Scene& scene, const Lattice& lattice, int level) {
 }
 
 class Loads : public testing::TestWithParam<int> {};
-
-}  // namespace
 
 TEST_P(Loads, AForceStretchesABarByFLOverEA) {
   const Lattice lattice = bar();
@@ -115,3 +113,5 @@ TEST(Loads, NothingIsBuiltForASceneWithout) {
   Selector selector(lattice, 0, body.mesh);
   EXPECT_TRUE(make_loads(Scene{}, lattice, 0, body.mesh, selector).empty());
 }
+
+}  // namespace test_loads

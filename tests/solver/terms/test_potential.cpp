@@ -10,6 +10,8 @@
 #include "terms/inertia.h"
 #include "terms/stiffness_damping.h"
 
+namespace test_potential {
+
 using namespace hexsolver;
 using namespace testing_support;
 
@@ -59,3 +61,5 @@ TEST(Potential, IsTheSumOfItsTermsAndOfTheFractionOfTheLoads) {
       (body.potential.energy(u + h * direction) - body.potential.energy(u - h * direction)) / (2 * h);
   EXPECT_NEAR(g.dot(direction), measured, 1e-6 * g.norm() * direction.norm());
 }
+
+}  // namespace test_potential

@@ -6,9 +6,9 @@
 
 #include "terms/rigid_fit.h"
 
-using namespace hexsolver;
+namespace test_rigid_fit {
 
-namespace {
+using namespace hexsolver;
 
 struct Points {
   std::vector<double> weights;
@@ -44,8 +44,6 @@ double mean_deformation(const Points& p) {
 
 const Mat3 turned = Eigen::AngleAxisd(2.5, Vec3(1, -2, 3).normalized()).toRotationMatrix();
 
-}  // namespace
-
 TEST(RigidFit, LeavesNothingOfARigidMotion) {
   for (const Vec3& edges : {Vec3(100, 80, 60), Vec3(100, 1, 1), Vec3(100, 100, 0), Vec3(100, 0, 0)})
     EXPECT_LT(mean_deformation(moved_points(edges, 0, turned, {1000, 2000, -500})), 1e-9) << edges.transpose();
@@ -63,3 +61,5 @@ TEST(RigidFit, OnePointDoesNotDeform) {
   fit.solve();
   EXPECT_LT(fit.deformation({1, 2, 3}, {4, 5, 6}).norm(), 1e-14);
 }
+
+}  // namespace test_rigid_fit

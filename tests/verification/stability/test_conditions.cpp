@@ -11,11 +11,11 @@
 #include "support/files.h"
 #include "support/solve.h"
 
+namespace test_conditions {
+
 using namespace hexsolver;
 using namespace testing_support;
 using stability::Case;
-
-namespace {
 
 constexpr const char* constraints = "08 constraints";
 constexpr const char* units = "09 units and scale";
@@ -37,8 +37,6 @@ Solved ends(const Lattice& lattice, const Scene& scene, int level) {
   hexmesh::Result result = solve_equilibrium(lattice, scene, level, report);
   return {std::move(report), std::move(result)};
 }
-
-}  // namespace
 
 TEST(HardConditions, OnePointHoldsNothingButWhatItHolds) {
   Case c(constraints, "one point held");
@@ -165,8 +163,6 @@ TEST(HardConditions, DisplacementsOfEverySize) {
   c.at_most("rotating cells, 1e-9 mm: the same", off_small, 1e-2);
 }
 
-namespace {
-
 /// The same block with every length times `scale` and E = young kPa, its corner at `origin`.
 Lattice scaled_block(double scale, double young, const Vec3& origin = Vec3::Zero()) {
   return lattice_of(make_volume(
@@ -187,8 +183,6 @@ Scene scaled_scene(double scale, double young, Elasticity e, const Vec3& origin 
   scene.forces = {force};
   return scene;
 }
-
-}  // namespace
 
 TEST(Units, TheAnswerDoesNotDependOnThem) {
   for (const Elasticity e :
@@ -237,3 +231,5 @@ TEST(Units, FarFromTheOrigin) {
     c.at_most("displacement off that at the origin, relative", off, 1e-6);
   }
 }
+
+}  // namespace test_conditions

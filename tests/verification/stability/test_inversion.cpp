@@ -11,11 +11,11 @@
 #include "record.h"
 #include "statics.h"
 
+namespace test_inversion {
+
 using namespace hexsolver;
 using namespace testing_support;
 using stability::Case;
-
-namespace {
 
 constexpr const char* family = "01 inversion";
 constexpr double edge = 4;  // of a voxel [mm]
@@ -97,8 +97,6 @@ constexpr double next_to_nothing = 1e-3;  // likewise, after the motion
 constexpr int motion_steps = 500, motion_steps_of_seeds = 300;
 
 class InversionInMotion : public testing::TestWithParam<Rotation> {};
-
-}  // namespace
 
 TEST(Inversion, EquilibriaRecoverFromCollapse) {
   Case c(family, "equilibrium from a collapsed block, polar");
@@ -223,3 +221,5 @@ TEST(Inversion, AveragedEdgesOfAnyLengthHaveARotation) {
   }
   c.at_most("of either rotation: R^T R off 1, det R off 1", off, 1e-12);
 }
+
+}  // namespace test_inversion

@@ -12,11 +12,11 @@
 #include "support/experiments.h"
 #include "support/solve.h"
 
+namespace test_large {
+
 using namespace hexsolver;
 using namespace testing_support;
 using stability::Case;
-
-namespace {
 
 constexpr const char* rotations = "06 large rotation";
 constexpr const char* pulls = "07 large pulls";
@@ -49,8 +49,6 @@ Vec3 bent(const Vec3& p, double angle) {
   return Vec3((radius - y) * std::sin(turn) + (left + right) / 2,
               radius - (radius - y) * std::cos(turn) + axis_point[1], p[2]);
 }
-
-}  // namespace
 
 TEST(LargeRotation, ABarTwistedAndReleased) {
   const Lattice lattice = bar();
@@ -211,3 +209,5 @@ TEST(LargePulls, ALiverPulledBy10To200Millimetres) {
       }
   }
 }
+
+}  // namespace test_large

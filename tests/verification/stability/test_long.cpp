@@ -13,11 +13,11 @@
 #include "support/experiments.h"
 #include "support/solve.h"
 
+namespace test_long {
+
 using namespace hexsolver;
 using namespace testing_support;
 using stability::Case;
-
-namespace {
 
 constexpr const char* lengths = "10 long runs";
 constexpr const char* starvation = "11 starved solver";
@@ -63,8 +63,6 @@ struct LongRun {
   StepSolver solver;
   int iterations;
 };
-
-}  // namespace
 
 TEST(LongRuns, EnergyMomentumAndMemory) {
   const int steps = stability::whole_or(100000, 3000);
@@ -227,3 +225,5 @@ TEST(Arithmetic, NoFloatingPointExceptionIsRaised) {
   }
   c.at_least("runs to their end", solved, 26);
 }
+
+}  // namespace test_long

@@ -10,11 +10,11 @@
 #include "support/experiments.h"
 #include "support/solve.h"
 
+namespace test_materials {
+
 using namespace hexsolver;
 using namespace testing_support;
 using stability::Case;
-
-namespace {
 
 constexpr const char* incompressible = "03 near-incompressible";
 constexpr const char* contrast = "04 contrast";
@@ -52,8 +52,6 @@ std::vector<Condition> sheared(double length, double spacing) {
   return {beyond("held", {0.2 * spacing, 0, 0}, {-1, 0, 0}, Vec3::Zero()),
           beyond("moved", {length - 1.2 * spacing, 0, 0}, {1, 0, 0}, {0.05 * length, 0.05 * length, 0})};
 }
-
-}  // namespace
 
 TEST(NearlyIncompressible, CellsDoNotLock) {
   // A cantilever of coarse cells that bends under its weight: what locks hardly moves.
@@ -232,3 +230,5 @@ TEST(ContrastInMotion, AreSolvedToTheTolerance) {
 
 INSTANTIATE_TEST_SUITE_P(Rotations, HardMaterialsInMotion, testing::Values(Rotation::polar, Rotation::edges),
                          [](const auto& p) { return stability::name_of(p.param); });
+
+}  // namespace test_materials

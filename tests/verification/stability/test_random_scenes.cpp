@@ -13,11 +13,11 @@
 #include "support/experiments.h"
 #include "support/solve.h"
 
+namespace test_random_scenes {
+
 using namespace hexsolver;
 using namespace testing_support;
 using stability::Case;
-
-namespace {
 
 constexpr const char* family = "14 random scenes";
 
@@ -202,8 +202,6 @@ Ending end_of(const Lattice& lattice, const Scene& scene, int level) {
   }
 }
 
-}  // namespace
-
 TEST(RandomScenes, EndConvergedOrWithAReason) {
   const char* only = std::getenv("HEXTOOLS_STABILITY_SEED");
   const unsigned first = only ? static_cast<unsigned>(std::atoi(only)) : 1;
@@ -266,3 +264,5 @@ TEST(RandomScenes, EndConvergedOrWithAReason) {
   c.at_most("called converged above the tolerance", not_solved, 0);
   printf("slowest: seed %u, %.1f s\n", slowest_seed, slowest);
 }
+
+}  // namespace test_random_scenes

@@ -12,11 +12,11 @@
 #include "support/files.h"
 #include "support/solve.h"
 
+namespace test_shapes {
+
 using namespace hexsolver;
 using namespace testing_support;
 using stability::Case;
-
-namespace {
 
 constexpr const char* thin = "05 thin and stringy";
 constexpr const char* degenerate = "12 degenerate input";
@@ -50,8 +50,6 @@ std::string refusal(const Lattice& lattice, const Scene& scene, int level, Solve
   }
   return "";
 }
-
-}  // namespace
 
 TEST(Thin, SheetsAndLinesBendUnderTheirWeight) {
   for (const Shape& shape : shapes) {
@@ -265,3 +263,5 @@ TEST(Degenerate, SegmentsWithoutStiffnessAreRefused) {
   EXPECT_NE(message.find("young"), std::string::npos) << message;
   c.note("refused, exit 3, with", message);
 }
+
+}  // namespace test_shapes

@@ -13,11 +13,11 @@
 #include "support/solve.h"
 #include "terms/corotational.h"
 
+namespace test_slivers {
+
 using namespace hexsolver;
 using namespace testing_support;
 using stability::Case;
-
-namespace {
 
 constexpr const char* family = "02 slivers";
 
@@ -73,8 +73,6 @@ Scene pressed(int block_edge, Elasticity elasticity) {
   scene.gravity = stability::earth;
   return scene;
 }
-
-}  // namespace
 
 class SliversInMotion : public testing::TestWithParam<Rotation> {};
 
@@ -267,3 +265,5 @@ TEST(Slivers, TheLatticeMayLieAnywhere) {
     c.at_most(fmt::format("{}: inverted cells", p.name), double(inverted), 0);
   }
 }
+
+}  // namespace test_slivers

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "hexsolver/equilibrium/equilibrium.h"
@@ -32,10 +33,15 @@ struct SolvePlan {
   };
   std::vector<Effect> effects;  ///< with the expected seconds
   std::vector<Level> levels;    ///< coarse to fine
+  std::optional<Level> look;    ///< the next finer one, where the error is told from that
+  double seconds() const;       ///< of all
+  std::size_t bytes = 0;        ///< of memory, at the peak
 };
 
-/// The levels that would be solved, and how long that would take: the time of an operator product measured on a coarse
-/// level times the number of products that equilibria usually take (THEORY.md, "Accuracy").
+/// The levels that would be solved, and how long that would take: a coarse level, that takes a second, is solved, and
+/// finer ones are expected to take as much for each cell, or as their products do (THEORY.md, "Accuracy"). Of a motion
+/// the first steps are taken.
+/// @throws Error as solve_equilibrium
 SolvePlan plan_solution(const hexmesh::Lattice& lattice, const Scene& scene, int level);
 
 /// The memory that a solution is expected to take on its finest level [bytes].
