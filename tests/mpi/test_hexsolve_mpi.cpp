@@ -41,7 +41,7 @@ TEST_F(HexsolveMpi, NearlyIncompressibleBodiesWithGapsTakeAsManyIterationsAsByOn
         fmt::format("vessels.hexmesh vessels.toml --level 0 --set solve.strain={} --force ", strain);
     ASSERT_EQ(run("hexsolve " + arguments + "-o one.hexresult --report one.json").exit_code, 0);
     const int iterations_of_one = report("one.json")["linear_iterations"].get<int>();
-    for (const int processes : whole_or<std::vector<int>>({1, 2, 3, 4}, {3})) {
+    for (const int processes : whole_or<std::vector<int>>({1, 2, 3, 4}, {2})) {
       SCOPED_TRACE(fmt::format("{}, {} processes", strain, processes));
       const CommandResult r = run(mpi(processes) + arguments + "-o many.hexresult --report many.json");
       ASSERT_EQ(r.exit_code, 0) << r.errors;
@@ -109,7 +109,8 @@ TEST_F(HexsolveMpi, NoProcessHoldsTheWholeBody) {
 TEST_F(HexsolveMpi, SinglePointsAreTheNearestOfAllProcesses) {
   // With points on different processes, each near others as far away.
   ASSERT_EQ(run("sed 's/^radius_mm = .*/radius_mm = 0/' liver.toml >points.toml").exit_code, 0);
-  const std::string sharp = "liver.hexmesh points.toml --level 0 --set solve.tolerance=1e-10 --force ";
+  const std::string sharp =
+      fmt::format("liver.hexmesh points.toml --level {} --set solve.tolerance=1e-10 --force ", whole_or(0, 1));
   ASSERT_EQ(run("hexsolve " + sharp + "-o one.hexresult").exit_code, 0);
   const CommandResult r = run(mpi(4) + sharp + "-o many.hexresult");
   ASSERT_EQ(r.exit_code, 0) << r.errors;
@@ -193,7 +194,7 @@ TEST_F(HexsolveMpi, MoreProcessesThanLayersAndFarSurfacesFindTheSame) {
              "halfspace = { point_mm = [44, 0, 0], normal = [1, 0, 0] }\nby_mm = [0, 4, 3]\n");
   const std::string sharp = "sheet.hexmesh sheet.toml --level 0 --set solve.tolerance=1e-10 --force ";
   ASSERT_EQ(run("hexsolve " + sharp + "-o one.hexresult").exit_code, 0);
-  for (const int processes : {1, 5}) {
+  for (const int processes : whole_or<std::vector<int>>({1, 5}, {5})) {
     const CommandResult r = run(mpi(processes) + sharp + "-o many.hexresult");
     ASSERT_EQ(r.exit_code, 0) << r.errors;
     const Result many = result("many.hexresult");
