@@ -6,6 +6,7 @@
 
 #include "core/stopwatch.h"
 #include "equilibrium/error_estimator.h"
+#include "hexmesh/core/error.h"
 #include "hexsolver/dynamics/motion.h"
 #include "kernels/rotated_cells.h"
 #include "level/checks.h"
@@ -107,6 +108,17 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int le
 
 namespace {
 
+/// f(level) of the coarsest of the levels `first` to `last` on which it can be: patches may be at odds in coarse cells.
+template <class F>
+int try_levels(int first, int last, F&& f) {
+  for (int level = first;; --level) try {
+      f(level);
+      return level;
+    } catch (const hexmesh::Error& e) {
+      if (e.kind() != hexmesh::ErrorKind::geometry || level == last) throw;
+    }
+}
+
 SolvePlan::Level plan_level(const hexmesh::Lattice& lattice, const Scene& scene, int level, double seconds) {
   const hexmesh::Level& cells = lattice.levels[static_cast<std::size_t>(level)];
   return {level, cells.cells.size(), 3 * hexmesh::number_nodes(cells.cells).nodes.size(), seconds,
@@ -125,16 +137,19 @@ SolvePlan plan_motion(const hexmesh::Lattice& lattice, const Scene& scene, int l
   const std::vector<std::size_t> num_cells = cells_of_levels(lattice);
   const int coarsest = static_cast<int>(num_cells.size()) - 1;
   const bool starts_at_rest = scene.dynamics->start.empty();  // else from a result of that level
-  const int tried = starts_at_rest ? std::min(coarsest, finest_of(num_cells, quick_to_step, coarsest, level)) : level;
-  const Scene scene_of_it = tried == level ? scene : for_coarser_levels(scene);
-  Motion motion(lattice, scene_of_it, tried);
-  motion.step();  // which also sets up what all use
+  const Scene coarse = for_coarser_levels(scene);
+  std::optional<Motion> motion;
+  const int tried = try_levels(starts_at_rest ? finest_of(num_cells, quick_to_step, coarsest, level) : level, level,
+                               [&](int n) { motion.emplace(lattice, n == level ? scene : coarse, n); });
+  const Stopwatch of_first;
+  motion->step();  // which also sets up what all use
+  const double first = of_first.seconds();
   const int some = std::max(1, scene.dynamics->num_steps() / 10);
   const Stopwatch watch;
   std::vector<double> ends = {0};
-  while (std::ssize(ends) <= some && ends.back() < most_seconds && motion.step()) ends.push_back(watch.seconds());
-  const std::size_t half = ends.size() / 2;  // later ones take longer, as the body deforms
-  const double each = (ends.back() - ends[half]) / std::max(1.0, static_cast<double>(ends.size() - 1 - half));
+  while (std::ssize(ends) <= some && ends.back() < most_seconds && motion->step()) ends.push_back(watch.seconds());
+  const std::size_t more = ends.size() - 1, half = more / 2;  // later ones take longer, as the body deforms
+  const double each = more == 0 ? first : (ends.back() - ends[half]) / static_cast<double>(more - half);
   const auto cells = [&](int n) { return static_cast<double>(num_cells[static_cast<std::size_t>(n)]); };
   const double seconds = each * scene.dynamics->num_steps() * cells(level) / cells(tried);
   SolvePlan plan;
@@ -152,13 +167,13 @@ public:
     constexpr std::size_t quick_to_solve = 3000;
     constexpr double most_seconds = 1;
     scene_.error_estimation = ErrorEstimation::off;
-    tried_ = finest_of(num_cells_, quick_to_solve, first, level);
-    solved_ = solve(scene.tolerance).levels;
-    while (tried_ > level && to_the_end(tried_ - 1) < most_seconds) {
-      --tried_;
+    const auto solve_it = [&](int n) {
+      tried_ = n;
       slower_.reset();
       solved_ = solve(scene.tolerance).levels;
-    }
+    };
+    try_levels(finest_of(num_cells_, quick_to_solve, first, level), level, solve_it);
+    while (tried_ > level && to_the_end(tried_ - 1) < most_seconds) try_levels(tried_ - 1, level, solve_it);
   }
 
   /// Of a level that is solved to the tolerance asked [s].
