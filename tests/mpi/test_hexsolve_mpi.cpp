@@ -2,6 +2,8 @@
 #include "mpi/hexsolve_mpi.h"
 #include "support/forms.h"
 
+namespace test_hexsolve_mpi {
+
 using namespace testing_support;
 
 TEST_F(HexsolveMpi, AnyNumberOfProcessesFindsWhatOneFinds) {
@@ -319,3 +321,5 @@ TEST_F(HexsolveMpi, ARealLiverWithItsVesselsCutOutTakesAsManyIterationsAsByOne) 
   EXPECT_NEAR(report("many.json")["linear_iterations"].get<int>(), report("one.json")["linear_iterations"].get<int>(),
               1);
 }
+
+}  // namespace test_hexsolve_mpi

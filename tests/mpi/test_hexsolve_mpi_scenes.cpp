@@ -2,9 +2,9 @@
 #include "mpi/hexsolve_mpi.h"
 #include "support/forms.h"
 
-using namespace testing_support;
+namespace test_hexsolve_mpi_scenes {
 
-namespace {
+using namespace testing_support;
 
 /// Scenes that use what the example does not.
 class HexsolveMpiScenes : public HexsolveMpi,
@@ -26,8 +26,6 @@ TEST_P(HexsolveMpiScenes, AreSolvedAsByOne) {
     expect_same_reports(report("one.json"), report("many.json"));
   }
 }
-
-}  // namespace
 
 // The phantom's liver lies within about 190 x 140 x 120 mm around the origin.
 INSTANTIATE_TEST_SUITE_P(Scenes, HexsolveMpiScenes,
@@ -86,3 +84,5 @@ rotate = { axis = [1, 0, 0], degrees = 20, about_mm = [0, 0, 0] }
                            std::erase(name, '-');
                            return name;
                          });
+
+}  // namespace test_hexsolve_mpi_scenes

@@ -111,12 +111,19 @@ namespace {
 /// f(level) of the coarsest of the levels `first` to `last` on which it can be: patches may be at odds in coarse cells.
 template <class F>
 int try_levels(int first, int last, F&& f) {
-  for (int level = first;; --level) try {
+  for (int level = first;; --level) {
+    try {
       f(level);
       return level;
     } catch (const hexmesh::Error& e) {
       if (e.kind() != hexmesh::ErrorKind::geometry || level == last) throw;
     }
+  }
+}
+
+double growth(const std::vector<std::size_t>& num_cells, int from, int to) {
+  return static_cast<double>(num_cells[static_cast<std::size_t>(to)]) /
+         static_cast<double>(num_cells[static_cast<std::size_t>(from)]);
 }
 
 SolvePlan::Level plan_level(const hexmesh::Lattice& lattice, const Scene& scene, int level, double seconds) {
@@ -150,8 +157,7 @@ SolvePlan plan_motion(const hexmesh::Lattice& lattice, const Scene& scene, int l
   while (std::ssize(ends) <= some && ends.back() < most_seconds && motion->step()) ends.push_back(watch.seconds());
   const std::size_t more = ends.size() - 1, half = more / 2;  // later ones take longer, as the body deforms
   const double each = more == 0 ? first : (ends.back() - ends[half]) / static_cast<double>(more - half);
-  const auto cells = [&](int n) { return static_cast<double>(num_cells[static_cast<std::size_t>(n)]); };
-  const double seconds = each * scene.dynamics->num_steps() * cells(level) / cells(tried);
+  const double seconds = each * scene.dynamics->num_steps() * growth(num_cells, tried, level);
   SolvePlan plan;
   plan.effects = list_effects(scene);
   plan.levels = {plan_level(lattice, scene, level, seconds)};
@@ -169,8 +175,8 @@ public:
     scene_.error_estimation = ErrorEstimation::off;
     const auto solve_it = [&](int n) {
       tried_ = n;
-      slower_.reset();
       solved_ = solve(scene.tolerance).levels;
+      slower_ = slower_than(n, lattice, scene_, level);
     };
     try_levels(finest_of(num_cells_, quick_to_solve, first, level), level, solve_it);
     while (tried_ > level && to_the_end(tried_ - 1) < most_seconds) try_levels(tried_ - 1, level, solve_it);
@@ -197,19 +203,15 @@ private:
     scene.tolerance = tolerance;
     return solve_equilibrium(lattice_, scene, tried_).report;
   }
-  double scaled(double seconds, int level) const {
-    if (!slower_) slower_ = slower_than(tried_, lattice_, scene_, level_);
-    const auto cells = [&](int n) { return static_cast<double>(num_cells_[static_cast<std::size_t>(n)]); };
-    return *slower_ * seconds * cells(level) / cells(tried_);
-  }
+  double scaled(double seconds, int level) const { return slower_ * seconds * growth(num_cells_, tried_, level); }
 
   const hexmesh::Lattice& lattice_;
   Scene scene_;
   int level_, tried_ = 0;
   std::vector<std::size_t> num_cells_;
   std::vector<LevelReport> solved_;
+  double slower_ = 1;
   std::optional<double> start_;
-  mutable std::optional<double> slower_;
 };
 
 SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
@@ -218,12 +220,9 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
   const std::vector<std::size_t> num_cells = cells_of_levels(lattice);
   const int first = first_nested_level(num_cells, level);
   Trial trial(lattice, scene, first, level);
-  double total = 0;
-  for (int n = first; n >= level; --n) {
+  for (int n = first; n >= level; --n)
     plan.levels.push_back(plan_level(lattice, scene, n, n == level ? trial.to_the_end(n) : trial.as_a_start(n)));
-    total += plan.levels.back().seconds;
-  }
-  set_seconds(plan, EffectKind::elasticity, total);
+  set_seconds(plan, EffectKind::elasticity, plan.seconds());
   const int look = finest_level_needed(scene, num_cells, level);
   if (look < level && num_cells[static_cast<std::size_t>(look)] > 0) {
     plan.look = plan_level(lattice, scene, look, trial.as_a_start(look));

@@ -38,9 +38,9 @@ struct SolvePlan {
   std::size_t bytes = 0;        ///< of memory, at the peak
 };
 
-/// The levels that would be solved, and how long that would take: a coarse level, that takes a second, is solved, and
-/// finer ones are expected to take as much for each cell, or as their products do (THEORY.md, "Accuracy"). Of a motion
-/// the first steps are taken.
+/// The levels that would be solved, and how long that would take: coarse levels, up to one of about a second, are
+/// solved, and finer ones are expected to take as much for each cell, scaled as operator products are (THEORY.md,
+/// "Accuracy"). Of a motion the first steps are taken.
 /// @throws Error as solve_equilibrium
 SolvePlan plan_solution(const hexmesh::Lattice& lattice, const Scene& scene, int level);
 
