@@ -15,6 +15,7 @@ namespace hexmesh::hdf5 {
 
 inline constexpr double most_displacement = 1e9;  ///< [mm]
 inline constexpr double most_velocity = 1e12;     ///< [mm/s]
+inline constexpr double most_load = 1e12;         ///< [N]
 inline constexpr double most_field = 1e30;        ///< of cell fields, in their units
 inline constexpr double most_time = 1e12;         ///< [s]
 

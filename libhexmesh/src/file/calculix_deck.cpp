@@ -104,6 +104,10 @@ void write_calculix_deck(const Result& result, const std::filesystem::path& path
   print("*STEP\n*STATIC\n*BOUNDARY\n");
   for (const auto& [dof, value] : prescribed)
     print("{}, {}, {}, {:.9g}\n", dof.first + 1, dof.second + 1, dof.second + 1, value);
+  if (!result.load.empty()) print("*CLOAD\n");
+  for (std::size_t n = 0; n < result.load.size(); ++n)
+    for (int d = 0; d < 3; ++d)
+      if (result.load[n][d] != 0) print("{}, {}, {:.12g}\n", n + 1, d + 1, result.load[n][d]);
   print("*NODE PRINT, NSET=ALL\nU\n*END STEP\n");
   write_whole_file(path, text);
 }

@@ -121,6 +121,7 @@ void validate(const Reader& file, const Result& r) {
   check_counts(file, check_labels(file, r.voxels, r.labels, r.segments, cells), r.segments);
   check_values(file, "/displacement", r.displacement, most_displacement);
   check_values(file, "/velocity", r.velocity, most_velocity);
+  check_values(file, "/load", r.load, most_load);
   check_times(file, r.times);
   for (const auto& [name, values] : r.cell_fields)
     check_values(file, "/cell_fields/" + name, std::span<const double>(values), most_field);

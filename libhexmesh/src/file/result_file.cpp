@@ -97,6 +97,7 @@ void ResultWriter::finish(const Result& result, const std::filesystem::path& lat
   hdf5::write_points(file, "/mesh/nodes", result.nodes);
   hdf5::write_points(file, "/displacement", result.displacement);
   hdf5::write_points(file, "/velocity", result.velocity);
+  if (!result.load.empty()) hdf5::write_points(file, "/load", result.load);
   file.write<double>("/times", times_, {times_.size()});
 
   for (const auto& [name, values] : result.cell_fields) file.write<double>(field_name(name), values, {values.size()});
@@ -190,6 +191,7 @@ Result read_result(const std::filesystem::path& path) {
   r.velocity = hdf5::read_points(file, "/velocity");
   if (!r.velocity.empty() && r.velocity.size() != r.nodes.size())
     file.fail(fmt::format("/velocity has {} rows, expected none or {}", r.velocity.size(), r.nodes.size()));
+  if (file.has("/load")) r.load = hdf5::read_points(file, "/load", r.nodes.size());
   r.times = file.read<double>("/times", {0});
   r.segment = file.read<std::uint16_t>("/mesh/segment", {r.cells.size()});
   for (const std::string& name : file.read_strings("/cell_field_names")) {

@@ -84,7 +84,7 @@ void add_notes(vtkDataSet& set, const Result& result) {
   vtkNew<vtkStringArray> units;
   units->SetName("units");
   units->InsertNextValue(
-      "mm, N, MPa, s; patient LPS; displacement in mm; velocity in mm/s; reaction in N; strain_energy_density in "
+      "mm, N, MPa, s; patient LPS; displacement in mm; velocity in mm/s; load, reaction in N; strain_energy_density in "
       "N/mm^2; "
       "von_mises_stress, pressure, smoothed_pressure, young_modulus in MPa; rotation_degrees in degrees; all else 1");
   set.GetFieldData()->AddArray(units);
@@ -122,6 +122,7 @@ void write_vtu(const Result& result, Configuration configuration, const std::fil
   vtkNew<vtkUnstructuredGrid> grid;
   set_points(*grid, result.nodes, result.displacement, configuration);
   if (!result.velocity.empty()) add_vectors(*grid, "velocity", result.velocity);
+  if (!result.load.empty()) add_vectors(*grid, "load", result.load);
   vtkNew<vtkCellArray> cells;
   cells->AllocateEstimate(static_cast<vtkIdType>(result.cells.size()), 8);
   for (const auto& nodes : result.cell_nodes) {

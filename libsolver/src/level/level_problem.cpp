@@ -105,6 +105,13 @@ std::vector<LevelProblem::Load> LevelProblem::loads() const {
   return out;
 }
 
+NodeVector LevelProblem::load() const {
+  if (loads_.empty()) return {};
+  NodeVector gradient = NodeVector::Zero(3 * static_cast<Eigen::Index>(mesh().num_nodes())), magnitude = gradient;
+  for (const DeadLoad* l : loads_) l->add_gradient(gradient, gradient, magnitude);
+  return -gradient;
+}
+
 void LevelProblem::find_islands(const std::vector<ConstraintPoint>& points) {
   if (scene_.dynamics && scene_.islands != Islands::hold) return;  // what nothing holds moves
   const std::vector<FreePart> free = free_parts(mesh(), points);

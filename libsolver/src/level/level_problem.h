@@ -69,6 +69,7 @@ public:
     Vec3 total;  ///< [N]
   };
   std::vector<Load> loads() const;  ///< each [[force]] of the scene, then gravity if there is any; as they act now
+  NodeVector load() const;          ///< of all of these on the nodes [N]; empty without any
   const std::vector<PenaltyContact*>& contacts() const noexcept { return contacts_; }
 
 private:

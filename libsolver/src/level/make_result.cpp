@@ -22,6 +22,8 @@ void add_surface_and_conditions(const LevelProblem& problem, const NodeVector& u
   const Mesh& mesh = problem.mesh();
   if (!problem.islands().empty()) r.cell_fields["island"] = {problem.islands().begin(), problem.islands().end()};
 
+  r.load = to_points(problem.load());
+
   if (!r.surface.points.empty()) move_surface(r);
   for (const Condition& c : problem.scene().conditions) r.conditions.push_back({c.name, {}, {}, c.axes});
   add_condition_points(problem.constraints(), mesh, u, r.conditions);

@@ -30,6 +30,9 @@ struct LineSearch {
     return slope_before < 0 && slope_after <= (2 * least_decrease - 1) * slope_before;
   }
 
+  /// Whether the energy falls at the end of a step about as steeply as at its start.
+  static bool goes_on(double slope_before, double slope_after) { return slope_after < 0.5 * slope_before; }
+
   /// @param try_part   length -> whether it is good: called with 1, 1/2, 1/4, ...
   /// @returns the part of the step taken; nothing if no part helps
   template <class TryPart>

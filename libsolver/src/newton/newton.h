@@ -13,7 +13,7 @@ namespace hexsolver {
 
 struct NewtonOptions {
   double tolerance = 1e-8;          ///< on the relative residual |P g| / |sum of absolute cell forces and loads|
-  int max_iterations = 25;          ///< what converges takes 4 to 12
+  int max_iterations = 25;          ///< what converges takes 4 to 12; four times as many where a body buckles
   int max_linear_iterations = 500;  ///< per Newton step
   bool estimate_error = true;       ///< fill NewtonOutcome::algebraic_error, for one V-cycle
   std::function<bool()> interrupt;  ///< asked before every linear iteration; true ends it
@@ -55,9 +55,8 @@ using NewtonProgress = std::function<void(int, double, int)>;
 /// Minimises the energy of a problem under H u = c by Newton's method.
 ///
 /// Each step solves the linearised problem in the subspace that leaves the supports alone, as sharply as it pays. A
-/// step along which the Hessian is not positive falls back to the projected one. A backtracking line search keeps the
-/// energy falling once the supports hold (of forces that are no gradient: the residual). Space for fields is kept
-/// between runs.
+/// step along which the Hessian is not positive falls back to the projected one. A line search keeps the energy falling
+/// once the supports hold (of forces that are no gradient: the residual). Space for fields is kept between runs.
 template <class Vector>
 class Newton {
 public:
@@ -94,6 +93,7 @@ private:
   LinearGoal<Vector> goal(const Vector& u, bool supports_hold);
   bool move_whole(Vector& u);
   std::optional<double> search_line(Vector& u);
+  double extend(Vector& u, double energy_here, double slope_before);
 
   static constexpr double near_ = 3e-2;  ///< residual, below which steps turn cells by little
 
@@ -106,6 +106,7 @@ private:
   bool is_start_rounding_ = false;  ///< and a step is to be taken from it all the same
   double relative_ = 0, force_seconds_ = 0;
   int iterations_ = 0, linear_iterations_ = 0;
+  bool buckles_ = false;  ///< a step was extended
 };
 
 /// |P g| over the sum of absolute cell forces and loads; forces of the size of rounding errors count as balanced.
@@ -201,7 +202,7 @@ bool Newton<Vector>::move_whole(Vector& u) {
   return true;
 }
 
-/// @returns the part of step_ taken; nothing if no part helps
+/// @returns the part of step_ taken, more than 1 where it was extended; nothing if no part helps
 template <class Vector>
 std::optional<double> Newton<Vector>::search_line(Vector& u) {
   const LineSearch& search = options_.line_search;
@@ -209,10 +210,11 @@ std::optional<double> Newton<Vector>::search_line(Vector& u) {
   const double before = energy(u), slope = dot(gradient_, step_), size = norm(gradient_);
   const double rounding = LineSearch::energy_rounding(before, problem_.rounding(), largest(step_));
   const double noise = rounding + problem_.energy_rounding();
-  return LineSearch::backtrack(has_energy ? search.shortest : search.shortest_without_energy, [&](double length) {
+  double after = 0;
+  const auto try_part = [&](double length) {
     set_sum(trial_, u, length, step_);
     const double decrease = LineSearch::least_decrease * length;
-    const double after = has_energy ? energy(trial_) : 0;
+    after = has_energy ? energy(trial_) : 0;
     const bool falls = !has_energy || after <= before + decrease * slope + rounding;
     const bool may_fall = falls || after <= before + noise;
     const bool may_halve = search.takes_half_residual && length == 1;
@@ -225,13 +227,36 @@ std::optional<double> Newton<Vector>::search_line(Vector& u) {
     swap_fields(gradient_, next_gradient_);
     relative_ = relative;
     return true;
-  });
+  };
+  const auto part = LineSearch::backtrack(has_energy ? search.shortest : search.shortest_without_energy, try_part);
+  return part == 1.0 && has_energy && !problem_.is_linear() ? extend(u, after, slope) : part;
+}
+
+/// Double a step while the energy along it falls about as steeply as at its start. Where a body buckles the projected
+/// Hessian, stiffer than the body, makes steps short.
+/// @param u             at the end of step_
+/// @param slope_before  along step_ at its start
+/// @returns the length of the step in that of step_
+template <class Vector>
+double Newton<Vector>::extend(Vector& u, double energy_here, double slope_before) {
+  double length = 1;
+  for (double slope = dot(gradient_, step_); LineSearch::goes_on(slope_before, slope);
+       slope = dot(gradient_, step_), length *= 2) {
+    set_sum(trial_, u, length, step_);
+    const double after = energy(trial_);
+    if (!(after <= energy_here + LineSearch::least_decrease * length * slope)) break;
+    energy_here = after;
+    swap_fields(u, trial_);
+    relative_ = residual(u, gradient_);
+  }
+  return length;
 }
 
 template <class Vector>
 NewtonEnd Newton<Vector>::run(Vector& u, const NewtonProgress& progress, const Accept& accept) {
   projection_ = HessianProjection(options_.projection);
   iterations_ = linear_iterations_ = 0;
+  buckles_ = false;
   force_seconds_ = 0;
   if (options_.checks_start && !problem_.is_linear() && !std::isfinite(energy(u)))
     return NewtonEnd::start_is_inside_out;
@@ -244,7 +269,7 @@ NewtonEnd Newton<Vector>::run(Vector& u, const NewtonProgress& progress, const A
       if (is_to_tolerance()) return NewtonEnd::not_accepted;
     }
     if (!std::isfinite(relative_)) return NewtonEnd::not_finite;
-    if (iterations_ == options_.max_iterations) return NewtonEnd::too_many_iterations;
+    if (iterations_ >= (buckles_ ? 4 : 1) * options_.max_iterations) return NewtonEnd::too_many_iterations;
     ++iterations_;
 
     const LinearOutcome linear = find_step(u, supports_hold);
@@ -260,7 +285,8 @@ NewtonEnd Newton<Vector>::run(Vector& u, const NewtonProgress& progress, const A
     } else {
       const std::optional<double> length = search_line(u);
       if (!length) return is_start_rounding_ && iterations_ == 1 ? NewtonEnd::converged : NewtonEnd::no_descent;
-      projection_.adapt(*length == 1, relative_);
+      buckles_ = buckles_ || *length > 1;
+      projection_.adapt(*length >= 1, relative_);
     }
     if (progress) progress(iterations_, relative_, linear.iterations);
   }

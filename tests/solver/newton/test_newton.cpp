@@ -2,9 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
+#include <memory>
+#include <numbers>
 
 #include "newton/minimize.h"
 #include "support/bodies.h"
+#include "terms/dead_load.h"
 
 namespace test_newton {
 
@@ -199,5 +203,79 @@ TEST(Multigrid, IsSymmetricAndFewIterationsSolveALinearBody) {
     EXPECT_GT(a.dot(ma), 0);
   }
 }
+
+/// A column of 100 x 10 x 10 mm that stands on its end x = 0, under forces on its other end.
+struct Column {
+  Column(Elasticity elasticity, const Vec3& force)
+      : lattice(box({40, 4, 4}, Vec3::Constant(2.5))), body(lattice, 0, elasticity) {
+    constexpr double length = 100;
+    const double begin = lattice.corner()[0];
+    std::vector<DeadLoad::NodeForce> forces;
+    for (std::size_t n = 0; n < body.mesh.num_nodes(); ++n) {
+      if (body.mesh.position(n)[0] < begin + length - 1e-9) continue;
+      top.push_back(n);
+      forces.push_back({static_cast<std::int32_t>(n), force / 25});
+    }
+    body.potential.add(std::make_unique<DeadLoad>(EffectKind::force, "top", forces));
+    const Hierarchy hierarchy(body.mesh, lattice.corner(), 300);
+    const Constraints constraints(body.mesh, hold_nodes(
+                                                 body.mesh, [&](const Vec3& x) { return x[0] < begin + 1e-9; },
+                                                 [](const Vec3&) { return Vec3::Zero(); }));
+    u = NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()));
+    report = minimize(hierarchy, body.potential, constraints, {}, u);
+  }
+  /// How far the middle of its top has moved sideways [mm].
+  double sideways() const {
+    double sum = 0;
+    for (const std::size_t n : top) sum += u[3 * static_cast<Eigen::Index>(n) + 2];
+    return sum / static_cast<double>(top.size());
+  }
+
+  Lattice lattice;
+  Body body;
+  std::vector<std::size_t> top;
+  NodeVector u;
+  NewtonReport report;
+};
+
+/// The deflection of a column's top over its length, under `factor` of the least load that buckles it.
+/// Source: Timoshenko, Gere, Theory of Elastic Stability, 2nd ed. (1961), section 2.7: the elastica.
+double deflection_of_elastica(double factor) {
+  const double quarter = std::numbers::pi / 2 * std::sqrt(factor);
+  double low = 0, high = 1;
+  while (high - low > 1e-14) {
+    const double middle = (low + high) / 2;
+    (std::comp_ellint_1(middle) < quarter ? low : high) = middle;
+  }
+  return 2 * low / quarter;
+}
+
+class Buckling : public testing::TestWithParam<Elasticity> {};
+
+TEST_P(Buckling, AColumnBendsAsTheElasticaDoes) {
+  constexpr double length = 100;
+  // The load that buckles it follows from how much it bends: w = F l^3 / (3 E I), and shear's part, 1.2 F l / (G A).
+  const double per_newton = Column(GetParam(), {0, 0, 1e-6}).sideways() / 1e-6;
+  const double shear = 1.2 * length / (0.1 / 2.6 * 100);
+  const double stiffness = std::pow(length, 3) / 3 / (per_newton - shear);  // E I [N mm^2]
+  const double critical = std::pow(std::numbers::pi / 2 / length, 2) * stiffness;
+  EXPECT_NEAR(stiffness, 0.1 * std::pow(10, 4) / 12, 0.05 * stiffness);
+  for (const double factor : {0.9, 1.01, 1.02, 1.03, 1.04, 1.05, 1.3}) {
+    const double load = factor * critical;
+    const Column column(GetParam(), {-load, 0, 5e-4 * load});
+    ASSERT_TRUE(column.report.converged) << factor << ": " << column.report.reason;
+    EXPECT_LE(column.report.iterations, 100);
+    const double deflection = column.sideways() / length;
+    std::printf("%.2f of the load: %.4f of the length, %d steps\n", factor, deflection, column.report.iterations);
+    if (factor < 1)
+      EXPECT_LT(deflection, 0.01);
+    else if (factor > 1.2)
+      EXPECT_NEAR(deflection, deflection_of_elastica(factor), 0.02 * deflection);
+    else
+      EXPECT_GT(deflection, 0.05);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Laws, Buckling, testing::Values(Elasticity::corotational, Elasticity::neo_hookean));
 
 }  // namespace test_newton

@@ -31,6 +31,7 @@ struct Result {
   std::vector<Vec3> nodes;                                 ///< rest positions [mm]
   std::vector<Vec3> displacement;                          ///< per node [mm]; empty at rest
   std::vector<Vec3> velocity;                              ///< per node [mm/s]; empty if nothing moves
+  std::vector<Vec3> load;                                  ///< per node, of forces and gravity [N]; empty without
   std::vector<std::uint16_t> segment;                      ///< label of each cell
   std::map<std::string, std::vector<double>> cell_fields;  ///< e.g. fill [1], strain_energy_density [N/mm^2]
   TriangleSurface surface;                                 ///< rest positions; see surface_of_voxels
