@@ -204,6 +204,10 @@ TEST_F(Tools, CheckAndPlanSolveNothing) {
 TEST_F(Tools, ADeckIsTheSameModel) {
   // As the CalculiX program of Debian solves it, where that is installed.
   ASSERT_EQ(run("sed 's/^radius_mm = 10$/radius_mm = 10\\non = \"nodes\"/' liver.toml > nodes.toml").exit_code, 0);
+  ASSERT_EQ(run("printf '[gravity]\\nm_s2 = [1, 2, -9]\\n[[force]]\\npressure_kpa = 0.5\\nhalfspace = "
+                "{ point_mm = [60, 0, 0], normal = [1, 0, 0] }\\n' >> nodes.toml")
+                .exit_code,
+            0);
   ASSERT_EQ(run("hexsolve liver.hexmesh nodes.toml --level 0 --set solve.strain=cauchy --set solve.volumetric=full "
                 "-o nodes.hexresult")
                 .exit_code,
@@ -211,7 +215,7 @@ TEST_F(Tools, ADeckIsTheSameModel) {
   ASSERT_EQ(run("hexexport nodes.hexresult --inp deck.inp").exit_code, 0);
   const std::string deck = read_text(*folder / "deck.inp");
   for (const char* word : {"*NODE, NSET=ALL\n", "*ELEMENT, TYPE=C3D8, ELSET=S1_liver\n", "*ELASTIC\n0.1, 0.3\n",
-                           "*STEP\n*STATIC\n*BOUNDARY\n"})
+                           "*STEP\n*STATIC\n*BOUNDARY\n", "*CLOAD\n"})
     EXPECT_NE(deck.find(word), std::string::npos) << word;
   expect_failure("hexexport nodes.hexresult --inp deck.txt", 2, {".inp"});
   ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 0 -o faces.hexresult").exit_code, 0);
@@ -227,9 +231,15 @@ TEST_F(Tools, ADeckIsTheSameModel) {
             0);
   expect_failure("hexexport coarse.hexresult --inp coarse.inp", 3, {"partly filled", "level 0"});
 
+  const hexmesh::Result ours = hexmesh::read_result(*folder / "nodes.hexresult");
+  hexmesh::Vec3 sum = hexmesh::Vec3::Zero();
+  for (const hexmesh::Vec3& force : ours.load) sum += force;
+  const json report = json::parse(ours.report);
+  for (const json& force : report["forces"])
+    for (int d = 0; d < 3; ++d) sum[d] -= force["total_n"][static_cast<std::size_t>(d)].get<double>();
+  EXPECT_LT(sum.norm(), 1e-12);
   if (run("command -v ccx").exit_code != 0) GTEST_SKIP() << "no ccx on this machine";
   ASSERT_EQ(run("OMP_NUM_THREADS=1 ccx -i deck").exit_code, 0);
-  const hexmesh::Result ours = hexmesh::read_result(*folder / "nodes.hexresult");
   std::istringstream rows(read_text(*folder / "deck.dat"));
   std::string line;
   std::size_t compared = 0;

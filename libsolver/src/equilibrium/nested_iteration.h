@@ -138,13 +138,10 @@ Solved<Level> NestedIteration<Level>::run() {
   return best;
 }
 
-/// The next level is expected to cost as much per cell as the last, and a third more.
 template <EquilibriumLevel Level>
 bool NestedIteration<Level>::has_time_for(int next) const {
-  if (!scene_.budget) return true;
-  const LevelReport& last = report_.levels.back();
-  const double growth = static_cast<double>(num_cells(next)) / static_cast<double>(num_cells(last.level));
-  return levels_.agree(clock_.seconds() + 4.0 / 3 * growth * last.seconds <= *scene_.budget);
+  return !scene_.budget ||
+         levels_.agree(clock_.seconds() + expected_seconds(report_.levels, num_cells(next)) <= *scene_.budget);
 }
 
 /// With an accuracy or a budget a level that did not converge is no better than the one before.

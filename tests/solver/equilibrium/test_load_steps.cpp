@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
+#include "level/coarser_levels.h"
 #include "support/bodies.h"
 #include "support/solve.h"
 
@@ -40,6 +41,20 @@ TEST(LoadSteps, TurnABodyOfAnyLawByItsSupports) {
         EXPECT_LT(off, 1e-5);
         EXPECT_LT(report.strain_energy_n_mm, 1e-12);
       }
+}
+
+TEST(Budget, ANextLevelIsExpectedToTakeAPowerOfItsCells) {
+  LevelReport coarse, fine;
+  coarse.cells = 100;
+  coarse.seconds = 0.2;
+  fine.cells = 800;
+  fine.seconds = 0.8;  // the power 2/3
+  EXPECT_NEAR(expected_seconds({coarse, fine}, 6400), 3.2, 1e-12);
+  EXPECT_NEAR(expected_seconds({fine}, 6400), 0.8 * std::pow(8, 1.1), 1e-12);  // the most, where nothing tells
+  fine.seconds = 0.1;
+  EXPECT_NEAR(expected_seconds({coarse, fine}, 3200), 0.2, 1e-12);  // never below the power 1/2
+  coarse.cells = 800;
+  EXPECT_NEAR(expected_seconds({coarse, fine}, 800), 0.1, 1e-12);
 }
 
 }  // namespace test_load_steps
