@@ -18,8 +18,8 @@ void write_deck(const hexmesh::Result& result, const std::filesystem::path& path
   };
   expect(report.value("kind", "equilibrium") == "equilibrium", "the result is a motion", "an equilibrium");
   expect(report.value("converged", false), "the result is not converged", "one that is");
-  expect(report["forces"].empty() || !result.load.empty(), "hexsolve-mpi keeps no forces on nodes",
-         "a result of hexsolve");
+  expect(report["forces"].empty() || !result.load.empty(), "the result does not say which forces are on its nodes",
+         "one of this version's hexsolve, not of hexsolve-mpi");
   expect(report["contacts"].empty(), "obstacles are planes and balls, for which a deck needs meshes",
          "a scene without contacts");
   expect(report.value("volumetric", "") == "full", "C3D8 integrates the volumetric term fully",

@@ -22,7 +22,7 @@ void add_surface_and_conditions(const LevelProblem& problem, const NodeVector& u
   const Mesh& mesh = problem.mesh();
   if (!problem.islands().empty()) r.cell_fields["island"] = {problem.islands().begin(), problem.islands().end()};
 
-  r.load = to_points(problem.load());
+  if (!problem.scene().dynamics) r.load = to_points(problem.load());  // in a motion each state would have its own
 
   if (!r.surface.points.empty()) move_surface(r);
   for (const Condition& c : problem.scene().conditions) r.conditions.push_back({c.name, {}, {}, c.axes});

@@ -26,13 +26,13 @@ struct Result {
   std::vector<LatticeSegment> segments;
   int level = 0;  ///< the mechanical level
   Index3 voxels_per_cell = {1, 1, 1};
-  std::vector<Index3> cells;                               ///< shape (num_cells)
-  std::vector<CellNodes> cell_nodes;                       ///< shape (num_cells, 8), node order of shape.h
-  std::vector<Vec3> nodes;                                 ///< rest positions [mm]
-  std::vector<Vec3> displacement;                          ///< per node [mm]; empty at rest
-  std::vector<Vec3> velocity;                              ///< per node [mm/s]; empty if nothing moves
-  std::vector<Vec3> load;                                  ///< per node, of forces and gravity [N]; empty without
-  std::vector<std::uint16_t> segment;                      ///< label of each cell
+  std::vector<Index3> cells;           ///< shape (num_cells)
+  std::vector<CellNodes> cell_nodes;   ///< shape (num_cells, 8), node order of shape.h
+  std::vector<Vec3> nodes;             ///< rest positions [mm]
+  std::vector<Vec3> displacement;      ///< per node [mm]; empty at rest
+  std::vector<Vec3> velocity;          ///< per node [mm/s]; empty if nothing moves
+  std::vector<Vec3> load;              ///< per node, of forces and gravity [N]; empty without or in a motion
+  std::vector<std::uint16_t> segment;  ///< label of each cell
   std::map<std::string, std::vector<double>> cell_fields;  ///< e.g. fill [1], strain_energy_density [N/mm^2]
   TriangleSurface surface;                                 ///< rest positions; see surface_of_voxels
   std::vector<Vec3> surface_displacement;                  ///< per surface point [mm]
