@@ -41,6 +41,10 @@ Scene read_scene(const SolveOptions& o, const Input& input, RunFiles& files, con
     scene.reaction_accuracy = o.accuracy_reactions;
     scene.budget = o.budget;
   }
+  if (o.coarser_by) {
+    scene.grading = hexsolver::Grading::scene;
+    scene.coarser_by = *o.coarser_by;
+  }
   if (o.stream && !scene.dynamics)
     throw Error(ErrorKind::usage, "--stream goes with a motion, expected solve.kind = \"dynamics\"");
   if (o.stream && (o.output == "-" || o.report == "-"))

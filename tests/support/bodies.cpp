@@ -114,13 +114,12 @@ hexmesh::Result displaced(const Lattice& lattice, int level, const std::function
   return r;
 }
 
-Body::Body(const Lattice& lattice, int level, hexsolver::Elasticity elasticity, hexsolver::Volumetric volumetric,
+Body::Body(const hexsolver::MeshCells& cells, hexsolver::Elasticity elasticity, hexsolver::Volumetric volumetric,
            hexsolver::Rotation rotation)
-    : mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner()),
-      potential(mesh) {
-  auto cells = hexsolver::make_elastic_cells(mesh, lattice, level, {elasticity, rotation, volumetric});
-  elastic = cells.get();
-  potential.add(std::move(cells));
+    : mesh(cells.make_mesh()), potential(mesh) {
+  auto term = hexsolver::make_elastic_cells(mesh, cells, {elasticity, rotation, volumetric});
+  elastic = term.get();
+  potential.add(std::move(term));
 }
 
 NodeVector sample(const Mesh& mesh, const std::function<Vec3(const Vec3&)>& field) {

@@ -7,6 +7,7 @@
 #include "constraints/constraints.h"
 #include "hexmesh/lattice/lattice.h"
 #include "hexmesh/result/result.h"
+#include "mesh/mesh_cells.h"
 #include "terms/elastic.h"
 #include "terms/potential.h"
 
@@ -42,9 +43,13 @@ Lattice box(const Index3& extent, const Vec3& spacing, double young_kpa = 100, d
 /// A level with its nodes and surface displaced by `field` of the rest position, as if it had been solved.
 hexmesh::Result displaced(const Lattice& lattice, int level, const std::function<Vec3(const Vec3&)>& field);
 
-/// The mechanical mesh and the elastic energy of one level.
+/// The mechanical mesh and the elastic energy of one level, or of graded cells.
 struct Body {
   Body(const Lattice& lattice, int level, hexsolver::Elasticity elasticity,
+       hexsolver::Volumetric volumetric = hexsolver::Volumetric::mean,
+       hexsolver::Rotation rotation = hexsolver::Rotation::polar)
+      : Body(hexsolver::MeshCells(lattice, level), elasticity, volumetric, rotation) {}
+  Body(const hexsolver::MeshCells& cells, hexsolver::Elasticity elasticity,
        hexsolver::Volumetric volumetric = hexsolver::Volumetric::mean,
        hexsolver::Rotation rotation = hexsolver::Rotation::polar);
   hexsolver::Mesh mesh;

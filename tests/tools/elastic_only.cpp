@@ -28,14 +28,14 @@ struct Problem {
       : hierarchy(
             Mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner()),
             lattice.corner()) {
-    Selector selector(lattice, level, hierarchy.meshes[0]);
+    Selector selector({lattice, level}, hierarchy.meshes[0]);
     std::vector<ConstraintPoint> points = select_points(scene, selector);
     if (!free_parts(hierarchy.meshes[0], points).empty()) std::exit(4);
     constraints = std::make_unique<const Constraints>(hierarchy.meshes[0], std::move(points));
   }
   void form_cells(const hexmesh::Lattice& lattice, int level) {
     potential = std::make_unique<Potential>(hierarchy.meshes[0]);
-    auto cells = make_elastic_cells(hierarchy.meshes[0], lattice, level, {.elasticity = Elasticity::cauchy});
+    auto cells = make_elastic_cells(hierarchy.meshes[0], {lattice, level}, {.elasticity = Elasticity::cauchy});
     elastic = cells.get();
     potential->add(std::move(cells));
   }

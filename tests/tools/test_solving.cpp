@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -374,6 +375,43 @@ newton = [0.01, 0, 0.01]
             std::string::npos);
   EXPECT_TRUE(json::parse(run("hexmesh info all.hexmesh --json").output)["levels"][1]["stored_matrices"]);
   expect_failure("hexmesh build liver.nrrd -o y.hexmesh --matrices some", 2, {"--matrices"});
+}
+
+TEST_F(Tools, CellsOfSeveralLevels) {
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 0 --report ungraded.json -o ungraded.hexresult").exit_code,
+            0);
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 0:2 --report graded.json -o graded.hexresult").exit_code, 0);
+  ASSERT_EQ(
+      run("hexsolve liver.hexmesh liver.toml --set solve.grading=scene --level 0 -o graded_scene.hexresult").exit_code,
+      0);
+  const json graded = json::parse(read_text(*folder / "graded.json")),
+             alike = json::parse(read_text(*folder / "ungraded.json"));
+  EXPECT_LT(graded["levels"].back()["dofs"].get<int>(), alike["levels"].back()["dofs"].get<int>() / 2);
+  const hexmesh::Result of_graded = hexmesh::read_result(*folder / "graded.hexresult"),
+                        of_alike = hexmesh::read_result(*folder / "ungraded.hexresult");
+  EXPECT_EQ(of_graded.cells, of_alike.cells);
+  EXPECT_EQ(of_graded.displacement, hexmesh::read_result(*folder / "graded_scene.hexresult").displacement);
+  std::vector<double> levels = of_graded.cell_fields.at("cell_level");
+  std::sort(levels.begin(), levels.end());
+  levels.erase(std::unique(levels.begin(), levels.end()), levels.end());
+  EXPECT_EQ(levels, (std::vector<double>{0, 1, 2}));
+  EXPECT_FALSE(of_alike.cell_fields.contains("cell_level"));
+  ASSERT_EQ(run("hexexport graded.hexresult --surface graded.vtp --lattice graded.vtu").exit_code, 0);
+  ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 0:2 --set solve.strain=cauchy --set solve.volumetric=full "
+                "-o graded_full.hexresult")
+                .exit_code,
+            0);
+  expect_failure("hexexport graded_full.hexresult --inp graded.inp", 3, {"graded cells", "solve.grading"});
+  expect_failure("hexsolve liver.hexmesh liver.toml --level 2:1 -o wrong.hexresult", 2, {"'2:1'", "FINE:COARSE"});
+  write_text(*folder / "graded_sway.toml", sway_scene);
+  ASSERT_EQ(run("hexsolve liver.hexmesh graded_sway.toml --level 1:2 -o graded_sway.hexresult").exit_code, 0);
+  ASSERT_EQ(run("hexsolve liver.hexmesh graded_sway.toml --level 1:2 --set dynamics.start=graded_sway.hexresult "
+                "--set dynamics.duration_s=0.1 --stream -o graded_on.hexresult > graded_on.stream")
+                .exit_code,
+            0);
+  const hexmesh::Result on = hexmesh::read_result(*folder / "graded_on.hexresult");
+  EXPECT_EQ(on.displacement.size(), on.nodes.size());
+  EXPECT_EQ(on.velocity.size(), on.nodes.size());
 }
 
 }  // namespace test_solving

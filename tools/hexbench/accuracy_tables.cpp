@@ -314,9 +314,9 @@ private:
         });
         Outcome outcome;
         outcome.at = [&](const std::vector<Vec3>& places) {
-          const hexmesh::CellLocator locator(e_.lattice.voxels, motion.voxels_per_cell(), motion.mesh().cells());
+          const hexmesh::CellLocator locator(e_.lattice.voxels, motion.voxels_per_cell(), motion.cells());
           std::vector<Vec3> u;
-          hexmesh::EmbeddedPoints(locator, motion.mesh().cell_nodes(), places)
+          hexmesh::EmbeddedPoints(locator, motion.cell_nodes(), places)
               .interpolate(values_of(motion.displacement()), u);
           return u;
         };

@@ -25,6 +25,7 @@ Row to_row(const LevelErrors& errors) {
   for (const Estimated& e : errors.reactions) reactions.push_back(to_row(e));
   return {{"level", errors.level},
           {"cells", errors.cells},
+          {"unknowns", errors.unknowns},
           {"converged", errors.converged},
           {"mean_mm", to_row(errors.mean)},
           {"max_mm", to_row(errors.largest)},
@@ -43,7 +44,8 @@ int run_estimates(const EstimatesOptions& o, const CommonOptions& common, const 
   Output& output = files.output(o.scene.output, Content::text);
   const LevelErrorMeter meter(on.lattice, on.scene);
   Row levels = Row::array(), accuracies = Row::array();
-  for (int level = coarsest_level(on.lattice, static_cast<std::size_t>(o.least_cells)); level > 0; --level) {
+  const int finest = on.scene.is_graded() ? 0 : 1;  // level 0 alike is the measure
+  for (int level = coarsest_level(on.lattice, static_cast<std::size_t>(o.least_cells)); level >= finest; --level) {
     const LevelErrors errors = meter.of_level(level);
     console.note(fmt::format("level {}, {} cells: mean error {}", errors.level, errors.cells, words(errors.mean)));
     levels.push_back(to_row(errors));

@@ -32,11 +32,11 @@ Lattice lattice_of(hexmesh::LabelVolume volume, double young_kpa, double poisson
       options);
 }
 
-Lattice liver_of_phantom(double spacing, double poisson) {
+Lattice liver_of_phantom(double spacing, double poisson, const hexmesh::Index3& offset) {
   hexmesh::LabelVolume volume = hexmesh::liver_phantom(spacing).labels;
   for (std::uint16_t& label : volume.labels)
     if (label != 0) label = volume.segments[0].label;
-  return lattice_of(std::move(volume), 100, poisson);
+  return lattice_of(std::move(volume), 100, poisson, {0, offset});
 }
 
 Condition patch(const std::string& name, const Vec3& center, double radius, const Vec3& by, SurfacePoints on) {

@@ -23,7 +23,7 @@ hexmesh::Lattice lattice_of(hexmesh::LabelVolume volume, double young_kpa, doubl
                             const hexmesh::LatticeOptions& options = {});
 
 /// The phantom's liver with its tumour and vessel as one body, E = 100 kPa.
-hexmesh::Lattice liver_of_phantom(double spacing, double poisson);
+hexmesh::Lattice liver_of_phantom(double spacing, double poisson, const hexmesh::Index3& offset = {0, 0, 0});
 
 /// A condition on the places within `radius` of `center` [mm]: they move by `by` [mm].
 hexsolver::Condition patch(const std::string& name, const hexmesh::Vec3& center, double radius, const hexmesh::Vec3& by,

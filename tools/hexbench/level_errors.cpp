@@ -26,6 +26,7 @@ LevelErrorMeter::LevelErrorMeter(const hexmesh::Lattice& lattice, hexsolver::Sce
   scene_.name_level({});
   hexsolver::Scene finest = scene_;
   finest.error_estimation = hexsolver::ErrorEstimation::off;
+  finest.grading = hexsolver::Grading::off;
   const hexsolver::Outcome outcome = hexsolver::solve_equilibrium(lattice, finest, 0);
   if (!outcome.report.converged)
     throw hexmesh::Error(
@@ -47,6 +48,7 @@ LevelErrors LevelErrorMeter::measure(const hexsolver::Scene& scene, int level) c
   LevelErrors row;
   row.level = last.level;
   row.cells = last.cells;
+  row.unknowns = 3 * last.nodes;
   row.converged = report.converged;
   row.accuracy_missed = report.accuracy_missed;
   const Distances d = distances(displacement_at(outcome.result, points_), truth_);

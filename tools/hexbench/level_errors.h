@@ -18,7 +18,7 @@ struct Estimated {
 /// A level against the lattice's finest.
 struct LevelErrors {
   int level = 0;
-  std::size_t cells = 0;
+  std::size_t cells = 0, unknowns = 0;
   bool converged = false;
   bool accuracy_missed = false;      ///< as told, where one was asked
   Estimated mean, largest;           ///< of the displacement of the voxels' centres [mm]
@@ -26,7 +26,7 @@ struct LevelErrors {
   std::vector<Estimated> reactions;  ///< of each condition [N]
 };
 
-/// The finest level of a lattice under a scene, and others against it.
+/// The finest level of a lattice under a scene, its cells alike, and other levels against it, graded if the scene is.
 class LevelErrorMeter {
 public:
   /// @param lattice  with all its levels; must outlive this

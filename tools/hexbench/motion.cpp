@@ -37,9 +37,9 @@ json bench_level(const Lattice& lattice, Scene scene, int level, const Console& 
   json row = {{"level", level},   {"cells", motion.mesh().num_cells()}, {"nodes", motion.mesh().num_nodes()},
               {"solved", solved}, {"steps_per_second", 1 / of_step},    {"surfaces", json::array()}};
   std::string words;
-  const hexmesh::CellLocator locator(lattice.voxels, motion.voxels_per_cell(), motion.mesh().cells());
+  const hexmesh::CellLocator locator(lattice.voxels, motion.voxels_per_cell(), motion.cells());
   for (const std::size_t points : {229, 1455, 5541}) {
-    const hexmesh::EmbeddedPoints surface(locator, motion.mesh().cell_nodes(), sampled(lattice.surface.points, points));
+    const hexmesh::EmbeddedPoints surface(locator, motion.cell_nodes(), sampled(lattice.surface.points, points));
     std::vector<hexmesh::Vec3> moved;
     const double of_surface = seconds_of_one([&] { surface.interpolate(values_of(motion.displacement()), moved); });
     row["surfaces"].push_back({{"points", points}, {"steps_per_second", 1 / (of_step + of_surface)}});

@@ -28,14 +28,28 @@ std::string read_accuracy(const std::string& text, SolveOptions& o) {
              : fmt::format("'{}', expected reaction=0.0001% to reaction=100%", text);
 }
 
+/// FINE, or FINE:COARSE. @returns what is wrong
+std::string read_levels(const std::string& text, SolveOptions& o) {
+  constexpr int most = 30;
+  const std::size_t colon = text.find(':');
+  o.level = parse_number<int>(text.substr(0, colon));
+  const std::optional<int> coarsest = colon == std::string::npos ? o.level : parse_number<int>(text.substr(colon + 1));
+  if (!o.level || !coarsest || *o.level < 0 || *coarsest < *o.level || *coarsest > most)
+    return fmt::format("'{}', expected a level, 0 to {}, or two, FINE:COARSE", text, most);
+  if (colon != std::string::npos) o.coarser_by = *coarsest - *o.level;
+  return "";
+}
+
 }  // namespace
 
 void add_options(CLI::App& app, SolveOptions& o) {
   app.add_option("lattice", o.lattice, "Lattice file of hexmesh build; - is standard input")->required();
   app.add_option("scene", o.scene, "Scene file (TOML); - is standard input");
-  CLI::Option* level = app.add_option(
-      "--level", o.level,
-      "Mechanical level, 0 = voxels; without it and what the scene says the finest of at most 20000 cells");
+  CLI::Option* level = app.add_option("--level", o.levels,
+                                      "Mechanical level, 0 = voxels; without it and what the scene says the finest of "
+                                      "at most 20000 cells. FINE:COARSE: "
+                                      "cells of level FINE where supports and forces end and obstacles press, larger "
+                                      "ones up to level COARSE elsewhere");
   CLI::Option* accuracy = app.add_option(
       "--accuracy", o.accuracy,
       "Solve to the first level whose estimated mean error is at most this, in mm; or reaction=5%: whose "
@@ -46,7 +60,7 @@ void add_options(CLI::App& app, SolveOptions& o) {
                  "Take longer rather than more memory than this, or refuse [MB]; default: four fifths of the "
                  "machine's")
       ->check(CLI::PositiveNumber);
-  level->check(CLI::Range(0, 30))->excludes(accuracy)->excludes(budget);
+  level->check([&o](const std::string& text) { return read_levels(text, o); })->excludes(accuracy)->excludes(budget);
   accuracy->check([&o](const std::string& text) { return read_accuracy(text, o); })->excludes(budget);
   budget->check(positive_number);
   add_repeated(app, "--set", o.settings, "KEY=VALUE: override a key of the scene, e.g. solve.strain=cauchy");

@@ -13,8 +13,10 @@ namespace hextools {
 struct SolveOptions {
   std::string lattice, scene, output, report;
   std::vector<std::string> settings;
-  std::optional<int> level;
-  std::string accuracy;  ///< as given
+  std::optional<int> level;       ///< the finest
+  std::optional<int> coarser_by;  ///< graded cells, in levels
+  std::string levels;             ///< as given
+  std::string accuracy;           ///< as given
   std::optional<double> accuracy_mm, accuracy_reactions, budget;
   double max_memory_mb = 0;
   bool example = false, check = false, plan = false, stream = false;

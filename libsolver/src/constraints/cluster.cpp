@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "constraints/cluster.h"
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -18,6 +19,26 @@ using SparseMatrix = Eigen::SparseMatrix<double>;
 
 namespace {
 
+/// Size of the cells around each node, the root of the mean square of their longest edges [mm]; empty where all are of
+/// one size.
+VectorXd sizes_around(const Mesh& mesh, const std::vector<std::int32_t>& nodes) {
+  if (!mesh.is_graded()) return {};
+  std::map<std::int32_t, std::pair<double, int>> squares;
+  for (const std::int32_t n : nodes) squares[n] = {0, 0};
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    for (const std::int32_t n : mesh.cell_nodes()[c])
+      if (const auto found = squares.find(n); found != squares.end()) {
+        found->second.first += mesh.edges(c).colwise().squaredNorm().maxCoeff();
+        ++found->second.second;
+      }
+  VectorXd sizes(static_cast<Index>(nodes.size()));
+  for (Index n = 0; n < sizes.size(); ++n) {
+    const auto& [sum, count] = squares.at(nodes[static_cast<std::size_t>(n)]);
+    sizes[n] = std::sqrt(sum / count);
+  }
+  return sizes;
+}
+
 /// @param gram  of the rows
 KeptDirections kept_directions(const MatrixXd& gram, double cutoff) {
   const SymmetricEigen eigen = symmetric_eigen(gram);
@@ -25,7 +46,22 @@ KeptDirections kept_directions(const MatrixXd& gram, double cutoff) {
   const double least = cutoff * cutoff * values[values.size() - 1];
   const Index dropped = std::lower_bound(values.begin(), values.end(), least) - values.begin();
   const Index kept = values.size() - dropped;
-  return {eigen.vectors.rightCols(kept), values.tail(kept)};
+  return {eigen.vectors.rightCols(kept), values.tail(kept), {}, {}};
+}
+
+/// @param gram   of the rows
+/// @param sizes  S
+KeptDirections kept_scaled_directions(const MatrixXd& gram, const VectorXd& sizes, double cutoff) {
+  const VectorXd inverse = sizes.cwiseInverse();
+  KeptDirections kept = kept_directions(inverse.asDiagonal() * gram * inverse.asDiagonal(), cutoff);
+  const MatrixXd functionals = sizes.asDiagonal() * kept.vectors;
+  kept.divided = inverse.asDiagonal() * kept.vectors;
+  const Eigen::HouseholderQR<MatrixXd> qr(functionals);
+  const Index count = functionals.cols();
+  kept.vectors = qr.householderQ() * MatrixXd::Identity(functionals.rows(), count);
+  const MatrixXd right_sides = kept.sigma2.cwiseInverse().asDiagonal() * kept.divided.transpose();
+  kept.lifting = qr.matrixQR().topRows(count).triangularView<Eigen::Upper>().transpose().solve(right_sides);
+  return kept;
 }
 
 /// Where the points hold only some axes, as sliding plates and planes of symmetry do, a homogeneous stress may be the
@@ -127,7 +163,9 @@ std::shared_ptr<const ConstraintCluster> make_cluster(const Mesh& mesh, const st
   cluster->points = std::move(members);
   scale_rows(points, *cluster);
   fill_rows(mesh, points, *cluster);
-  cluster->kept = kept_directions(MatrixXd(SparseMatrix(cluster->h.transpose()) * cluster->h), cutoff);
+  const MatrixXd gram = SparseMatrix(cluster->h.transpose()) * cluster->h;
+  const VectorXd sizes = sizes_around(mesh, cluster->nodes);
+  cluster->kept = sizes.size() > 0 ? kept_scaled_directions(gram, sizes, cutoff) : kept_directions(gram, cutoff);
   if (needs_uniform_pressure(mesh, points, cluster->points)) hold_uniform_pressure(*cluster);
   MatrixXd directions(cluster->h.cols(), cluster->num_directions());
   directions.leftCols(cluster->kept.vectors.cols()) = cluster->kept.vectors;
@@ -163,7 +201,11 @@ double least_part_of_rigid_motions(const Mesh& mesh, const ClustersByAxis& clust
       }
       const MatrixXd rows = cluster->h * motions;
       all += rows.transpose() * rows;
-      const MatrixXd held = cluster->kept.vectors.transpose() * motions;
+      // Of v.u, v a singular vector; where the columns are scaled v.S u = (S^-1 v).h^T h u / sigma^2.
+      MatrixXd held = cluster->kept.vectors.transpose() * motions;
+      if (cluster->kept.divided.size() > 0)
+        held = cluster->kept.sigma2.cwiseInverse().asDiagonal() *
+               (cluster->kept.divided.transpose() * (cluster->h.transpose() * rows));
       kept += held.transpose() * cluster->kept.sigma2.asDiagonal() * held;
     }
   const SymmetricEigen eigen = symmetric_eigen(all);

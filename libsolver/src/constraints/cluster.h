@@ -14,18 +14,25 @@ namespace hexsolver {
 template <class Scalar>
 using MatrixOf = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
-/// Directions with sigma >= cutoff sigma_max of rows: orthonormal vectors and sigma^2.
+/// Directions with sigma >= cutoff sigma_max of rows of h: of the columns of h S^-1 where these are scaled, S the sizes
+/// of the cells around the nodes. Then nodes of small cells count as much as those of large ones.
 struct KeptDirections {
-  Eigen::MatrixXd vectors;
+  Eigen::MatrixXd vectors;  ///< orthonormal, of what is held: the singular vectors, or the span of S times these
   Eigen::VectorXd sigma2;
+  /// Where the columns are scaled, of singular vectors v: S^-1 v, and what finds the coefficients of the smallest
+  /// displacement; else empty.
+  Eigen::MatrixXd divided, lifting;
 };
 
-/// f(node, weight) for each node of the cell of a point that takes part in it.
+/// f(free node, weight) for what takes part in a point; a node may come several times.
 template <class F>
 void for_each_weight(const Mesh& mesh, const ConstraintPoint& point, F&& f) {
-  const CellNodes& nodes = mesh.cell_nodes()[point.cell];
-  for (int a = 0; a < 8; ++a)
-    if (point.weights[a] != 0) f(nodes[a], point.weights[a]);
+  for (std::size_t a = 0; a < 8; ++a) {
+    const double weight = point.weights[static_cast<Eigen::Index>(a)];
+    if (weight != 0)
+      mesh.for_each_free(static_cast<std::size_t>(point.cell), a,
+                         [&](std::int32_t node, double part) { f(node, part * weight); });
+  }
 }
 
 /// Points that share nodes, held along one axis: h^T h = vectors diag(sigma2) vectors^T + the rest.
@@ -68,8 +75,12 @@ struct ConstraintCluster {
   void displacement_for(const Eigen::Ref<const Eigen::VectorXd>& misfit, Eigen::Ref<Eigen::VectorXd> coefficients,
                         Eigen::Ref<Eigen::VectorXd> d) const {
     d.noalias() = h.transpose() * misfit;
-    coefficients.noalias() = kept.vectors.transpose() * d;
-    coefficients = coefficients.cwiseQuotient(kept.sigma2);
+    if (kept.lifting.size() > 0) {
+      coefficients.noalias() = kept.lifting * d;
+    } else {
+      coefficients.noalias() = kept.vectors.transpose() * d;
+      coefficients = coefficients.cwiseQuotient(kept.sigma2);
+    }
     d.noalias() = kept.vectors * coefficients;
     if (pressure_direction.size() > 0) d += pressure_forces.dot(misfit) * pressure_direction;
   }
@@ -83,9 +94,11 @@ struct ConstraintCluster {
 
   Eigen::Index num_directions() const { return kept.vectors.cols() + (pressure_direction.size() > 0); }
 
-  /// V Sigma^-2 V^T
+  /// x with h^T h x = the part of b in the span: V Sigma^-2 V^T b
   Eigen::VectorXd solve_normal(const Eigen::VectorXd& b) const {
-    return kept.vectors * (kept.vectors.transpose() * b).cwiseQuotient(kept.sigma2);
+    const Eigen::VectorXd along = kept.vectors.transpose() * b;
+    if (kept.divided.size() == 0) return kept.vectors * along.cwiseQuotient(kept.sigma2);
+    return kept.divided * (kept.divided.transpose() * (kept.vectors * along)).cwiseQuotient(kept.sigma2);
   }
 };
 

@@ -10,6 +10,15 @@ namespace hexsolver {
 using Eigen::Index;
 using Eigen::VectorXd;
 
+namespace {
+
+bool is_corner(const Mesh& mesh, std::int32_t cell, std::int32_t node) {
+  const CellNodes& corners = mesh.cell_nodes()[static_cast<std::size_t>(cell)];
+  return std::find(corners.begin(), corners.end(), node) != corners.end();
+}
+
+}  // namespace
+
 HeldNodes::HeldNodes(const Mesh& mesh, const std::vector<ConstraintPoint>& points, std::vector<std::size_t> members,
                      std::size_t axis)
     : mesh_(&mesh), members_(std::move(members)), axis_(axis), fit_(mesh, points, members_) {
@@ -21,9 +30,15 @@ HeldNodes::HeldNodes(const Mesh& mesh, const std::vector<ConstraintPoint>& point
       of.points.emplace_back(n, weight);
       of.weight += weight;
       of.of_condition[p.condition] += weight;
-      of.cell = p.cell;
+      if (is_corner(mesh, p.cell, node)) of.cell = p.cell;
     });
   }
+  const bool some_are_elsewhere =  // what hanging corners of cells of points hang on
+      std::any_of(nodes.begin(), nodes.end(), [](const auto& node) { return node.second.cell < 0; });
+  for (std::size_t c = 0; c < mesh.num_cells() && some_are_elsewhere; ++c)
+    for (const std::int32_t node : mesh.cell_nodes()[c])
+      if (const auto found = nodes.find(node); found != nodes.end() && found->second.cell < 0)
+        found->second.cell = static_cast<std::int32_t>(c);
   double heaviest = 0;
   for (const auto& [node, of] : nodes) heaviest = std::max(heaviest, of.weight);
   for (auto& [node, of] : nodes)

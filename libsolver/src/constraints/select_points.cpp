@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "constraints/select_points.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 namespace hexsolver {
@@ -23,7 +21,7 @@ std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selecto
   std::vector<ConstraintPoint> points;
   for (std::size_t c = 0; c < scene.conditions.size(); ++c) {
     const Condition& condition = scene.conditions[c];
-    const std::string what = fmt::format("condition '{}' ({})", condition.name, condition.where);
+    const std::string what = with_place("condition", condition);
     for (const SurfacePoint& p : selector.select(condition.selection, what)) {
       ConstraintPoint point{static_cast<std::int32_t>(c), p.cell, p.weights, condition.by, condition.axes};
       if (acts_on_area(condition, scene)) point.area = p.area.norm();

@@ -71,7 +71,10 @@ std::vector<std::string> describe(const BodyPart& part, const MatrixXd& motions)
 
 }  // namespace
 
-std::vector<std::int32_t> parts_of(const Mesh& mesh, std::size_t& num_parts) {
+namespace {
+
+/// Cells that share a whole face.
+void join_by_faces(const Mesh& mesh, hexmesh::Partition& partition) {
   // Two cells share a face where they share its four nodes: sort the faces by their lowest and highest node.
   struct Face {
     std::int32_t low, high, cell;
@@ -88,10 +91,35 @@ std::vector<std::int32_t> parts_of(const Mesh& mesh, std::size_t& num_parts) {
   std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
     return std::tie(a.low, a.high, a.cell) < std::tie(b.low, b.high, b.cell);
   });
-  hexmesh::Partition partition(mesh.num_cells());
   for (std::size_t f = 1; f < faces.size(); ++f)
     if (faces[f].low == faces[f - 1].low && faces[f].high == faces[f - 1].high)
       partition.join(faces[f].cell, faces[f - 1].cell);
+}
+
+/// Cells whose faces are in those of others, which are as large or larger.
+void join_by_places(const Mesh& mesh, hexmesh::Partition& partition) {
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
+    const Index3& size = mesh.sizes()[mesh.size_of(c)].size;
+    Index3 place = mesh.cells()[c];
+    for (std::size_t d = 0; d < 3; ++d) place[d] *= size[d];
+    for (std::size_t d = 0; d < 3; ++d)
+      for (const std::int32_t step : {-1, size[d]}) {
+        Index3 beyond = place;
+        beyond[d] += step;
+        if (const std::int32_t other = cell_at(beyond, mesh.cells(), mesh.sizes()); other >= 0)
+          partition.join(static_cast<std::int32_t>(c), other);
+      }
+  }
+}
+
+}  // namespace
+
+std::vector<std::int32_t> parts_of(const Mesh& mesh, std::size_t& num_parts) {
+  hexmesh::Partition partition(mesh.num_cells());
+  if (mesh.is_graded())
+    join_by_places(mesh, partition);
+  else
+    join_by_faces(mesh, partition);
   std::vector<std::int32_t> part(mesh.num_cells(), -1);
   num_parts = 0;
   for (std::size_t c = 0; c < part.size(); ++c) {
@@ -172,8 +200,8 @@ std::vector<FreePart> free_parts(const Mesh& mesh, const std::vector<ConstraintP
   std::size_t num_parts = 0;
   const std::vector<std::int32_t> part_of_cell = parts_of(mesh, num_parts);
   std::vector<BodyPart> parts(num_parts);
-  const Vec3 half = mesh.edges() * Vec3::Constant(0.5);
-  const auto center_of = [&](std::size_t c) -> Vec3 { return mesh.position(mesh.node(c, 0)) + half; };
+  const auto half = [&](std::size_t c) -> Vec3 { return mesh.edges(c) * Vec3::Constant(0.5); };
+  const auto center_of = [&](std::size_t c) -> Vec3 { return mesh.position(mesh.node(c, 0)) + half(c); };
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
     BodyPart& p = parts[part_of_cell[c]];
     ++p.num_cells;
@@ -182,11 +210,11 @@ std::vector<FreePart> free_parts(const Mesh& mesh, const std::vector<ConstraintP
   for (BodyPart& p : parts) p.center /= static_cast<double>(p.num_cells);
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
     BodyPart& p = parts[part_of_cell[c]];
-    p.size = std::max(p.size, (center_of(c) - p.center).norm() + half.norm());
+    p.size = std::max(p.size, (center_of(c) - p.center).norm() + half(c).norm());
   }
 
   // Nodes where parts meet.
-  std::vector<std::vector<std::size_t>> meeting(num_parts > 1 ? mesh.num_nodes() : 0);
+  std::vector<std::vector<std::size_t>> meeting(num_parts > 1 ? mesh.num_all_nodes() : 0);
   if (num_parts > 1)
     for (std::size_t c = 0; c < mesh.num_cells(); ++c)
       for (const std::int32_t n : mesh.cell_nodes()[c]) {

@@ -176,6 +176,7 @@ void check_is_shareable(const Scene& scene) {
   if (scene.dynamics) refuse("solve.kind = \"dynamics\"");
   if (scene.islands != Islands::error) refuse("solve.islands other than \"error\"");
   if (!scene.contacts.empty()) refuse("[[contact]]");
+  if (scene.is_graded()) refuse("solve.grading = \"scene\"");
 }
 
 SolveReport solve_equilibrium(const Run&, const std::filesystem::path& lattice, const Scene& scene,

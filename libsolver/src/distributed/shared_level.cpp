@@ -51,7 +51,7 @@ void SharedLevel::build_potential(Elasticity elasticity, std::vector<bool> rotat
   if (potential_ && elasticity == elasticity_ && rotating.empty()) return;
   elasticity_ = elasticity;
   auto elastic = make_elastic_cells(
-      mesh(), part_->lattice, level_,
+      mesh(), {part_->lattice, level_},
       {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(rotating), false});
   elastic_ = elastic.get();
   rounding_ = std::sqrt(all_.sum(elastic->rounding() * elastic->rounding()));
@@ -95,7 +95,7 @@ double SharedLevel::diameter() const {
 }
 
 void SharedLevel::select() {
-  Selector selector(piece_->lattice(), level_, piece_->mesh(), piece_->share());
+  Selector selector({piece_->lattice(), level_}, piece_->mesh(), piece_->share());
   std::vector<SharedConstraints::Point> own;
   for (const ConstraintPoint& p : select_points(scene_, selector)) {
     SharedConstraints::Point point;
@@ -125,10 +125,10 @@ void SharedLevel::select() {
   Scene part = scene_;
   part.gravity = Vec3::Zero();
   const NodeCopies of_piece(pattern_, nodes_->find(piece_->in_whole(piece_->mesh().nodes())));
-  add(make_loads(part, piece_->lattice(), level_, piece_->mesh(), selector), piece_->mesh(), of_piece);
+  add(make_loads(part, {piece_->lattice(), level_}, piece_->mesh(), selector), piece_->mesh(), of_piece);
   part = scene_;
   part.forces.clear();
-  add(make_loads(part, part_->lattice, level_, mesh(), selector), mesh(), copies_);
+  add(make_loads(part, {part_->lattice, level_}, mesh(), selector), mesh(), copies_);
 }
 
 std::int32_t SharedLevel::own_cell(const Index3& cell) const {

@@ -31,7 +31,7 @@ hexmesh::ResultRows result_rows(const SharedLevel& level, Vec u, SolveReport& re
   NodeVector v;
   NodeCopies(u, level.nodes().find(read.in_whole(nodes))).get(u, v);
   const auto cells =
-      make_elastic_cells(read.mesh(), piece, level.level(),
+      make_elastic_cells(read.mesh(), {piece, level.level()},
                          {level.elasticity(), scene.rotation, scene.volumetric, scene.stiffness, {}, false});
   const SurfaceShare& share = read.share();
   CellMeasures measures = measure_cells(*cells, v, [&](const Index3& node) { return share.has_node(node); });
@@ -39,7 +39,7 @@ hexmesh::ResultRows result_rows(const SharedLevel& level, Vec u, SolveReport& re
   report.pressure_checkerboard =
       std::sqrt(all.sum(checkers * measures.pressure_checkerboard * measures.pressure_checkerboard) /
                 std::max(1.0, all.sum(checkers)));
-  hexmesh::ResultRows rows{state_of_cells(piece, level.level(), *cells, v, std::move(measures))};
+  hexmesh::ResultRows rows{state_of_cells({piece, level.level()}, *cells, v, std::move(measures))};
   hexmesh::Result& r = rows.part;
   const std::size_t first = read.rows().first_cell, count = read.rows().num_own_cells;
   const CellChanges changes = count_changes(r, first, count);

@@ -23,19 +23,35 @@ Motion::~Motion() = default;
 bool Motion::step() { return integrator_->step(); }
 const char* Motion::reason() const { return integrator_->reason(); }
 double Motion::time() const { return integrator_->time(); }
-const NodeVector& Motion::displacement() const { return integrator_->displacement(); }
-const NodeVector& Motion::velocity() const { return integrator_->velocity(); }
+const NodeVector& Motion::displacement() const { return on_level(integrator_->displacement(), displacement_); }
+const NodeVector& Motion::velocity() const { return on_level(integrator_->velocity(), velocity_); }
+const NodeVector& Motion::on_level(const NodeVector& field, NodeVector& told) const {
+  const OnLevel* level = integrator_->on_level();
+  if (!level) return field;
+  level->tell(field, told);
+  return told;
+}
 const Energies& Motion::energies() const { return integrator_->energies(); }
 double Motion::work() const { return integrator_->work(); }
 double Motion::work_uncertainty() const { return integrator_->work_uncertainty(); }
 Vec3 Motion::momentum() const { return integrator_->momentum(); }
 const Mesh& Motion::mesh() const { return integrator_->problem().mesh(); }
-const std::vector<Index3>& Motion::cells() const { return mesh().cells(); }
-const std::vector<hexmesh::CellNodes>& Motion::cell_nodes() const { return mesh().cell_nodes(); }
-const Index3& Motion::voxels_per_cell() const {
-  return integrator_->lattice().levels[static_cast<std::size_t>(integrator_->problem().level())].voxels_per_cell;
+const std::vector<Index3>& Motion::cells() const {
+  return integrator_->lattice().level(integrator_->problem().level()).cells;
 }
-void Motion::set_state(const NodeVector& u, const NodeVector& v) { integrator_->set_state(u, v); }
+const std::vector<hexmesh::CellNodes>& Motion::cell_nodes() const {
+  return integrator_->on_level() ? integrator_->on_level()->numbering().cell_nodes : mesh().cell_nodes();
+}
+const Index3& Motion::voxels_per_cell() const {
+  return integrator_->lattice().level(integrator_->problem().level()).voxels_per_cell;
+}
+void Motion::set_state(const NodeVector& u, const NodeVector& v) {
+  const OnLevel* level = integrator_->on_level();
+  if (level)
+    integrator_->set_state(level->sampled(u), level->sampled(v));
+  else
+    integrator_->set_state(u, v);
+}
 const Motion::Counts& Motion::counts() const { return integrator_->counts(); }
 const std::string* Motion::ball_inside() const { return integrator_->ball_inside(); }
 
@@ -63,7 +79,7 @@ Outcome Motion::make_result(SolveReport report) const {
   add_effect_seconds(problem.potential(), report);
   Outcome outcome =
       hexsolver::make_result(integrator_->lattice(), problem, integrator_->displacement(), std::move(report));
-  outcome.result.velocity = to_points(integrator_->velocity());
+  outcome.result.velocity = to_points(velocity());
   return outcome;
 }
 

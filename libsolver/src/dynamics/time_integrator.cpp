@@ -56,7 +56,7 @@ const char* reason_of_substep(NewtonEnd end) {
 }
 
 Energies energies_of(const LevelProblem& problem, const Inertia& inertia, const NodeVector& u, const NodeVector& v) {
-  return {inertia.kinetic_energy(v), problem.elastic().energy(u), problem.contact_energy(u), problem.load_energy(u)};
+  return {inertia.kinetic_energy(v), problem.strain_energy(u), problem.contact_energy(u), problem.load_energy(u)};
 }
 
 double sum_of_sizes(const Energies& e) { return e.kinetic + e.strain + e.contact + std::abs(e.loads); }
@@ -70,10 +70,10 @@ TimeIntegrator::TimeIntegrator(const hexmesh::Lattice& lattice, const Scene& sce
       problem_(lattice, scene, level),
       corners_(scene, settings_.step / most_substeps) {
   const std::size_t cells = problem_.mesh().num_cells();
+  if (problem_.cells().is_graded()) on_level_.emplace(problem_.cells(), problem_.mesh());
   problem_.build_potential(scene.elasticity, std::vector<bool>(scene.finds_strain ? cells : 0));
-  inertia_ = &problem_.add_term(std::make_unique<Inertia>(problem_.mesh(),
-                                                          lattice.levels[static_cast<std::size_t>(level)].element,
-                                                          lumped_masses(lattice, level), scene.damping.mass_per_s));
+  inertia_ = &problem_.add_term(std::make_unique<Inertia>(problem_.mesh(), problem_.cells().elements(),
+                                                          lumped_masses(problem_.cells()), scene.damping.mass_per_s));
   if (scene.damping.stiffness_s > 0)
     damping_ = &problem_.add_term(std::make_unique<StiffnessDamping>(problem_.elastic(), scene.damping.stiffness_s));
   const Mesh& mesh = problem_.mesh();
@@ -107,18 +107,25 @@ void TimeIntegrator::start() {
   for (Eigen::Index n = 0; n < dofs; n += 3) v_.segment<3>(n) = settings_.velocity;
   if (!settings_.start.empty()) {
     const hexmesh::Result before = hexmesh::read_result(settings_.start);
+    const std::vector<Index3>& cells = lattice_.level(problem_.level()).cells;
+    const std::vector<Index3>& nodes = on_level_ ? on_level_->numbering().nodes : problem_.mesh().nodes();
     const auto is_same_place = [&](std::size_t n) {
-      return (before.nodes[n] - problem_.mesh().position(n)).norm() < 1e-6 * before.voxels.spacing().norm();
+      const Vec3 place =
+          lattice_.corner() + lattice_.cell_edges(problem_.level()) * Vec3(nodes[n][0], nodes[n][1], nodes[n][2]);
+      return (before.nodes[n] - place).norm() < 1e-6 * before.voxels.spacing().norm();
     };
-    if (before.cells != problem_.mesh().cells() || before.level != problem_.level() || !is_same_place(0) ||
+    if (before.cells != cells || before.level != problem_.level() || !is_same_place(0) ||
         !is_same_place(before.nodes.size() - 1))
-      throw hexmesh::Error(hexmesh::ErrorKind::input,
-                           fmt::format("dynamics.start is '{}', level {} of {} cells, expected a result of "
-                                       "this lattice at level {} of {} cells",
-                                       settings_.start.string(), before.level, before.cells.size(), problem_.level(),
-                                       problem_.mesh().num_cells()));
-    u_ = to_field(before.displacement);
-    if (!before.velocity.empty()) v_ += to_field(before.velocity);
+      throw hexmesh::Error(
+          hexmesh::ErrorKind::input,
+          fmt::format("dynamics.start is '{}', level {} of {} cells, expected a result of "
+                      "this lattice at level {} of {} cells",
+                      settings_.start.string(), before.level, before.cells.size(), problem_.level(), cells.size()));
+    const auto at_mesh = [&](const std::vector<Vec3>& field) -> NodeVector {
+      return on_level_ ? on_level_->sampled(to_field(field)) : to_field(field);
+    };
+    u_ = at_mesh(before.displacement);
+    if (!before.velocity.empty()) v_ += at_mesh(before.velocity);
   }
   set_state(u_, v_);
 }
@@ -228,11 +235,11 @@ void TimeIntegrator::choose_rotating() {
   const double before = energies_.strain;
   rotated_ = rotating_->rotating();
   rotating_->choose_rotating(u_, rotating_angle, rotating_angle / 2);
-  energies_.strain = rotating_->energy(u_);
+  energies_.strain = problem_.strain_energy(u_);
   if (energies_.strain > before) {
     for (std::size_t c = 0; c < rotated_.size(); ++c) rotated_[c] = rotated_[c] || rotating_->rotating()[c];
     rotating_->set_rotating(rotated_);
-    energies_.strain = rotating_->energy(u_);
+    energies_.strain = problem_.strain_energy(u_);
   }
   const double gain = energies_.strain - before;
   if (!(gain > 0)) return;

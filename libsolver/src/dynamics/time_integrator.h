@@ -9,6 +9,7 @@
 #include "dynamics/step_equations.h"
 #include "dynamics/table_corners.h"
 #include "hexsolver/dynamics/motion.h"
+#include "level/on_level.h"
 #include "newton/newton.h"
 #include "terms/corotational.h"
 #include "terms/inertia.h"
@@ -46,6 +47,7 @@ public:
   const char* reason() const noexcept { return reason_; }  ///< why the last substep was not accepted; empty if it was
 
   const LevelProblem& problem() const noexcept { return problem_; }
+  const OnLevel* on_level() const noexcept { return on_level_ ? &*on_level_ : nullptr; }  ///< null: cells alike
   const Scene& scene() const noexcept { return scene_; }
   const hexmesh::Lattice& lattice() const noexcept { return lattice_; }
   std::size_t preconditioner_bytes() const { return equations_->preconditioner_bytes(); }
@@ -78,6 +80,7 @@ private:
   const Scene scene_;
   const Dynamics settings_;
   LevelProblem problem_;
+  std::optional<const OnLevel> on_level_;  ///< of graded cells
   Inertia* inertia_ = nullptr;             ///< in the potential
   StiffnessDamping* damping_ = nullptr;    ///< likewise
   CorotationalCells* rotating_ = nullptr;  ///< likewise, where cells are chosen that rotate

@@ -6,6 +6,7 @@
 #include "equilibrium/local_level.h"
 #include "equilibrium/nested_iteration.h"
 #include "hexmesh/core/error.h"
+#include "level/grading.h"
 #include "level/islands.h"
 #include "level/make_result.h"
 
@@ -32,9 +33,11 @@ int finest_level(const Scene& scene, const std::vector<std::size_t>& num_cells) 
 
 int finest_level_needed(const Scene& scene, const std::vector<std::size_t>& num_cells, int level) {
   if (level == 0 || scene.dynamics || scene.is_open_ended()) return level;
-  const bool looks = scene.error_estimation == ErrorEstimation::look ||
-                     (scene.error_estimation == ErrorEstimation::automatic &&
-                      num_cells[static_cast<std::size_t>(level) - 1] <= most_cells_looked_at);
+  // Graded cells are far fewer than those of the level, which are counted where nothing is known of them yet.
+  const std::size_t most = scene.is_graded() ? 8 * most_cells_looked_at : most_cells_looked_at;
+  const bool looks =
+      scene.error_estimation == ErrorEstimation::look ||
+      (scene.error_estimation == ErrorEstimation::automatic && num_cells[static_cast<std::size_t>(level) - 1] <= most);
   return looks ? level - 1 : level;
 }
 
@@ -53,7 +56,7 @@ Outcome solve_equilibrium(const Lattice& whole, const Scene& scene, int level, c
   const Lattice& lattice = rest ? *rest : whole;
   if (rest) warn_of_dropped_cells(whole, level, report);
   NestedIteration<LocalLevel>::Levels levels;
-  levels.num_cells = cells_of_levels(lattice);
+  levels.num_cells = cells_of_levels(lattice, scene);
   for (const hexmesh::Level& l : lattice.levels) levels.mixture.push_back(l.mixture);
   while (levels.num_cells[static_cast<std::size_t>(levels.finest_there_is)] == 0) ++levels.finest_there_is;
   levels.make = [&](int n, const Scene& of_level) { return std::make_unique<LocalLevel>(lattice, of_level, n); };

@@ -10,16 +10,14 @@ namespace hexsolver {
 namespace {
 
 /// Of the cells of a level, those whose parents are rotated by more than an angle [rad].
-/// @param merge  of the cells into those of the coarser level
+/// @param parent_of  cell -> that of the coarser level
 std::vector<bool> cells_rotated_by(double angle, const ElasticCells& parents, const NodeVector& u,
-                                   const hexmesh::Merge& merge, std::size_t num_cells) {
-  std::vector<bool> rotating(num_cells);
-  for (std::size_t parent = 0; parent < merge.children.size(); ++parent) {
-    const Mat3 f = parents.mean_gradient(parent, u);
-    const bool rotates = rotation_angle(polar_decomposition(f).rotation) > angle;
-    for (const std::int32_t child : merge.children[parent])
-      if (child >= 0) rotating[static_cast<std::size_t>(child)] = rotates;
-  }
+                                   const std::vector<std::int32_t>& parent_of) {
+  std::vector<bool> rotates;
+  for (std::size_t parent = 0; parent < parents.mesh().num_cells(); ++parent)
+    rotates.push_back(rotation_angle(polar_decomposition(parents.mean_gradient(parent, u)).rotation) > angle);
+  std::vector<bool> rotating;
+  for (const std::int32_t parent : parent_of) rotating.push_back(rotates[hexmesh::as_size(parent)]);
   return rotating;
 }
 
@@ -27,8 +25,9 @@ std::vector<bool> cells_rotated_by(double angle, const ElasticCells& parents, co
 
 double LocalLevel::diameter() const {
   const Mesh& mesh = problem_.mesh();
-  const Index3 extent = hexmesh::extent_of(mesh.cells());
-  return (mesh.edges().cwiseAbs() * Vec3(extent[0], extent[1], extent[2])).norm();
+  Vec3 extent = Vec3::Zero();
+  for (const Index3& n : mesh.nodes()) extent = extent.cwiseMax(Vec3(n[0], n[1], n[2]));
+  return (mesh.edges().cwiseAbs() * extent).norm();
 }
 
 RotatingCells LocalLevel::build(Elasticity elasticity, const CoarseStart<LocalLevel>* start, NodeVector& u) {
@@ -38,25 +37,28 @@ RotatingCells LocalLevel::build(Elasticity elasticity, const CoarseStart<LocalLe
   }
   const Mesh& mesh = problem_.mesh();
   const LevelProblem& coarser = start->level->problem();
-  const hexmesh::Merge merge = merge_of(*start->level);
+  const std::vector<std::int32_t> parents = parents_in(*start->level);
   std::vector<bool> rotating;
   RotatingCells num_rotating;
   if (start->rotating_above) {
-    rotating = cells_rotated_by(*start->rotating_above, coarser.elastic(), *start->u, merge, mesh.num_cells());
+    rotating = cells_rotated_by(*start->rotating_above, coarser.elastic(), *start->u, parents);
     num_rotating = static_cast<std::size_t>(std::count(rotating.begin(), rotating.end(), true));
   }
   problem_.build_potential(elasticity, std::move(rotating));
-  Prolongation(mesh, coarser.mesh(), merge).prolongate(*start->u, u);
+  Prolongation(mesh, coarser.mesh(), parents, ratio_to(*start->level)).prolongate(*start->u, u);
   return num_rotating;
 }
 
-hexmesh::Merge LocalLevel::merge_of(const LocalLevel& coarser) const {
-  return hexmesh::merge_cells(problem_.mesh().cells(),
-                              lattice_.levels[static_cast<std::size_t>(coarser.level())].merge);
+Index3 LocalLevel::ratio_to(const LocalLevel& coarser) const {
+  return hexmesh::coarser_index(coarser.problem().cells().unit(), problem_.cells().unit());
+}
+
+std::vector<std::int32_t> LocalLevel::parents_in(const LocalLevel& coarser) const {
+  return parents_of(problem_.mesh(), coarser.problem().mesh(), ratio_to(coarser));
 }
 
 void LocalLevel::prolongate(const LocalLevel& coarser, const NodeVector& from, NodeVector& to) const {
-  Prolongation(problem_.mesh(), coarser.problem().mesh(), merge_of(coarser)).prolongate(from, to);
+  Prolongation(problem_.mesh(), coarser.problem().mesh(), parents_in(coarser), ratio_to(coarser)).prolongate(from, to);
 }
 
 double LocalLevel::mean_deformation(const NodeVector& u) const {
@@ -70,7 +72,7 @@ LevelMeasures LocalLevel::measures(const NodeVector& u) {
   NodeVector gradient, magnitude;
   problem_.potential().move_to(u);
   problem_.potential().gradient(u, gradient, magnitude);
-  return {problem_.elastic().energy(u), reactions(problem_.constraints(), problem_.scene(), gradient)};
+  return {problem_.strain_energy(u), reactions(problem_.constraints(), problem_.scene(), gradient)};
 }
 
 NewtonOutcome LocalLevel::minimize(const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress) {

@@ -36,7 +36,8 @@ public:
   void add_effect_seconds(SolveReport& report) const { hexsolver::add_effect_seconds(problem_.potential(), report); }
 
 private:
-  hexmesh::Merge merge_of(const LocalLevel& coarser) const;  ///< of the cells here into those
+  Index3 ratio_to(const LocalLevel& coarser) const;                       ///< see Prolongation
+  std::vector<std::int32_t> parents_in(const LocalLevel& coarser) const;  ///< of the cells here into those
 
   const hexmesh::Lattice& lattice_;
   LevelProblem problem_;

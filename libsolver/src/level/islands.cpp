@@ -32,8 +32,9 @@ bool only_islands_among(const std::vector<FreePart>& free, const Mesh& mesh) {
 
 std::vector<std::int32_t> islands_to_leave_out(const Lattice& lattice, const Scene& scene, int level) {
   if (scene.islands == Islands::error) return {};
-  const Mesh mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner());
-  Selector selector(lattice, level, mesh);
+  const MeshCells all(lattice, level);
+  const Mesh mesh = all.make_mesh();
+  Selector selector(all, mesh);
   const std::vector<FreePart> free = free_parts(mesh, select_points(scene, selector));
   if (!only_islands_among(free, mesh)) return {};
   std::vector<std::int32_t> cells;

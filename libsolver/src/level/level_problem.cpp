@@ -8,6 +8,7 @@
 
 #include "constraints/select_points.h"
 #include "constraints/supports.h"
+#include "level/grading.h"
 #include "level/islands.h"
 #include "selection/selection.h"
 #include "terms/loads.h"
@@ -47,15 +48,12 @@ std::size_t coarsest_dofs(const Lattice& lattice, const Scene& scene) {
 }
 
 LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level)
-    : lattice_(lattice),
+    : cells_(cells_for(lattice, scene, level)),
       scene_(scene),
-      level_(level),
       progress_(at_the_end(scene)),
-      hierarchy_(
-          Mesh(lattice.levels[static_cast<std::size_t>(level)].cells, lattice.cell_edges(level), lattice.corner()),
-          lattice.corner(), coarsest_dofs(lattice, scene)) {
+      hierarchy_(cells_.make_mesh(), lattice.corner(), coarsest_dofs(lattice, scene)) {
   hierarchy_.in_double = is_of_high_contrast(lattice);
-  Selector selector(lattice, level, mesh());
+  Selector selector(cells_, mesh());
   std::vector<ConstraintPoint> points = select_points(scene, selector);
   find_islands(points);
   for (ConstraintPoint& p : points) {
@@ -63,7 +61,7 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
     p.value = prescribed_displacement(condition, mesh().rest_position(p.cell, p.weights), progress_);
   }
   constraints_ = std::make_unique<Constraints>(mesh(), std::move(points));
-  new_loads_ = make_loads(scene, lattice, level, mesh(), selector);
+  new_loads_ = make_loads(scene, cells_, mesh(), selector);
   for (const auto& load : new_loads_) loads_.push_back(load.get());
   if (!scene.contacts.empty()) {
     const std::vector<SurfacePoint> surface = selector.whole_surface();
@@ -118,7 +116,7 @@ void LevelProblem::find_islands(const std::vector<ConstraintPoint>& points) {
   if (free.empty()) return;
   const bool may_be_held = only_islands_among(free, mesh());
   if (scene_.dynamics && !may_be_held) return;
-  if (scene_.islands != Islands::hold || !may_be_held) fail_unsupported(free, scene_, level_, may_be_held);
+  if (scene_.islands != Islands::hold || !may_be_held) fail_unsupported(free, scene_, level(), may_be_held);
   islands_.resize(mesh().num_cells());
   for (const FreePart& part : free)
     for (const std::int32_t c : part.cells) islands_[static_cast<std::size_t>(c)] = true;
@@ -129,6 +127,12 @@ std::size_t LevelProblem::num_island_cells() const {
 }
 
 Vec3 LevelProblem::spring_force(const NodeVector& u) const { return springs_ ? springs_->force(u) : Vec3::Zero(); }
+
+double LevelProblem::strain_energy(const NodeVector& u) const {
+  if (mesh().num_hanging() == 0) return elastic_->energy(u);
+  mesh().spread(u, at_all_nodes_);
+  return elastic_->energy(at_all_nodes_);
+}
 
 double LevelProblem::contact_energy(const NodeVector& u) const {
   double sum = springs_ ? springs_->energy(u) : 0;
@@ -157,7 +161,7 @@ double largest_turning_step(const Scene& scene) {
 
 void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rotating) {
   auto elastic = make_elastic_cells(
-      mesh(), lattice_, level_,
+      mesh(), cells_,
       {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(rotating), scene_.saves_memory});
   elastic_ = elastic.get();
   std::vector<std::pair<std::int32_t, double>> springs;

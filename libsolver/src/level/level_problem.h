@@ -44,7 +44,8 @@ public:
     return added;
   }
 
-  int level() const noexcept { return level_; }
+  int level() const noexcept { return cells_.level(); }
+  const MeshCells& cells() const noexcept { return cells_; }
   const Scene& scene() const noexcept { return scene_; }
   const Mesh& mesh() const { return hierarchy_.meshes.front(); }
   const Hierarchy& hierarchy() const noexcept { return hierarchy_; }
@@ -57,6 +58,7 @@ public:
   const std::vector<bool>& islands() const noexcept { return islands_; }  ///< held by springs, per cell; empty = none
   std::size_t num_island_cells() const;
   Vec3 spring_force(const NodeVector& u) const;      ///< of what holds the islands [N]
+  double strain_energy(const NodeVector& u) const;   ///< [N mm]
   double contact_energy(const NodeVector& u) const;  ///< of obstacles and springs [N mm]
   double load_energy(const NodeVector& u) const;     ///< of forces and gravity [N mm]
   double largest_load_step() const;                  ///< from rest, as its contacts allow
@@ -76,13 +78,13 @@ private:
   void set_loads(const Progress& progress);
   void find_islands(const std::vector<ConstraintPoint>& points);
 
-  const hexmesh::Lattice& lattice_;
+  MeshCells cells_;
   Scene scene_;
-  int level_;
   Progress progress_;  ///< of what is prescribed and loaded now
   Hierarchy hierarchy_;
   std::vector<bool> islands_;
   std::unique_ptr<Constraints> constraints_;
+  mutable NodeVector at_all_nodes_;                            ///< space, of graded cells
   std::vector<Vec3> prescribed_;                               ///< space for the points of the constraints [mm]
   std::vector<std::unique_ptr<DeadLoad>> new_loads_;           ///< until the potential takes them
   std::vector<std::unique_ptr<PenaltyContact>> new_contacts_;  ///< likewise

@@ -8,6 +8,7 @@
 #include "level/cell_changes.h"
 #include "level/checks.h"
 #include "level/condition_reports.h"
+#include "level/on_level.h"
 #include "mesh/points.h"
 #include "terms/cell_measures.h"
 
@@ -20,27 +21,26 @@ using hexmesh::Result;
 /// What lies beside the cells.
 void add_surface_and_conditions(const LevelProblem& problem, const NodeVector& u, Result& r) {
   const Mesh& mesh = problem.mesh();
-  if (!problem.islands().empty()) r.cell_fields["island"] = {problem.islands().begin(), problem.islands().end()};
-
-  if (!problem.scene().dynamics) r.load = to_points(problem.load());  // in a motion each state would have its own
+  if (!problem.scene().dynamics && !problem.cells().is_graded())
+    r.load = to_points(problem.load());  // in a motion each state would have its own
 
   if (!r.surface.points.empty()) move_surface(r);
   for (const Condition& c : problem.scene().conditions) r.conditions.push_back({c.name, {}, {}, c.axes});
   add_condition_points(problem.constraints(), mesh, u, r.conditions);
 }
 
-void add_measures(CellMeasures& measures, Result& result) {
+void add_measures(CellMeasures& measures, CellFields& fields) {
   for (std::size_t d = 0; d < 3; ++d)
-    result.cell_fields[fmt::format("principal_stretch_{}", d + 1)] = std::move(measures.principal_stretch[d]);
-  result.cell_fields["min_jacobian"] = std::move(measures.min_jacobian);
-  result.cell_fields["volume_ratio"] = std::move(measures.volume_ratio);
-  result.cell_fields["inverted_part"] = std::move(measures.inverted_part);
-  result.cell_fields["rotation_degrees"] = std::move(measures.rotation_degrees);
-  result.cell_fields["young_modulus"] = std::move(measures.young_modulus);
-  result.cell_fields["poisson_ratio"] = std::move(measures.poisson_ratio);
-  result.cell_fields["von_mises_stress"] = std::move(measures.von_mises_stress);
-  result.cell_fields["pressure"] = std::move(measures.pressure);
-  result.cell_fields["smoothed_pressure"] = std::move(measures.smoothed_pressure);
+    fields[fmt::format("principal_stretch_{}", d + 1)] = std::move(measures.principal_stretch[d]);
+  fields["min_jacobian"] = std::move(measures.min_jacobian);
+  fields["volume_ratio"] = std::move(measures.volume_ratio);
+  fields["inverted_part"] = std::move(measures.inverted_part);
+  fields["rotation_degrees"] = std::move(measures.rotation_degrees);
+  fields["young_modulus"] = std::move(measures.young_modulus);
+  fields["poisson_ratio"] = std::move(measures.poisson_ratio);
+  fields["von_mises_stress"] = std::move(measures.von_mises_stress);
+  fields["pressure"] = std::move(measures.pressure);
+  fields["smoothed_pressure"] = std::move(measures.smoothed_pressure);
 }
 
 void report_conditions(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u, SolveReport& report) {
@@ -79,21 +79,31 @@ void add_effect_seconds(const Potential& potential, SolveReport& report) {
     }
 }
 
-Result state_of_cells(const Lattice& lattice, int number, const ElasticCells& elastic, const NodeVector& u,
-                      CellMeasures measures) {
-  const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(number)];
-  Result r = hexmesh::rest_state(lattice, number);
-  r.displacement = to_points(u);
-  const double cell_volume = lattice.cell_size(number).prod();
-  std::vector<double>& density = r.cell_fields["strain_energy_density"];
-  for (std::size_t c = 0; c < level.cells.size(); ++c)
-    density.push_back(elastic.cell_energy(c, u) / (level.fill(c) * cell_volume));
-  add_measures(measures, r);
+Result state_of_cells(const MeshCells& cells, const ElasticCells& elastic, const NodeVector& u, CellMeasures measures,
+                      CellFields fields) {
+  const Mesh& mesh = elastic.mesh();
+  Result r = hexmesh::rest_state(cells.lattice(), cells.level());
+  std::vector<double>& density = fields["strain_energy_density"];
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    density.push_back(elastic.cell_energy(c, u) / elastic.model(c).volume);
+  add_measures(measures, fields);
+  if (!cells.is_graded()) {
+    r.cell_fields.merge(fields);
+    r.displacement = to_points(u);
+    return r;
+  }
+  std::vector<double>& level = fields["cell_level"];
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c) level.push_back(cells.place(c).level);
+  const OnLevel on_level(cells, mesh);
+  for (const auto& [name, values] : fields) r.cell_fields[name] = on_level.values(values);
+  NodeVector of_level;
+  on_level.tell(u, of_level);
+  r.displacement = to_points(of_level);
   return r;
 }
 
 Outcome make_result(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u, SolveReport report) {
-  report.strain_energy_n_mm = problem.elastic().energy(u);
+  report.strain_energy_n_mm = problem.strain_energy(u);
   report.held_cells = problem.num_island_cells();
   report.held_force_n = problem.spring_force(u);
   if (report.held_cells > 0)
@@ -102,7 +112,9 @@ Outcome make_result(const Lattice& lattice, const LevelProblem& problem, const N
   for (const Potential::Cost& cost : problem.potential().costs()) report.bytes.emplace_back(cost.name, cost.bytes);
   CellMeasures measures = measure_cells(problem.elastic(), u);
   report.pressure_checkerboard = measures.pressure_checkerboard;
-  Result result = state_of_cells(lattice, problem.level(), problem.elastic(), u, std::move(measures));
+  CellFields fields;
+  if (!problem.islands().empty()) fields["island"] = {problem.islands().begin(), problem.islands().end()};
+  Result result = state_of_cells(problem.cells(), problem.elastic(), u, std::move(measures), std::move(fields));
   add_surface_and_conditions(problem, u, result);
   if (report.converged)
     if (const std::string limit = problem.elastic().limit_reached(u, false); !limit.empty())

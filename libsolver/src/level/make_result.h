@@ -13,9 +13,12 @@ namespace hexsolver {
 Outcome make_result(const hexmesh::Lattice& lattice, const LevelProblem& problem, const NodeVector& u,
                     SolveReport so_far);
 
-/// A state of a level with the measures of its cells; without displacements of surface and conditions.
-hexmesh::Result state_of_cells(const hexmesh::Lattice& lattice, int level, const ElasticCells& elastic,
-                               const NodeVector& u, CellMeasures measures);
+using CellFields = std::map<std::string, std::vector<double>>;
+
+/// A state of cells with their measures, and other fields of them; without displacements of surface and conditions.
+/// That of graded cells is told on all cells of the finest level, exactly: where they are coarser, it is interpolated.
+hexmesh::Result state_of_cells(const MeshCells& cells, const ElasticCells& elastic, const NodeVector& u,
+                               CellMeasures measures, CellFields fields = {});
 
 /// Add to each effect the seconds that the terms of a potential took for it.
 void add_effect_seconds(const Potential& potential, SolveReport& report);

@@ -12,13 +12,14 @@ using Eigen::Index;
 
 void BlockJacobi::update(const Potential& potential) {
   const Mesh& mesh = potential.mesh();
-  inverse_.assign(mesh.num_nodes(), Mat3::Zero());
+  inverse_.assign(mesh.num_all_nodes(), Mat3::Zero());
   mesh.for_each_cell([&](std::size_t c) {
     NodeBlocks blocks;
     blocks.fill(Mat3::Zero());
     potential.add_diagonal(c, blocks);
     for (std::size_t a = 0; a < 8; ++a) inverse_[mesh.node(c, a)] += blocks[a];
   });
+  mesh.collect_blocks(inverse_);
   const auto count = static_cast<std::ptrdiff_t>(inverse_.size());
   for_each_node(count, [&](std::ptrdiff_t n) {
     Mat3& block = inverse_[n];

@@ -14,14 +14,49 @@ Mesh::Mesh(std::vector<Index3> cells, const Mat3& edges, const Vec3& corner)
     : Mesh(cells, hexmesh::number_nodes(cells), edges, corner) {}
 
 Mesh::Mesh(std::vector<Index3> cells, hexmesh::NodeNumbering numbering, const Mat3& edges, const Vec3& corner)
-    : cells_(std::move(cells)), numbering_(std::move(numbering)), edges_(edges), corner_(corner) {
-  slabs_.assign(static_cast<std::size_t>(hexmesh::extent_of(cells_)[2]), {0, 0});
-  for (std::size_t c = 0; c < cells_.size(); ++c) {
-    auto& slab = slabs_[cells_[c][2]];
-    if (slab.second == 0) slab.first = c;
-    slab.second = c + 1;
+    : cells_(std::move(cells)), numbering_(std::move(numbering)), sizes_{{0, {1, 1, 1}, edges}}, corner_(corner) {
+  cut_into_batches();
+}
+
+Mesh::Mesh(std::vector<Index3> cells, std::vector<CellsOfSize> sizes, const Vec3& corner)
+    : cells_(std::move(cells)), sizes_(std::move(sizes)), corner_(corner) {
+  if (is_graded()) {
+    GradedNumbering nodes = number_graded_nodes(cells_, sizes_);
+    numbering_ = std::move(nodes.numbering);
+    set_hanging(nodes.hanging);
+  } else {
+    numbering_ = hexmesh::number_nodes(cells_);
   }
+  cut_into_batches();
+}
+
+void Mesh::set_hanging(const std::vector<HangingNode>& hanging) {
+  hanging_begin_.push_back(0);
+  for (const HangingNode& node : hanging) {
+    for (const auto& [on, weight] : node) {
+      support_nodes_.push_back(on);
+      support_weights_.push_back(weight);
+    }
+    hanging_begin_.push_back(static_cast<std::int32_t>(support_nodes_.size()));
+  }
+}
+
+/// Cells of one layer of one size make slabs, eight of a slab a batch.
+void Mesh::cut_into_batches() {
+  slabs_of_size_.push_back(0);
   batch_of_.resize(cells_.size());
+  for (std::size_t size = 0; size < sizes_.size(); ++size) {
+    const std::size_t end_of_cells = end_of_size(size), first_slab = slabs_.size();
+    const std::span<const Index3> of_size(cells_.begin() + static_cast<std::ptrdiff_t>(sizes_[size].first),
+                                          cells_.begin() + static_cast<std::ptrdiff_t>(end_of_cells));
+    slabs_.resize(first_slab + static_cast<std::size_t>(hexmesh::extent_of(of_size)[2]), {0, 0});
+    for (std::size_t c = sizes_[size].first; c < end_of_cells; ++c) {
+      auto& slab = slabs_[first_slab + static_cast<std::size_t>(cells_[c][2])];
+      if (slab.second == 0) slab.first = c;
+      slab.second = c + 1;
+    }
+    slabs_of_size_.push_back(slabs_.size());
+  }
   for (const auto& [begin, end] : slabs_)
     for (std::size_t first = begin; first < end; first += batch_size) {
       batches_.push_back(make_batch(first, std::min(batch_size, end - first)));
@@ -42,7 +77,7 @@ Mesh::Batch Mesh::make_batch(std::size_t first, std::size_t count) const {
 
 std::size_t Mesh::bytes() const {
   return bytes_of(cells_) + bytes_of(numbering_.cell_nodes) + bytes_of(numbering_.nodes) + bytes_of(batches_) +
-         bytes_of(batch_of_);
+         bytes_of(batch_of_) + bytes_of(hanging_begin_) + bytes_of(support_nodes_) + bytes_of(support_weights_);
 }
 
 }  // namespace hexsolver

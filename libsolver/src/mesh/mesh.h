@@ -11,6 +11,7 @@
 #include "hexmesh/lattice/merge.h"
 #include "hexmesh/lattice/nodes.h"
 #include "hexsolver/core/vectors.h"
+#include "mesh/hanging_nodes.h"
 
 namespace hexsolver {
 
@@ -23,7 +24,19 @@ using FloatNodeVector = Eigen::VectorXf;  ///< likewise, where digits do not mat
 
 using hexmesh::CellNodes;
 
-/// The cells of one level and their nodes.
+/// Cells of a mesh that are of one size, one after the other.
+struct CellsOfSize {
+  std::size_t first = 0;             ///< number of the first
+  hexmesh::Index3 size = {1, 1, 1};  ///< of a cell, in edges of the finest
+  Mat3 edges;                        ///< columns = edge vectors of a cell [mm]
+};
+
+/// Cells and their nodes: those of one level, or of several levels side by side (a graded mesh).
+///
+/// Where small cells meet a larger one, some of their corners stand inside its edges and faces. These hang: they move
+/// as the nodes around them say, u_hanging = sum of w u, so that the field of displacements has no gap. A field is
+/// given at the free nodes; `spread` adds the hanging ones and `collect`, its transpose, takes forces off them. All
+/// numbers of nodes from num_nodes() on are of hanging ones.
 class Mesh {
 public:
   /// @param cells   sorted, i fastest
@@ -32,22 +45,88 @@ public:
   Mesh(std::vector<Index3> cells, const Mat3& edges, const Vec3& corner);
   /// @param numbering  of the nodes; several may stand at one index, as several cells may
   Mesh(std::vector<Index3> cells, hexmesh::NodeNumbering numbering, const Mat3& edges, const Vec3& corner);
+  /// Of cells of several sizes, two cells that touch differing by one size at most.
+  /// @param cells   those of each size sorted, i fastest; the index of a cell counts cells of its size
+  /// @param sizes   finest first
+  Mesh(std::vector<Index3> cells, std::vector<CellsOfSize> sizes, const Vec3& corner);
 
   std::size_t num_cells() const noexcept { return cells_.size(); }
-  std::size_t num_nodes() const noexcept { return numbering_.nodes.size(); }
-  std::size_t num_dofs() const noexcept { return 3 * numbering_.nodes.size(); }
+  std::size_t num_nodes() const noexcept { return numbering_.nodes.size() - num_hanging(); }  ///< those that are free
+  std::size_t num_dofs() const noexcept { return 3 * num_nodes(); }
+  std::size_t num_hanging() const noexcept { return hanging_begin_.empty() ? 0 : hanging_begin_.size() - 1; }
+  std::size_t num_all_nodes() const noexcept { return numbering_.nodes.size(); }
 
   const std::vector<Index3>& cells() const noexcept { return cells_; }
   const std::vector<CellNodes>& cell_nodes() const noexcept { return numbering_.cell_nodes; }
   std::size_t node(std::size_t cell, std::size_t corner) const {
     return static_cast<std::size_t>(numbering_.cell_nodes[cell][corner]);
   }
-  const std::vector<Index3>& nodes() const noexcept { return numbering_.nodes; }  ///< lattice index of each node
-  const Mat3& edges() const noexcept { return edges_; }
+  /// Index of each node, hanging ones behind the others; it counts edges of the finest cells.
+  const std::vector<Index3>& nodes() const noexcept { return numbering_.nodes; }
+  const Mat3& edges() const noexcept { return sizes_.front().edges; }  ///< of the finest cells
+
+  const std::vector<CellsOfSize>& sizes() const noexcept { return sizes_; }  ///< finest first
+  bool is_graded() const noexcept { return sizes_.size() > 1; }
+  std::size_t size_of(std::size_t cell) const noexcept {  ///< which of sizes()
+    std::size_t s = sizes_.size() - 1;
+    while (sizes_[s].first > cell) --s;
+    return s;
+  }
+  std::size_t end_of_size(std::size_t size) const noexcept {  ///< behind its last cell
+    return size + 1 < sizes_.size() ? sizes_[size + 1].first : num_cells();
+  }
+  const Mat3& edges(std::size_t cell) const noexcept { return sizes_[size_of(cell)].edges; }
+
+  /// f(free node, weight) for what the corner of a cell is made of: itself, or what it hangs on.
+  template <class F>
+  void for_each_free(std::size_t cell, std::size_t corner, F&& f) const {
+    const std::size_t n = node(cell, corner);
+    if (n < num_nodes()) {
+      f(static_cast<std::int32_t>(n), 1.0);
+      return;
+    }
+    for_each_support(n - num_nodes(), f);
+  }
+
+  /// f(number of a hanging node, free node, weight) for all that nodes hang on.
+  template <class F>
+  void for_each_support(F&& f) const {
+    for (std::size_t h = 0; h < num_hanging(); ++h)
+      for_each_support(h, [&](std::int32_t n, double weight) { f(h, n, weight); });
+  }
+
+  /// all = the field at all nodes
+  template <class Scalar>
+  void spread(const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& free,
+              Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& all) const {
+    all.resize(3 * static_cast<Eigen::Index>(num_all_nodes()));
+    all.head(free.size()) = free;
+    for (std::size_t h = 0; h < num_hanging(); ++h) all.template segment<3>(free.size() + 3 * h) = hanging(h, free);
+  }
+
+  /// Forces on all nodes become those on the free ones.
+  template <class Scalar>
+  void collect(Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& forces) const {
+    if (num_hanging() == 0) return;
+    for_each_support([&](std::size_t h, std::int32_t n, double weight) {
+      forces.template segment<3>(3 * Eigen::Index{n}) +=
+          static_cast<Scalar>(weight) * forces.template segment<3>(3 * static_cast<Eigen::Index>(num_nodes() + h));
+    });
+    forces.conservativeResize(static_cast<Eigen::Index>(num_dofs()));
+  }
+
+  /// Blocks of the diagonal of a stiffness at all nodes become nearly those at the free ones: what couples a node with
+  /// those that hang on it is left out.
+  void collect_blocks(std::vector<Mat3>& blocks) const {
+    for_each_support([&](std::size_t h, std::int32_t n, double weight) {
+      blocks[hexmesh::as_size(n)] += weight * weight * blocks[num_nodes() + h];
+    });
+    blocks.resize(num_nodes());
+  }
 
   /// Rest position of a node [mm].
   Vec3 position(std::size_t node) const {
-    return corner_ + edges_ * Vec3(nodes()[node][0], nodes()[node][1], nodes()[node][2]);
+    return corner_ + edges() * Vec3(nodes()[node][0], nodes()[node][1], nodes()[node][2]);
   }
 
   Vec3 rest_position(std::int32_t cell, const NodeWeights& weights) const {
@@ -88,14 +167,19 @@ public:
     });
   }
 
+  /// @param x  of the free nodes or of all
   template <class Scalar>
   Eigen::Matrix<Scalar, 24, 1> gather(std::size_t cell, const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x) const {
     Eigen::Matrix<Scalar, 24, 1> v;
-    for (int a = 0; a < 8; ++a) v.template segment<3>(3 * a) = x.template segment<3>(3 * node(cell, a));
+    for (int a = 0; a < 8; ++a) {
+      const std::size_t n = node(cell, a);
+      v.template segment<3>(3 * a) =
+          3 * static_cast<Eigen::Index>(n) < x.size() ? x.template segment<3>(3 * n) : hanging(n - num_nodes(), x);
+    }
     return v;
   }
 
-  /// The value of a field at a point of a cell: sum_a w_a u_a.
+  /// The value of a field at a point of a cell: sum_a w_a u_a; as gather().
   template <class Scalar>
   Vec3 interpolate(std::int32_t cell, const NodeWeights& weights,
                    const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& u) const {
@@ -112,23 +196,69 @@ public:
   std::size_t bytes() const;  ///< of memory
 
 private:
+  /// f(free node, weight) for those that a hanging node hangs on.
+  template <class F>
+  void for_each_support(std::size_t hanging, F&& f) const {
+    for (std::int32_t e = hanging_begin_[hanging]; e < hanging_begin_[hanging + 1]; ++e)
+      f(support_nodes_[static_cast<std::size_t>(e)], support_weights_[static_cast<std::size_t>(e)]);
+  }
+  /// A field at a hanging node.
+  template <class Scalar>
+  Eigen::Matrix<Scalar, 3, 1> hanging(std::size_t number, const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& x) const {
+    Eigen::Matrix<Scalar, 3, 1> sum = Eigen::Matrix<Scalar, 3, 1>::Zero();
+    for_each_support(number, [&](std::int32_t n, double weight) {
+      sum += static_cast<Scalar>(weight) * x.template segment<3>(3 * Eigen::Index{n});
+    });
+    return sum;
+  }
+  void cut_into_batches();
+  void set_hanging(const std::vector<HangingNode>& hanging);
+
   /// f(begin, end) for the cells of each layer, in parallel: every second layer, then those between.
   template <class F>
   void for_each_slab(F&& f) const {
-    for (std::size_t color = 0; color < 2; ++color) {
+    for (std::size_t size = 0; size < sizes_.size(); ++size)
+      for (std::size_t color = 0; color < 2; ++color) {
 #pragma omp parallel for schedule(dynamic) if (num_cells() >= worth_threads)
-      for (std::size_t s = color; s < slabs_.size(); s += 2) f(slabs_[s].first, slabs_[s].second);
-    }
+        for (std::size_t s = slabs_of_size_[size] + color; s < slabs_of_size_[size + 1]; s += 2)
+          f(slabs_[s].first, slabs_[s].second);
+      }
   }
   Batch make_batch(std::size_t first, std::size_t count) const;
 
   std::vector<Index3> cells_;
   hexmesh::NodeNumbering numbering_;
-  Mat3 edges_;
+  std::vector<CellsOfSize> sizes_;
   Vec3 corner_;
+  std::vector<std::int32_t> hanging_begin_, support_nodes_;  ///< rows of what each hanging node hangs on
+  std::vector<double> support_weights_;
   std::vector<Batch> batches_;
   std::vector<std::int32_t> batch_of_;                      ///< cell
   std::vector<std::pair<std::size_t, std::size_t>> slabs_;  ///< ranges of cells, one layer k each, gaps kept empty
+  std::vector<std::size_t> slabs_of_size_;                  ///< the first of each size, and one behind the last
+};
+
+/// Products of matrices of cells, whose vectors are of all nodes, with vectors of the free ones.
+template <class Vector>
+struct OfAllNodes {
+  Vector all, product;  ///< space
+
+  /// y = C^T M C x, C = spread: multiply(from, to) is M, which may write to each entry.
+  template <class Multiply>
+  void apply(const Mesh& mesh, const Vector& x, Vector& y, const Multiply& multiply) {
+    if (mesh.num_hanging() == 0) {
+      multiply(x, y);
+      return;
+    }
+    mesh.spread(x, all);
+    multiply(all, product);
+    y = product.head(x.size());
+    mesh.for_each_support([&](std::size_t h, std::int32_t n, double weight) {
+      y.template segment<3>(3 * Eigen::Index{n}) +=
+          static_cast<typename Vector::Scalar>(weight) *
+          product.template segment<3>(x.size() + 3 * static_cast<Eigen::Index>(h));
+    });
+  }
 };
 
 }  // namespace hexsolver

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "mesh/prolongation.h"
 
+#include <algorithm>
+#include <stdexcept>
+
 #include "core/parallel.h"
 #include "hexmesh/core/bytes.h"
 
@@ -9,23 +12,47 @@ namespace hexsolver {
 using hexmesh::bytes_of;
 
 Prolongation::Prolongation(const Mesh& fine, const Mesh& coarse, const hexmesh::Merge& merge) {
-  std::vector<std::int32_t> parent_of(fine.num_nodes(), -1);  // one of those that have the node
+  std::vector<std::int32_t> parent_of(fine.num_all_nodes(), -1);  // one of those that have the node
   for (std::size_t parent = 0; parent < merge.children.size(); ++parent)
     for (const std::int32_t child : merge.children[parent])
       if (child >= 0)
         for (const std::int32_t node : fine.cell_nodes()[child]) parent_of[node] = static_cast<std::int32_t>(parent);
+  fill(fine, coarse, parent_of, merge.factor, merge.parents);
+}
 
+Prolongation::Prolongation(const Mesh& fine, const Mesh& coarse, const std::vector<std::int32_t>& parents,
+                           const Index3& ratio) {
+  std::vector<std::int32_t> parent_of(fine.num_all_nodes(), -1);
+  for (std::size_t c = 0; c < fine.num_cells(); ++c) {
+    if (parents[c] < 0) throw std::logic_error("a cell that no coarser one holds");
+    for (const std::int32_t node : fine.cell_nodes()[c]) parent_of[node] = parents[c];
+  }
+  fill(fine, coarse, parent_of, ratio, coarse.cells());
+}
+
+void Prolongation::fill(const Mesh& fine, const Mesh& coarse, const std::vector<std::int32_t>& parent_of_node,
+                        const Index3& ratio, const std::vector<Index3>& indices) {
   forward_.begin.push_back(0);
   for (std::size_t n = 0; n < fine.num_nodes(); ++n) {
-    const auto parent = static_cast<std::size_t>(parent_of[n]);
+    const auto parent = static_cast<std::size_t>(parent_of_node[n]);
+    const Index3 &size = coarse.sizes()[coarse.size_of(parent)].size, &cell = indices[parent];
     Vec3 place;
     for (std::size_t d = 0; d < 3; ++d)
-      place[d] = static_cast<double>(fine.nodes()[n][d]) / merge.factor[d] - merge.parents[parent][d];
+      place[d] = static_cast<double>(fine.nodes()[n][d]) / (ratio[d] * size[d]) - cell[d];
     const NodeWeights weights = hexmesh::shape_functions(place);
+    const auto row = static_cast<std::ptrdiff_t>(forward_.columns.size());
     for (int a = 0; a < 8; ++a) {
       if (weights[a] == 0) continue;
-      forward_.columns.push_back(coarse.cell_nodes()[parent][a]);
-      forward_.weights.push_back(static_cast<float>(weights[a]));
+      coarse.for_each_free(parent, static_cast<std::size_t>(a), [&](std::int32_t node, double weight) {
+        const auto known = std::find(forward_.columns.begin() + row, forward_.columns.end(), node);
+        const auto value = static_cast<float>(weight * weights[a]);
+        if (known != forward_.columns.end()) {
+          forward_.weights[static_cast<std::size_t>(known - forward_.columns.begin())] += value;
+          return;
+        }
+        forward_.columns.push_back(node);
+        forward_.weights.push_back(value);
+      });
     }
     forward_.begin.push_back(static_cast<std::int32_t>(forward_.columns.size()));
   }
@@ -67,6 +94,17 @@ void Prolongation::prolongate(const FloatNodeVector& coarse, FloatNodeVector& fi
 void Prolongation::restrict_to(const NodeVector& fine, NodeVector& coarse) const { transposed_.multiply(fine, coarse); }
 void Prolongation::restrict_to(const FloatNodeVector& fine, FloatNodeVector& coarse) const {
   transposed_.multiply(fine, coarse);
+}
+
+std::vector<std::int32_t> parents_of(const Mesh& fine, const Mesh& coarse, const Index3& ratio) {
+  std::vector<std::int32_t> out;
+  for (std::size_t c = 0; c < fine.num_cells(); ++c) {
+    Index3 place = fine.cells()[c];
+    const Index3& size = fine.sizes()[fine.size_of(c)].size;
+    for (std::size_t d = 0; d < 3; ++d) place[d] *= size[d];
+    out.push_back(cell_at(hexmesh::coarser_index(place, ratio), coarse.cells(), coarse.sizes()));
+  }
+  return out;
 }
 
 }  // namespace hexsolver

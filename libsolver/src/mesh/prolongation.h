@@ -13,6 +13,9 @@ class Prolongation {
 public:
   /// @param merge  of the fine cells into the coarse ones, in the order of `coarse`
   Prolongation(const Mesh& fine, const Mesh& coarse, const hexmesh::Merge& merge);
+  /// @param parents  the coarse cell that each fine one is in
+  /// @param ratio    edges of the finest fine cells in one of the finest coarse cells, axis by axis
+  Prolongation(const Mesh& fine, const Mesh& coarse, const std::vector<std::int32_t>& parents, const Index3& ratio);
 
   void prolongate(const NodeVector& coarse, NodeVector& fine) const;             ///< fine = P coarse
   void prolongate(const FloatNodeVector& coarse, FloatNodeVector& fine) const;   ///< likewise
@@ -22,6 +25,10 @@ public:
   std::size_t bytes() const { return forward_.bytes() + transposed_.bytes(); }  ///< of memory
 
 private:
+  /// @param indices  of the coarse cells, as the fine nodes count
+  void fill(const Mesh& fine, const Mesh& coarse, const std::vector<std::int32_t>& parent_of_node, const Index3& ratio,
+            const std::vector<Index3>& indices);
+
   /// Compressed rows: row r holds columns_[begin_[r]] ... columns_[begin_[r + 1] - 1].
   struct Rows {
     std::vector<std::int32_t> begin, columns;
@@ -32,5 +39,9 @@ private:
   };
   Rows forward_, transposed_;
 };
+
+/// The cell of a coarser mesh that each cell is in.
+/// @param ratio  as of Prolongation
+std::vector<std::int32_t> parents_of(const Mesh& fine, const Mesh& coarse, const Index3& ratio);
 
 }  // namespace hexsolver

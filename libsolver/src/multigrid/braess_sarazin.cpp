@@ -3,6 +3,7 @@
 
 #include <numbers>
 
+#include "constraints/cluster.h"
 #include "linear/lanczos.h"
 
 namespace hexsolver {
@@ -44,16 +45,17 @@ void BraessSarazinSmoother<Real>::find_held_corners() {
   nodes_.resize(forces_.size());
   if (constraints_)
     for (const ConstraintPoint& p : constraints_->held())
-      for (int a = 0; a < 8; ++a)
-        if (p.weights[a] != 0) is_held_[mesh_.node(p.cell, a)] = true;
+      for_each_weight(mesh_, p, [&](std::int32_t n, double) { is_held_[static_cast<std::size_t>(n)] = true; });
   if (part_)
     for (const std::int32_t n : part_->shared_nodes()) is_held_[static_cast<std::size_t>(n)] = true;
   for (std::size_t n = 0; n < is_held_.size(); ++n)
     if (is_held_[n]) held_nodes_.push_back(static_cast<std::int32_t>(n));
   for (std::size_t c = 0; c < mesh_.num_cells(); ++c)
-    for (int a = 0; a < 8; ++a)
-      if (const std::size_t n = mesh_.node(c, a); is_held_[n])
-        held_corners_.push_back({c, a, static_cast<std::int32_t>(n), Point::Zero()});
+    for (std::size_t a = 0; a < 8; ++a)
+      mesh_.for_each_free(c, a, [&](std::int32_t n, double weight) {
+        if (is_held_[static_cast<std::size_t>(n)])
+          held_corners_.push_back({c, a, static_cast<Real>(weight), n, Point::Zero()});
+      });
 }
 
 template <class Real>
@@ -83,7 +85,9 @@ void BraessSarazinSmoother<Real>::copy_to_shared() {
 /// put(cell, (B u) of the cell)
 template <class Real>
 template <class Put>
-void BraessSarazinSmoother<Real>::gain(const Vector& u, const Put& put) const {
+void BraessSarazinSmoother<Real>::gain(const Vector& of_free, const Put& put) const {
+  if (mesh_.num_hanging() > 0) mesh_.spread(of_free, all_nodes_);
+  const Vector& u = mesh_.num_hanging() > 0 ? all_nodes_ : of_free;
   const bool in_parallel = mesh_.num_cells() >= cells_worth_threads;
 #pragma omp parallel for schedule(static) if (in_parallel)
   for (std::size_t b = 0; b < mesh_.batches().size(); ++b) {
@@ -100,12 +104,19 @@ template <class Real>
 template <class Pressure>
 void BraessSarazinSmoother<Real>::add_forces(const Pressure& of_cell, Vector& f) const {
   if (part_) part_->keep_own(f);
+  const bool some_hang = mesh_.num_hanging() > 0;
+  if (some_hang) all_nodes_.setZero(3 * static_cast<Index>(mesh_.num_all_nodes()));
+  Vector& to = some_hang ? all_nodes_ : f;
   mesh_.for_each_batch([&](std::size_t b) {
     const Mesh::Batch& batch = mesh_.batches()[b];
     Lanes<Real> p;
     for (std::size_t lane = 0; lane < batch.count; ++lane) p.of[lane] = of_cell(batch.first + lane);
-    add_multiples_of_cells(rows_.of_batch(b), p.of.data(), nodes_of_batch(mesh_, b), f.data());
+    add_multiples_of_cells(rows_.of_batch(b), p.of.data(), nodes_of_batch(mesh_, b), to.data());
   });
+  if (some_hang) {
+    mesh_.collect(all_nodes_);
+    f += all_nodes_;
+  }
   if (part_) part_->add_up(f);
 }
 
@@ -145,7 +156,7 @@ template <class Real>
 void BraessSarazinSmoother<Real>::prepare(const std::vector<Block>& inverse) {
   inverse_ = &inverse;
   schur_complement_.set(rows_, inverse, is_held_);
-  for (HeldCorner& h : held_corners_) h.of_row = rows_.get(h.cell).col(h.corner);
+  for (HeldCorner& h : held_corners_) h.of_row = h.weight * rows_.get(h.cell).col(static_cast<Index>(h.corner));
 
   Vector& start = of_cells_[0];
   for (std::size_t c = 0; c < mesh_.num_cells(); ++c) {

@@ -70,7 +70,8 @@ private:
   using Point = Eigen::Matrix<Real, 3, 1>;
   struct HeldCorner {
     std::size_t cell;
-    int corner;
+    std::size_t corner;
+    Real weight;  ///< of the node in the corner
     std::int32_t node;
     Point of_row;  ///< of B
   };
@@ -80,7 +81,7 @@ private:
   void copy_to_shared();
   Real& pressure(std::size_t cell) const { return pressures_[schur_complement_.place(cell)]; }
   template <class Put>
-  void gain(const Vector& u, const Put& put) const;
+  void gain(const Vector& of_free, const Put& put) const;
   template <class Pressure>
   void add_forces(const Pressure& of_cell, Vector& f) const;
   void step(const PressureStep<Real>& step) const;
@@ -105,7 +106,7 @@ private:
 
   // Space to work in.
   mutable Vector gained_, pressures_, before_;  ///< at the places of schur_complement_
-  mutable Vector forces_, nodes_;               ///< of the nodes
+  mutable Vector forces_, nodes_, all_nodes_;   ///< of the nodes
   mutable std::array<Vector, 4> of_cells_;
 };
 

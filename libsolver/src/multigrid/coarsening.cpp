@@ -41,7 +41,7 @@ void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
   if (to.braess_sarazin) set_dilatations(level);
   const bool is_to_be_gathered = is_gathered(level + 1);
   std::vector<CellMatrix> shared_matrices(first_of.size());
-  diagonal_.assign(hierarchy_.meshes[level].num_nodes(), Mat3::Zero());
+  diagonal_.assign(hierarchy_.meshes[level].num_all_nodes(), Mat3::Zero());
   hierarchy_.meshes[level + 1].for_each_cell([&](std::size_t parent) {
     if (is_to_be_gathered && !has_children(hierarchy_.merges[level], parent)) {
       to.matrices.set(parent, CellMatrix::Zero());
@@ -59,6 +59,7 @@ void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
   to.matrices.set_shared([&](std::int32_t number) { return shared_matrices[number]; });
   if (is_to_be_gathered) gather_matrices(level + 1);
   if (is_solved_at_once_) return;  // nothing is smoothed
+  hierarchy_.meshes[level].collect_blocks(diagonal_);
   if (part(level)) part(level)->add_up(diagonal_);
   positive_ = invert_diagonal(levels_[level], diagonal_);
   if (part(level)) positive_ = part(level)->largest(positive_ ? 0 : 1) == 0;
@@ -178,7 +179,7 @@ Dilatation Multigrid::CyclesOf<Scalar>::sum_of_dilatations(std::size_t level, st
     const std::int32_t child = merge.children[parent][slot];
     if (child < 0) continue;
     const Dilatation d = levels_[level].braess_sarazin->get(child);
-    sum.divergence += passed_to_parent(slot, merge.factor, d.divergence);
+    sum.divergence += passed_to_parent(slot, merge.factor_of(parent), d.divergence);
     sum.volume += d.volume;
     bulk += d.volume * d.bulk;
   }
@@ -202,7 +203,7 @@ CellMatrix Multigrid::CyclesOf<Scalar>::sum_of_children(std::size_t level, std::
     for (int a = 0; a < 8; ++a) diagonal_[fine.node(child, a)] += k.block<3, 3>(3 * a, 3 * a) - dilatation.block(a);
     if (!computes) continue;
     if (dilatation.bulk > 0) k -= dilatation.hessian();
-    interpolate_from_parent(slot, merge.factor, k.data());
+    interpolate_from_parent(slot, merge.factor_of(parent), k.data());
     sum += k;
   }
   if (has_pressures) sum += levels_[level + 1].braess_sarazin->get(parent).hessian();

@@ -41,6 +41,20 @@ private:
   using Index = Eigen::Index;
   static constexpr double held_over_nodal = 1e6;  ///< w over the largest diagonal entry of a cell
 
+  /// f(row, column, block) for the blocks of the matrix of a cell, at the free nodes.
+  template <class F>
+  static void for_each_block(const Mesh& mesh, std::size_t cell, const CellMatrix& k, const F& f) {
+    for (std::size_t a = 0; a < 8; ++a)
+      for (std::size_t b = 0; b < 8; ++b) {
+        const Mat3 block = k.block<3, 3>(static_cast<Index>(3 * a), static_cast<Index>(3 * b));
+        mesh.for_each_free(cell, a, [&](std::int32_t row, double of_row) {
+          mesh.for_each_free(cell, b, [&](std::int32_t column, double of_column) {
+            f(3 * Index{row}, 3 * Index{column}, of_row * of_column * block);
+          });
+        });
+      }
+  }
+
   template <class MatrixOf>
   bool compute_dense(const Mesh& mesh, const MatrixOf& matrix_of, const HeldDirections* held) {
     const auto size = static_cast<Index>(mesh.num_dofs());
@@ -49,9 +63,9 @@ private:
     for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
       const CellMatrix k = matrix_of(c);
       largest = std::max(largest, k.diagonal().maxCoeff());
-      for (int a = 0; a < 8; ++a)
-        for (int b = 0; b < 8; ++b)
-          dense_matrix_.block<3, 3>(3 * mesh.node(c, a), 3 * mesh.node(c, b)) += k.block<3, 3>(3 * a, 3 * b);
+      for_each_block(mesh, c, k, [&](Index row, Index column, const Mat3& block) {
+        dense_matrix_.block<3, 3>(row, column) += block;
+      });
     }
     if (held)
       held->for_each_held_entry([&](Index row, Index column, double value) {
@@ -69,10 +83,11 @@ private:
     for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
       const CellMatrix k = matrix_of(c);
       largest = std::max(largest, k.diagonal().maxCoeff());
-      for (int column = 0; column < 24; ++column)
-        for (int row = 0; row < 24; ++row)
-          entries.emplace_back(3 * mesh.node(c, row / 3) + row % 3, 3 * mesh.node(c, column / 3) + column % 3,
-                               k(row, column));
+      for_each_block(mesh, c, k, [&](Index first_row, Index first_column, const Mat3& block) {
+        for (int column = 0; column < 3; ++column)
+          for (int row = 0; row < 3; ++row)
+            entries.emplace_back(first_row + row, first_column + column, block(row, column));
+      });
     }
     if (held)
       held->for_each_held_entry([&](Index row, Index column, double value) {

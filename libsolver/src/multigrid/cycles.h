@@ -42,6 +42,7 @@ private:
     double largest_eigenvalue = 0;        ///< of D^-1 A
     std::unique_ptr<BraessSarazinSmoother<Scalar>> braess_sarazin;  ///< where cells are nearly incompressible
     mutable Vector b, x, r, d, t;                                   ///< work space of a cycle
+    mutable OfAllNodes<Vector> of_all_nodes;                        ///< likewise
   };
 
   bool needs_braess_sarazin() const;

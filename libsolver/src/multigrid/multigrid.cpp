@@ -94,8 +94,10 @@ void Multigrid::CyclesOf<Scalar>::choose_support_weights() {
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::multiply(std::size_t level, const Vector& x, Vector& y) const {
   if (level > 0) {
-    set_zero(y, x.size());
-    levels_[level].matrices.add_product(x, y);
+    levels_[level].of_all_nodes.apply(hierarchy_.meshes[level], x, y, [&](const Vector& from, Vector& to) {
+      set_zero(to, from.size());
+      levels_[level].matrices.add_product(from, to);
+    });
   } else {
     potential_.apply(x, y);
   }
@@ -120,7 +122,7 @@ void Multigrid::CyclesOf<Scalar>::estimate_eigenvalue(std::size_t level) {
   Vector& start = l.b;  // free before a cycle
   const std::vector<Index3>& nodes = hierarchy_.meshes[level].nodes();
   start.resize(static_cast<Index>(hierarchy_.meshes[level].num_dofs()));
-  for_each_node(nodes.size(), [&](std::ptrdiff_t n) {
+  for_each_node(static_cast<std::ptrdiff_t>(hierarchy_.meshes[level].num_nodes()), [&](std::ptrdiff_t n) {
     const Index3 index = part(level) ? part(level)->in_whole(nodes[n]) : nodes[n];
     for (int d = 0; d < 3; ++d) start[3 * n + d] = static_cast<Scalar>(noise_at(index, d));
   });

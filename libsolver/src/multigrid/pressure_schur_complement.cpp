@@ -2,6 +2,7 @@
 #include "multigrid/pressure_schur_complement.h"
 
 #include <algorithm>
+#include <map>
 #include <optional>
 #include <unordered_map>
 
@@ -70,27 +71,33 @@ Eigen::Matrix<Real, 3, 8> moved_by(const Mesh& mesh, const CellRows<Real>& b, st
 template <class Real>
 class PressureSchurComplement<Real>::CellsOfNodes {
 public:
-  explicit CellsOfNodes(const Mesh& mesh) : mesh_(mesh), begin_(mesh.num_nodes() + 1), cells_(8 * mesh.num_cells()) {
-    for (const CellNodes& nodes : mesh.cell_nodes())
-      for (const std::int32_t n : nodes) ++begin_[static_cast<std::size_t>(n) + 1];
+  explicit CellsOfNodes(const Mesh& mesh) : mesh_(mesh), begin_(mesh.num_nodes() + 1) {
+    for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+      for_each_node(c, [&](std::int32_t n) { ++begin_[static_cast<std::size_t>(n) + 1]; });
     for (std::size_t n = 1; n < begin_.size(); ++n) begin_[n] += begin_[n - 1];
+    cells_.resize(static_cast<std::size_t>(begin_.back()));
     std::vector<std::int32_t> next(begin_.begin(), begin_.end() - 1);
     for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-      for (const std::int32_t n : mesh.cell_nodes()[c]) cells_[next[n]++] = static_cast<std::int32_t>(c);
+      for_each_node(c, [&](std::int32_t n) { cells_[next[n]++] = static_cast<std::int32_t>(c); });
   }
 
   /// The cells that share a node with one; several may stand at one index.
   void find_around(std::size_t cell, std::vector<std::int32_t>& out) const {
     out.clear();
-    for (const std::int32_t node : mesh_.cell_nodes()[cell]) {
+    for_each_node(cell, [&](std::int32_t node) {
       const auto n = static_cast<std::size_t>(node);
       out.insert(out.end(), cells_.begin() + begin_[n], cells_.begin() + begin_[n + 1]);
-    }
+    });
     std::sort(out.begin(), out.end());
     out.erase(std::unique(out.begin(), out.end()), out.end());
   }
 
 private:
+  template <class F>
+  void for_each_node(std::size_t cell, F&& f) const {
+    for (std::size_t a = 0; a < 8; ++a) mesh_.for_each_free(cell, a, [&](std::int32_t n, double) { f(n); });
+  }
+
   const Mesh& mesh_;
   std::vector<std::int32_t> begin_, cells_;
 };
@@ -127,7 +134,7 @@ void PressureSchurComplement<Real>::lay_out() {
     stride[d + 1] = stride[d] * (static_cast<std::size_t>(last[d] - first[d]) + 1 + rim);
   }
   constexpr std::size_t most_of_box = 32;  // places for a cell
-  has_box_ = stride[3] <= most_of_box * cells.size();
+  has_box_ = !mesh_.is_graded() && stride[3] <= most_of_box * cells.size();
   if (has_box_) cell_at_.assign(stride[3], none);
   for (std::size_t c = 0; c < cells.size(); ++c) {
     std::size_t at = 0;
@@ -242,12 +249,54 @@ void PressureSchurComplement<Real>::set(const CellRows<Real>& b, const std::vect
               couple(mesh_, b, cell, moved, static_cast<std::size_t>(other));
     }
   }
+  if (mesh_.num_hanging() > 0) {
+    set_graded(b, inverse, left_out);
+    return;
+  }
 #pragma omp parallel for schedule(dynamic, 64) if (in_parallel)
   for (std::size_t n = 0; n < other_cells_.size() - 1; ++n) {
     const auto cell = static_cast<std::size_t>(other_cells_[n].cell);
     const Eigen::Matrix<Real, 3, 8> moved = moved_by(mesh_, b, cell, inverse, left_out);
     for (std::size_t i = other_cells_[n].begin; i < other_cells_[n + 1].begin; ++i)
       other_values_[i] = couple(mesh_, b, cell, moved, static_cast<std::size_t>(other_columns_[i]));
+  }
+}
+
+/// Rows of B at the free nodes, those of hanging corners with those these hang on.
+template <class Real>
+void PressureSchurComplement<Real>::set_graded(const CellRows<Real>& b, const std::vector<Block>& inverse,
+                                               const std::vector<bool>& left_out) {
+  using Point = Eigen::Matrix<Real, 3, 1>;
+  using Row = std::vector<std::pair<std::int32_t, Point>>;  // sorted by node
+  std::vector<Row> rows(mesh_.num_cells());
+  for (std::size_t c = 0; c < rows.size(); ++c) {
+    const auto of_cell = b.get(c);
+    std::map<std::int32_t, Point> at;
+    for (std::size_t a = 0; a < 8; ++a)
+      mesh_.for_each_free(c, a, [&](std::int32_t n, double weight) {
+        if (left_out[static_cast<std::size_t>(n)]) return;
+        at.try_emplace(n, Point::Zero()).first->second +=
+            static_cast<Real>(weight) * of_cell.col(static_cast<Eigen::Index>(a));
+      });
+    rows[c].assign(at.begin(), at.end());
+  }
+#pragma omp parallel for schedule(dynamic, 64)
+  for (std::size_t n = 0; n < other_cells_.size() - 1; ++n) {
+    Row moved = rows[static_cast<std::size_t>(other_cells_[n].cell)];
+    for (auto& [node, v] : moved) v = Point(inverse[static_cast<std::size_t>(node)] * v);
+    for (std::size_t i = other_cells_[n].begin; i < other_cells_[n + 1].begin; ++i) {
+      const Row& other = rows[static_cast<std::size_t>(other_columns_[i])];
+      Real sum = 0;
+      for (auto x = moved.begin(), y = other.begin(); x != moved.end() && y != other.end();) {
+        if (x->first == y->first)
+          sum += (x++)->second.dot((y++)->second);
+        else if (x->first < y->first)
+          ++x;
+        else
+          ++y;
+      }
+      other_values_[i] = sum;
+    }
   }
 }
 

@@ -41,6 +41,7 @@ private:
 
   void lay_out();
   std::vector<bool> find_plain_cells() const;
+  void set_graded(const CellRows<Real>& b, const std::vector<Block>& inverse, const std::vector<bool>& left_out);
   void cut_into_segments();
   std::int32_t cell_around(std::size_t place, std::size_t o) const {
     return cell_at_[place + static_cast<std::size_t>(around_[o])];

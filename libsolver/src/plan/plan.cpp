@@ -12,6 +12,7 @@
 #include "level/checks.h"
 #include "level/coarser_levels.h"
 #include "level/condition_reports.h"
+#include "level/grading.h"
 #include "level/islands.h"
 
 namespace hexsolver {
@@ -72,7 +73,7 @@ double seconds_per_cell(const hexmesh::Lattice& lattice, const Scene& scene, int
 /// for all threads: as a product with them, on a level that is still quick to make.
 double slower_than(int tried, const hexmesh::Lattice& lattice, const Scene& scene, int level) {
   constexpr std::size_t quick_to_make = 20000;
-  const int large = finest_of(cells_of_levels(lattice), quick_to_make, tried, level);
+  const int large = finest_of(cells_of_levels(lattice, scene), quick_to_make, tried, level);
   if (large == tried) return 1;
   const Scene coarse = for_coarser_levels(scene);
   return seconds_per_cell(lattice, coarse, large) / seconds_per_cell(lattice, coarse, tried);
@@ -127,9 +128,8 @@ double growth(const std::vector<std::size_t>& num_cells, int from, int to) {
 }
 
 SolvePlan::Level plan_level(const hexmesh::Lattice& lattice, const Scene& scene, int level, double seconds) {
-  const hexmesh::Level& cells = lattice.levels[static_cast<std::size_t>(level)];
-  return {level, cells.cells.size(), 3 * hexmesh::number_nodes(cells.cells).nodes.size(), seconds,
-          expected_bytes(lattice, scene, level)};
+  const Mesh mesh = cells_for(lattice, scene, level).make_mesh();
+  return {level, mesh.num_cells(), mesh.num_dofs(), seconds, expected_bytes(lattice, scene, level)};
 }
 
 void set_seconds(SolvePlan& plan, EffectKind kind, double seconds) {
@@ -141,7 +141,7 @@ void set_seconds(SolvePlan& plan, EffectKind kind, double seconds) {
 SolvePlan plan_motion(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
   constexpr std::size_t quick_to_step = 20000;
   constexpr double most_seconds = 2;
-  const std::vector<std::size_t> num_cells = cells_of_levels(lattice);
+  const std::vector<std::size_t> num_cells = cells_of_levels(lattice, scene);
   const int coarsest = static_cast<int>(num_cells.size()) - 1;
   const bool starts_at_rest = scene.dynamics->start.empty();  // else from a result of that level
   const Scene coarse = for_coarser_levels(scene);
@@ -169,7 +169,7 @@ SolvePlan plan_motion(const hexmesh::Lattice& lattice, const Scene& scene, int l
 class Trial {
 public:
   Trial(const hexmesh::Lattice& lattice, const Scene& scene, int first, int level)
-      : lattice_(lattice), scene_(scene), level_(level), num_cells_(cells_of_levels(lattice)) {
+      : lattice_(lattice), scene_(scene), level_(level), num_cells_(cells_of_levels(lattice, scene)) {
     constexpr std::size_t quick_to_solve = 3000;
     constexpr double most_seconds = 1;
     scene_.error_estimation = ErrorEstimation::off;
@@ -217,7 +217,7 @@ private:
 SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
   SolvePlan plan;
   plan.effects = list_effects(scene);
-  const std::vector<std::size_t> num_cells = cells_of_levels(lattice);
+  const std::vector<std::size_t> num_cells = cells_of_levels(lattice, scene);
   const int first = first_nested_level(num_cells, level);
   Trial trial(lattice, scene, first, level);
   for (int n = first; n >= level; --n)
@@ -237,8 +237,7 @@ std::size_t expected_bytes(const hexmesh::Lattice& lattice, const Scene& scene, 
   double per_cell = usual_bytes(scene.elasticity);
   if (scene.saves_memory && has_frames(scene)) per_cell -= saved_per_cell;
   if (needs_braess_sarazin(lattice, scene)) per_cell += pressures_per_cell;
-  return static_cast<std::size_t>(per_cell *
-                                  static_cast<double>(lattice.levels[static_cast<std::size_t>(level)].cells.size()));
+  return static_cast<std::size_t>(per_cell * static_cast<double>(cells_for(lattice, scene, level).size()));
 }
 
 double SolvePlan::seconds() const {

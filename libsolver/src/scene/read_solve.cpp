@@ -66,6 +66,10 @@ bool read_solve(TomlReader table, Scene& scene) {
   read_levels(table, moves, scene);
   if (auto v = table.choice<Supports>("supports", {{"area", Supports::area}, {"points", Supports::points}}))
     scene.supports = *v;
+  if (auto v = table.choice<Grading>("grading", {{"off", Grading::off}, {"scene", Grading::scene}})) scene.grading = *v;
+  if (auto v =
+          table.integer("coarser_by", 0, 30, "how many levels coarser than the finest graded cells may be, 0 to 30"))
+    scene.coarser_by = *v;
   if (auto v = table.choice<ErrorEstimation>(
           "error_estimate",
           {{"auto", ErrorEstimation::automatic}, {"look", ErrorEstimation::look}, {"off", ErrorEstimation::off}}))

@@ -5,7 +5,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <map>
 #include <numbers>
 
 #include "hexmesh/core/error.h"
@@ -33,10 +35,10 @@ Vec3 area_vector(const hexmesh::Grid& voxels, std::uint8_t side) {
   return (side % 2 ? area : -area) * voxels.direction().col(axis);
 }
 
-template <class Candidate>
+/// @param embed  (voxel, continuous index in it) -> its Embedding
+template <class Candidate, class Embed>
 std::vector<Candidate> face_candidates(const std::vector<hexmesh::ExposedFace>& faces, const hexmesh::Grid& voxels,
-                                       const hexmesh::CellLocator& locator, bool whole_voxels,
-                                       const SurfaceShare& share) {
+                                       const Embed& embed, bool whole_voxels, const SurfaceShare& share) {
   std::vector<Candidate> out;
   const hexmesh::ExposedFace* last = nullptr;
   for (const hexmesh::ExposedFace& face : faces) {
@@ -48,7 +50,7 @@ std::vector<Candidate> face_candidates(const std::vector<hexmesh::ExposedFace>& 
       continue;
     }
     const Vec3 index = whole_voxels ? Vec3(face.voxel[0], face.voxel[1], face.voxel[2]) : hexmesh::face_index(face);
-    out.push_back({voxels.position(index), locator.in_cell_of_voxel(face.voxel, index), {face.neighbour}});
+    out.push_back({voxels.position(index), embed(face.voxel, index), {face.neighbour}});
     if (!whole_voxels) out.back().area = area_vector(voxels, face.side);
   }
   return out;
@@ -72,15 +74,13 @@ bool may_select(const Selection& s, const hexmesh::SurfaceFaces::Ball& within) {
 
 /// Nodes that touch a missing cell or one that is not full.
 template <class Candidate>
-std::vector<Candidate> node_candidates(const hexmesh::Lattice& lattice, int level, const Mesh& mesh,
-                                       const SurfaceShare& share) {
-  const hexmesh::Level& cells = lattice.levels[level];
-  std::vector<int> full_cells(mesh.num_nodes());
-  std::vector<Candidate> of_node(mesh.num_nodes());
+std::vector<Candidate> node_candidates(const MeshCells& cells, const Mesh& mesh, const SurfaceShare& share) {
+  std::vector<int> full_cells(mesh.num_all_nodes());
+  std::vector<Candidate> of_node(mesh.num_all_nodes());
   for (std::size_t c = 0; c < mesh.num_cells(); ++c)
     for (int a = 0; a < 8; ++a) {
       const auto node = mesh.node(c, a);
-      full_cells[node] += !cells.is_boundary(c);
+      full_cells[node] += !cells.lattice_level(c).is_boundary(hexmesh::as_size(cells.place(c).cell));
       Embedding& e = of_node[node].embedding;
       e.cell = static_cast<std::int32_t>(c);
       for (int d = 0; d < 3; ++d) e.local[d] = hexmesh::corner_bit(a, d);
@@ -185,45 +185,95 @@ std::string nothing_selected(const Selection& s, const std::string& what, const 
 
 const SurfaceShare Selector::whole_surface_of_one;
 
-Selector::Selector(const hexmesh::Lattice& lattice, int level, const Mesh& mesh, const SurfaceShare& share)
-    : lattice_(lattice), level_(level), mesh_(mesh), share_(share) {}
+Selector::Selector(MeshCells cells, const Mesh& mesh, const SurfaceShare& share)
+    : cells_(std::move(cells)), mesh_(mesh), share_(share) {}
 
 Selector::~Selector() = default;
 
-template <class MayCount>
-std::vector<Selector::Candidate> Selector::candidates(SurfacePoints on, const MayCount& may_count) {
-  if (on == SurfacePoints::nodes) return node_candidates<Candidate>(lattice_, level_, mesh_, share_);
-  if (!faces_) {
-    const hexmesh::Level& cells = lattice_.levels[level_];
-    faces_ = hexmesh::faces_of(lattice_);
-    locator_ = std::make_unique<const hexmesh::CellLocator>(lattice_.voxels, cells.voxels_per_cell, cells.cells);
+Embedding Selector::embed(const Index3& voxel, const Vec3& voxel_index) const {
+  if (locator_) return locator_->in_cell_of_voxel(voxel, voxel_index);
+  Embedding e{cell_at(hexmesh::coarser_index(voxel, cells_.unit()), mesh_.cells(), mesh_.sizes()), {}};
+  const auto cell = hexmesh::as_size(e.cell);
+  const Index3& size = cells_.lattice_level(cell).voxels_per_cell;
+  for (std::size_t d = 0; d < 3; ++d) {
+    const auto axis = static_cast<Eigen::Index>(d);
+    e.local[axis] = (voxel_index[axis] + 0.5) / size[d] - mesh_.cells()[cell][d];
   }
-  return face_candidates<Candidate>(faces_->find(lattice_.voxels, may_count), lattice_.voxels, *locator_,
-                                    on == SurfacePoints::voxels, share_);
+  return e;
 }
 
-std::vector<SurfacePoint> Selector::select(const Selection& selection, const std::string& what) {
+template <class MayCount>
+std::vector<Selector::Candidate> Selector::candidates(SurfacePoints on, const MayCount& may_count) {
+  if (on == SurfacePoints::nodes) return node_candidates<Candidate>(cells_, mesh_, share_);
+  if (!faces_) {
+    faces_ = hexmesh::faces_of(lattice());
+    if (!mesh_.is_graded())
+      locator_ = std::make_unique<const hexmesh::CellLocator>(lattice().voxels, cells_.unit(), mesh_.cells());
+  }
+  return face_candidates<Candidate>(
+      faces_->find(lattice().voxels, may_count), lattice().voxels,
+      [this](const Index3& voxel, const Vec3& index) { return embed(voxel, index); }, on == SurfacePoints::voxels,
+      share_);
+}
+
+std::vector<Selector::Candidate> Selector::choose_candidates(const Selection& selection, const std::string& what) {
   std::vector<Candidate> list = candidates(selection.on, [&](const auto& ball) { return may_select(selection, ball); });
   std::vector<char> chosen;
   const auto is_any_chosen = [&] {
     return share_.sum(static_cast<double>(std::count(chosen.begin(), chosen.end(), 1))) > 0;
   };
-  if (all_near(selection, list, share_)) chosen = choose(selection, what, lattice_, list, share_);
+  if (all_near(selection, list, share_)) chosen = choose(selection, what, lattice(), list, share_);
   if (!is_any_chosen()) {  // the message names what is nearest of all
     list = candidates(selection.on, [](const auto&) { return true; });
-    chosen = choose(selection, what, lattice_, list, share_);
+    chosen = choose(selection, what, lattice(), list, share_);
   }
-  if (!is_any_chosen()) throw Error(ErrorKind::geometry, nothing_selected(selection, what, lattice_, list, share_));
-  std::vector<SurfacePoint> points;
+  if (!is_any_chosen()) throw Error(ErrorKind::geometry, nothing_selected(selection, what, lattice(), list, share_));
+  std::vector<Candidate> out;
   for (std::size_t n = 0; n < list.size(); ++n)
-    if (chosen[n])
-      points.push_back({list[n].embedding.cell, hexmesh::shape_functions(list[n].embedding.local), list[n].area});
+    if (chosen[n]) out.push_back(std::move(list[n]));
+  return out;
+}
+
+std::vector<SurfacePoint> Selector::select(const Selection& selection, const std::string& what) {
+  std::vector<SurfacePoint> points;
+  for (const Candidate& c : choose_candidates(selection, what))
+    points.push_back({c.embedding.cell, hexmesh::shape_functions(c.embedding.local), c.area});
   return points;
+}
+
+std::vector<Vec3> Selector::rim(const Selection& selection, const std::string& what) {
+  const std::vector<Candidate> chosen = choose_candidates(selection, what);
+  using Edge = std::array<std::int64_t, 3>;  // twice the continuous voxel index of its middle
+  const auto edges_of = [&](const Candidate& face) {
+    int across = 0;
+    (lattice().voxels.direction().transpose() * face.area).cwiseAbs().maxCoeff(&across);
+    const Vec3 twice = 2 * lattice().voxels.continuous_index(face.position);
+    std::array<Edge, 4> edges;
+    for (std::size_t n = 0; n < 4; ++n) {
+      for (int d = 0; d < 3; ++d) edges[n][static_cast<std::size_t>(d)] = std::llround(twice[d]);
+      edges[n][(static_cast<std::size_t>(across) + 1 + n / 2) % 3] += n % 2 == 0 ? -1 : 1;
+    }
+    return edges;
+  };
+  std::map<Edge, int> faces_of_edge;
+  for (const Candidate& c : chosen)
+    if (c.area != Vec3::Zero())
+      for (const Edge& e : edges_of(c)) ++faces_of_edge[e];
+  std::vector<Vec3> out;
+  for (const Candidate& c : chosen)
+    if (c.area == Vec3::Zero()) out.push_back(c.position);
+  for (const auto& [edge, faces] : faces_of_edge)
+    if (faces == 1) {
+      Vec3 twice;
+      for (int d = 0; d < 3; ++d) twice[d] = static_cast<double>(edge[static_cast<std::size_t>(d)]);
+      out.push_back(lattice().voxels.position(twice / 2));
+    }
+  return out;
 }
 
 bool Selector::has_small_faces() const {
   constexpr std::int32_t many = 8;
-  const hexmesh::Index3& per_cell = lattice_.levels[static_cast<std::size_t>(level_)].voxels_per_cell;
+  const hexmesh::Index3& per_cell = cells_.unit();
   return *std::min_element(per_cell.begin(), per_cell.end()) >= many;
 }
 
@@ -232,8 +282,8 @@ std::array<NodeWeights, 4> Selector::gauss_points(const SurfacePoint& face) cons
   for (int a = 0; a < 8; ++a)
     for (int d = 0; d < 3; ++d) center[d] += face.weights[a] * hexmesh::corner_bit(a, d);
   int across = 0;
-  (lattice_.voxels.direction().transpose() * face.area).cwiseAbs().maxCoeff(&across);
-  const hexmesh::Index3& per_cell = lattice_.levels[static_cast<std::size_t>(level_)].voxels_per_cell;
+  (lattice().voxels.direction().transpose() * face.area).cwiseAbs().maxCoeff(&across);
+  const hexmesh::Index3& per_cell = cells_.lattice_level(hexmesh::as_size(face.cell)).voxels_per_cell;
   std::array<NodeWeights, 4> out;
   for (int n = 0; n < 4; ++n) {
     Vec3 local = center;

@@ -6,7 +6,7 @@
 
 #include "hexmesh/lattice/locator.h"
 #include "hexsolver/scene/scene.h"
-#include "mesh/mesh.h"
+#include "mesh/mesh_cells.h"
 
 namespace hexsolver {
 
@@ -32,9 +32,9 @@ public:
 class Selector {
 public:
   /// All must outlive this.
-  /// @param lattice  with faces or labels; its level `level` is the mesh
-  Selector(const hexmesh::Lattice& lattice, int level, const Mesh& mesh,
-           const SurfaceShare& share = whole_surface_of_one);
+  /// @param cells  of a lattice with faces or labels
+  /// @param mesh   of these
+  Selector(MeshCells cells, const Mesh& mesh, const SurfaceShare& share = whole_surface_of_one);
   ~Selector();
 
   /// @param what   named in messages, e.g. "condition 'hilum' (scene.toml:7:1)"
@@ -42,8 +42,12 @@ public:
   /// @throws Error{input} for a segment that the lattice does not have
   std::vector<SurfacePoint> select(const Selection& selection, const std::string& what);
 
-  /// Whether cells have so many voxels that the middle of a face stands for all of it: 8 and more along each axis,
-  /// where integrals of products of shape functions are within 1 %.
+  /// Where the displacement that a selection prescribes ends: the middles of the edges of its faces that no other of
+  /// them has; of voxels and nodes these themselves [mm].
+  std::vector<Vec3> rim(const Selection& selection, const std::string& what);
+
+  /// Whether the finest cells have so many voxels that the middle of a face stands for all of it: 8 and more along each
+  /// axis, where integrals of products of shape functions are within 1 %.
   bool has_small_faces() const;
 
   /// The weights of the four Gauss points of a face.
@@ -61,12 +65,15 @@ private:
   template <class MayCount>
   std::vector<Candidate> candidates(SurfacePoints on, const MayCount& may_count);
 
-  const hexmesh::Lattice& lattice_;
-  int level_;
+  const hexmesh::Lattice& lattice() const noexcept { return cells_.lattice(); }
+  hexmesh::Embedding embed(const Index3& voxel, const Vec3& voxel_index) const;
+  std::vector<Candidate> choose_candidates(const Selection& selection, const std::string& what);
+
+  MeshCells cells_;
   const Mesh& mesh_;
   const SurfaceShare& share_;
-  std::shared_ptr<const hexmesh::SurfaceFaces> faces_;  ///< found when first needed, as the next
-  std::unique_ptr<const hexmesh::CellLocator> locator_;
+  std::shared_ptr<const hexmesh::SurfaceFaces> faces_;   ///< found when first needed, as the next
+  std::unique_ptr<const hexmesh::CellLocator> locator_;  ///< of cells of one level
 };
 
 }  // namespace hexsolver

@@ -3,6 +3,7 @@
 
 #include <Eigen/SVD>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -19,13 +20,12 @@ void smooth_pressure(const ElasticCells& cells, const std::function<bool(const I
     double sum = 0, volume = 0, alternating = 0;
     int cells = 0;
   };
-  std::vector<AtNode> at(mesh.num_nodes());
+  std::vector<AtNode> at(mesh.num_all_nodes());
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
     const double p = measures.pressure[c], volume = cells.model(c).volume;
-    const Index3& index = mesh.cells()[c];
-    const double sign = (index[0] + index[1] + index[2]) % 2 == 0 ? 1 : -1;
-    for (const std::int32_t n : mesh.cell_nodes()[c]) {
-      AtNode& node = at[n];
+    for (std::size_t a = 0; a < 8; ++a) {
+      AtNode& node = at[mesh.node(c, a)];
+      const double sign = std::popcount(a) % 2 == 0 ? 1 : -1;  // around a node no two cells side by side have the same
       node.sum += volume * p;
       node.volume += volume;
       node.alternating += sign * p / 8;

@@ -112,7 +112,8 @@ std::size_t PenaltyContact::bytes() const { return hexmesh::bytes_of(points_) + 
 
 /// Nanson's formula with F at the centre of the cell.
 Vec3 PenaltyContact::outward(const Point& p, const NodeVector& u) const {
-  const NodeGradients gradients = hexmesh::shape_gradients(Vec3::Constant(0.5)) * mesh_.edges().inverse();
+  const NodeGradients gradients =
+      hexmesh::shape_gradients(Vec3::Constant(0.5)) * mesh_.edges(static_cast<std::size_t>(p.cell)).inverse();
   const CellVector v = mesh_.gather(p.cell, u);
   const Mat3 f = Mat3::Identity() + Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * gradients;
   return f.inverse().transpose() * p.area;
@@ -132,6 +133,14 @@ PenaltyContact::State PenaltyContact::state(const NodeVector& u) const { return 
 
 PenaltyContact::State PenaltyContact::state_at_rest() const {
   return state(NodeVector::Zero(mesh_.num_dofs()), contact_.history ? contact_.history->at(0) : Vec3::Zero());
+}
+
+std::vector<Vec3> PenaltyContact::places_inside_at_rest() const {
+  const NodeVector rest = NodeVector::Zero(static_cast<Eigen::Index>(mesh_.num_dofs()));
+  std::vector<Vec3> out;
+  for (const Point& p : points_)
+    if (gap(p, rest, contact_.by).depth < 0) out.push_back(p.rest);
+  return out;
 }
 
 PenaltyContact::State PenaltyContact::state(const NodeVector& u, const Vec3& moved) const {

@@ -28,7 +28,7 @@ void fetch(const std::vector<RotatedCells<Real>>& frames, std::size_t batch) {
 }  // namespace
 
 CorotationalFrame CorotationalCells::frame(std::size_t cell, const NodeVector& u) const {
-  CellVector x = mesh_.gather(cell, u) + rest_;
+  CellVector x = mesh_.gather(cell, u) + rest(cell);
   Vec3 mean = Vec3::Zero();
   Mat3 f = Mat3::Zero();
   for (int a = 0; a < 8; ++a) mean += x.segment<3>(3 * a) / 8;
@@ -39,7 +39,7 @@ CorotationalFrame CorotationalCells::frame(std::size_t cell, const NodeVector& u
   const Polar polar = polar_decomposition(f);
   CorotationalFrame frame{
       polar.rotation, polar.stretch, polar.inverse_m, Mat3::Zero(), rotate(polar.rotation.transpose(), x), {}, {}};
-  frame.f = times(model(cell).stiffness, frame.y - rest_);
+  frame.f = times(model(cell).stiffness, frame.y - rest(cell));
   Vec3 torque = Vec3::Zero();
   for (int a = 0; a < 8; ++a) torque += Vec3(frame.y.segment<3>(3 * a)).cross(Vec3(frame.f.segment<3>(3 * a)));
   frame.h = polar.inverse_m * torque;
@@ -52,7 +52,7 @@ double CorotationalCells::cell_energy(std::size_t cell, const NodeVector& u) con
     return 0.5 * v.dot(times(model(cell).stiffness, v));
   }
   const CorotationalFrame f = frame(cell, u);
-  return 0.5 * (f.y - rest_).dot(f.f);
+  return 0.5 * (f.y - rest(cell)).dot(f.f);
 }
 
 double CorotationalCells::energy(const NodeVector& u) const {
@@ -61,10 +61,11 @@ double CorotationalCells::energy(const NodeVector& u) const {
   mesh_.for_each_batch([&](std::size_t b) {
     RotatedCells<double> space;
     const RotatedCells<double>& cells = rotated(b, space);
+    const CellVector& at_rest = rest(mesh_.batches()[b].first);
     std::array<double, lanes> of_lane{};
     for (std::size_t n = 0; n < 24; ++n)
       for (std::size_t lane = 0; lane < lanes; ++lane)
-        of_lane[lane] += 0.5 * (cells.y[n][lane] - rest_[n]) * cells.f[n][lane];
+        of_lane[lane] += 0.5 * (cells.y[n][lane] - at_rest[n]) * cells.f[n][lane];
     energies_[b] = std::accumulate(of_lane.data(), of_lane.data() + mesh_.batches()[b].count, 0.0);
   });
   return sum_of_energies();
@@ -73,7 +74,7 @@ double CorotationalCells::energy(const NodeVector& u) const {
 CorotationalFrame CorotationalCells::unrotated_frame(std::size_t cell, const NodeVector& u) const {
   const CellVector v = mesh_.gather(cell, u);
   const Mat3 one = Mat3::Identity(), none = Mat3::Zero();
-  return {one, one, none, none, rest_ + v, times(model(cell).stiffness, v), Vec3::Zero()};
+  return {one, one, none, none, rest(cell) + v, times(model(cell).stiffness, v), Vec3::Zero()};
 }
 
 std::size_t CorotationalCells::choose_rotating(const NodeVector& u, double on, double off) {
@@ -192,8 +193,8 @@ void CorotationalCells::rotate_batch(std::size_t batch, RotatedCells<double>& ce
   const Mesh::Batch& of = mesh_.batches()[batch];
   unsigned left = (1U << lanes) - 1;
   if (rotates_somewhere(batch))
-    left = rotate_cells(models_of_batch<double>(batch), is_stressed_, nodes_of_batch(mesh_, batch), rest_.data(),
-                        state_.data(), cells);
+    left = rotate_cells(models_of_batch<double>(batch), is_stressed_, nodes_of_batch(mesh_, batch),
+                        rest(of.first).data(), state_.data(), cells);
   for (std::size_t lane = 0; lane < lanes; ++lane) {
     const std::size_t cell = of.first + std::min(lane, of.count - 1);
     if (left >> lane & 1U || !rotates(cell)) pack(frame_of_state(cell), cells, lane);

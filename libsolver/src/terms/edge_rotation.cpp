@@ -9,23 +9,23 @@
 
 namespace hexsolver {
 
-Mat3 EdgeRotatedCells::rotation(const CellVector& moved) const {
+Mat3 EdgeRotatedCells::rotation(std::size_t cell, const CellVector& moved) const {
   // Averages of the four edges along each axis [mm].
   Mat3 now = Mat3::Zero();
   for (int axis = 0; axis < 3; ++axis)
     for (int a = 0; a < 8; ++a)
-      now.col(axis) += (hexmesh::corner_bit(a, axis) ? 0.25 : -0.25) * (moved + rest_).segment<3>(3 * a);
-  return orthonormalized(now) * orthonormalized(mesh_.edges()).transpose();
+      now.col(axis) += (hexmesh::corner_bit(a, axis) ? 0.25 : -0.25) * (moved + rest(cell)).segment<3>(3 * a);
+  return orthonormalized(now) * orthonormalized(mesh_.edges(cell)).transpose();
 }
 
 double EdgeRotatedCells::cell_energy(std::size_t cell, const NodeVector& u) const {
   const CellVector moved = mesh_.gather(cell, u);
-  const CellVector e = rotate(rotation(moved).transpose(), CellVector(moved + rest_)) - rest_;
+  const CellVector e = rotate(rotation(cell, moved).transpose(), CellVector(moved + rest(cell))) - rest(cell);
   return 0.5 * e.dot(times(model(cell).stiffness, e));
 }
 
 Mat3 EdgeRotatedCells::stress(std::size_t cell, const NodeVector& u) const {
-  const Mat3 r = rotation(mesh_.gather(cell, u));
+  const Mat3 r = rotation(cell, mesh_.gather(cell, u));
   const Mat3 f = mean_gradient(cell, u), in_frame = r.transpose() * f;
   const Mat3 kirchhoff =
       r * hooke_stress(model(cell), (in_frame + in_frame.transpose()) / 2 - Mat3::Identity()) * f.transpose();
@@ -35,8 +35,8 @@ Mat3 EdgeRotatedCells::stress(std::size_t cell, const NodeVector& u) const {
 void EdgeRotatedCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
   mesh_.for_each_cell([&](std::size_t c) {
     const CellVector moved = mesh_.gather(c, u);
-    const Mat3 r = rotation(moved);
-    const CellVector e = rotate(r.transpose(), CellVector(moved + rest_)) - rest_;
+    const Mat3 r = rotation(c, moved);
+    const CellVector e = rotate(r.transpose(), CellVector(moved + rest(c))) - rest(c);
     const CellVector force = rotate(r, times(model(c).stiffness, e));
     mesh_.scatter_add(c, force, gradient);
     mesh_.scatter_add(c, force.cwiseAbs(), magnitude);
@@ -45,7 +45,7 @@ void EdgeRotatedCells::add_gradient(const NodeVector& u, NodeVector& gradient, N
 
 void EdgeRotatedCells::linearize(const NodeVector& u, double /*projection*/) {
   rotations_.resize(mesh_.num_cells());
-  mesh_.for_each_cell([&](std::size_t c) { rotations_[c] = rotation(mesh_.gather(c, u)); });
+  mesh_.for_each_cell([&](std::size_t c) { rotations_[c] = rotation(c, mesh_.gather(c, u)); });
 }
 
 template <class Vector>

@@ -30,7 +30,7 @@ public:
 private:
   template <class Vector>
   void add_product_of(const Vector& x, Vector& y) const;
-  Mat3 rotation(const CellVector& moved) const;  ///< of a cell whose corners are displaced by `moved`
+  Mat3 rotation(std::size_t cell, const CellVector& moved) const;  ///< of a cell whose corners are displaced by `moved`
 
   std::vector<Mat3> rotations_;  ///< of the last linearize()
 };

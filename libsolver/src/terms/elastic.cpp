@@ -61,18 +61,23 @@ ElasticCells::ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements,
     : mesh_(mesh),
       elements_(std::move(elements)),
       models_(std::make_shared<const std::vector<ElementModel>>(std::move(models))) {
-  for (int a = 0; a < 8; ++a) {
-    Vec3 corner;
-    for (int d = 0; d < 3; ++d) corner[d] = hexmesh::corner_bit(a, d) - 0.5;
-    rest_.segment<3>(3 * a) = mesh.edges() * corner;
+  for (const CellsOfSize& size : mesh.sizes()) {
+    CellVector& rest = rest_.emplace_back();
+    for (int a = 0; a < 8; ++a) {
+      Vec3 corner;
+      for (int d = 0; d < 3; ++d) corner[d] = hexmesh::corner_bit(a, d) - 0.5;
+      rest.segment<3>(3 * a) = size.edges * corner;
+    }
   }
-  NodeVector sum = NodeVector::Zero(mesh.num_dofs());
-  std::vector<CellVector> of_model;
-  for (const ElementModel& m : *models_) of_model.push_back(m.stiffness.cwiseAbs() * rest_.cwiseAbs());
+  NodeVector sum = NodeVector::Zero(3 * static_cast<Eigen::Index>(mesh.num_all_nodes()));
+  std::vector<CellVector> of_model(models_->size(), CellVector::Constant(-1));
   double energies = 0;
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
-    mesh.scatter_add(c, of_model[elements_[c]], sum);
-    energies += of_model[elements_[c]].dot(rest_.cwiseAbs());
+    CellVector& of_cell = of_model[elements_[c]];
+    const CellVector& size = rest(c);
+    if (of_cell[0] < 0) of_cell = model(c).stiffness.cwiseAbs() * size.cwiseAbs();
+    mesh.scatter_add(c, of_cell, sum);
+    energies += of_cell.dot(size.cwiseAbs());
   }
   rounding_ = 50 * std::numeric_limits<double>::epsilon() * sum.norm();
   energy_rounding_ = 4 * std::numeric_limits<double>::epsilon() * energies;
@@ -161,10 +166,10 @@ Mat3 ElasticCells::mean_gradient(std::size_t cell, const NodeVector& u) const {
 }
 
 Jacobians ElasticCells::jacobians(std::size_t cell, const NodeVector& u) const {
-  const CellVector corners = rest_ + mesh_.gather(cell, u);
+  const CellVector corners = rest(cell) + mesh_.gather(cell, u);
   if (const hexmesh::SubcellMask where = model(cell).subcells; where != 0)
     return jacobians_in_subcells(Eigen::Map<const Eigen::Matrix<double, 3, 8>>(corners.data()),
-                                 mesh_.edges().determinant(), where);
+                                 mesh_.edges(cell).determinant(), where);
   const double mean = mean_gradient(cell, u).determinant();
   return {mean, mean, mean > 0 ? 0.0 : 1.0};
 }

@@ -91,12 +91,15 @@ protected:
   const Mesh& mesh_;
   std::vector<std::int32_t> elements_;
   std::shared_ptr<const std::vector<ElementModel>> models_;
-  CellVector rest_;  ///< X, corners relative to the cell's centre
+  /// X, corners relative to the cell's centre.
+  const CellVector& rest(std::size_t cell) const { return rest_[mesh_.size_of(cell)]; }
 
   double sum_of_energies() const;
   mutable std::vector<double> energies_;  ///< space for energy(): parts to be summed up in this order
 
 private:
+  std::vector<CellVector> rest_;  ///< of each size of cells
+
   /// f(cell, volume, rest position relative to node (0, 0, 0), field): means over the filled part of each cell.
   template <class F>
   void for_each_mean(const NodeVector& field, F&& f) const;

@@ -127,11 +127,14 @@ HyperelasticCells::HyperelasticCells(const Mesh& mesh, std::vector<std::int32_t>
                                      Volumetric volumetric)
     : ElasticCells(mesh, std::move(elements), std::move(models)), law_(law), volumetric_(volumetric) {
   assert(law != Elasticity::green_lagrange || volumetric == Volumetric::full);
-  const Mat3 inverse = mesh.edges().inverse();
-  for (const std::vector<hexmesh::MaterialPoint>& of_element : points) {
-    assert(of_element.size() <= State::most_points);
-    std::vector<Point>& out = points_.emplace_back();
-    for (const hexmesh::MaterialPoint& p : of_element)
+  points_.resize(points.size());
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {  // the cells of an element are of one size
+    const std::size_t element = hexmesh::as_size(elements_[c]);
+    std::vector<Point>& out = points_[element];
+    assert(points[element].size() <= State::most_points);
+    if (!out.empty()) continue;
+    const Mat3 inverse = mesh.edges(c).inverse();
+    for (const hexmesh::MaterialPoint& p : points[element])
       out.push_back({hexmesh::shape_gradients(p.local) * inverse, p.volume, p.shear, p.bulk});
   }
 }

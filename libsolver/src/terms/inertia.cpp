@@ -8,28 +8,36 @@
 #include "core/parallel.h"
 #include "hexmesh/core/bytes.h"
 #include "hexmesh/core/error.h"
-#include "hexmesh/lattice/element_tree.h"
 
 namespace hexsolver {
 
 using Eigen::Index;
 
-std::vector<NodeWeights> lumped_masses(const hexmesh::Lattice& lattice, int level) {
-  const hexmesh::StoredMatrices& stored = lattice.level(level).matrices;
-  const hexmesh::ElementMatrices matrices(lattice.cell_edges(level));
+std::vector<NodeWeights> lumped_masses(const MeshCells& cells) {
   std::vector<NodeWeights> masses;
-  for (std::size_t e = 0; e < stored.size(); ++e) masses.push_back(stored.lumped_mass(e));
-  if (!stored.empty()) return masses;
-  for (const hexmesh::Element& e : hexmesh::form_elements(lattice, level)) masses.push_back(matrices.lumped_mass(e));
+  for (const MeshCells::OfLevel& of : cells.levels()) {
+    const hexmesh::StoredMatrices& stored = cells.lattice().level(of.level).matrices;
+    const hexmesh::ElementMatrices matrices(cells.lattice().cell_edges(of.level));
+    if (stored.empty())
+      for (const hexmesh::Element& e : form_elements(cells.lattice(), of)) masses.push_back(matrices.lumped_mass(e));
+    else if (of.element.empty())
+      for (std::size_t e = 0; e < stored.size(); ++e) masses.push_back(stored.lumped_mass(e));
+    else
+      for (const std::int32_t e : of.element) masses.push_back(stored.lumped_mass(hexmesh::as_size(e)));
+  }
   return masses;
 }
 
 Inertia::Inertia(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<NodeWeights> masses, double damping)
     : elements_(std::move(elements)), masses_(std::move(masses)), damping_(damping) {
-  node_masses_.resize(mesh.num_nodes());
+  std::vector<double> of_all(mesh.num_all_nodes());
   mesh.for_each_cell([&](std::size_t c) {
     const NodeWeights& m = masses_[elements_[c]];
-    for (std::size_t a = 0; a < 8; ++a) node_masses_[mesh.node(c, a)] += m[a];
+    for (std::size_t a = 0; a < 8; ++a) of_all[mesh.node(c, a)] += m[a];
+  });
+  node_masses_.assign(of_all.begin(), of_all.begin() + static_cast<std::ptrdiff_t>(mesh.num_nodes()));
+  mesh.for_each_support([&](std::size_t hanging, std::int32_t n, double weight) {
+    node_masses_[hexmesh::as_size(n)] += weight * of_all[mesh.num_nodes() + hanging];
   });
   for (const double m : node_masses_)
     if (!(m > 0))
@@ -60,7 +68,7 @@ double Inertia::energy(const NodeVector& u) const {
 }
 
 void Inertia::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
-  parallel_for(u.size(), [&](Index n) {
+  parallel_for(aim_.size(), [&](Index n) {
     const double force = stiffness_ * node_masses_[n / 3] * (u[n] - aim_[n]);
     gradient[n] += force;
     magnitude[n] += std::abs(force);
@@ -70,7 +78,8 @@ void Inertia::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector
 template <class Vector>
 void Inertia::add_product_of(const Vector& x, Vector& y) const {
   using Real = typename Vector::Scalar;
-  parallel_for(x.size(), [&](Index n) { y[n] += static_cast<Real>(stiffness_ * node_masses_[n / 3]) * x[n]; });
+  const auto size = 3 * static_cast<Index>(node_masses_.size());
+  parallel_for(size, [&](Index n) { y[n] += static_cast<Real>(stiffness_ * node_masses_[n / 3]) * x[n]; });
 }
 
 void Inertia::add_product(const NodeVector& x, NodeVector& y) const { add_product_of(x, y); }

@@ -3,13 +3,14 @@
 
 #include <vector>
 
+#include "mesh/mesh_cells.h"
 #include "terms/term.h"
 
 namespace hexsolver {
 
-/// Row sums of the mass matrix of each element of a level [tonne].
+/// Row sums of the mass matrix of each element of the cells [tonne].
 /// @throws Error{input} for material without mass
-std::vector<NodeWeights> lumped_masses(const hexmesh::Lattice& lattice, int level);
+std::vector<NodeWeights> lumped_masses(const MeshCells& cells);
 
 /// What a step of implicit Euler from u_0 with velocity v_0 (see BackwardDifference for others) adds to the energy: the
 /// lumped masses M, and damping in proportion a to them,
@@ -53,7 +54,7 @@ private:
 
   std::vector<std::int32_t> elements_;
   std::vector<NodeWeights> masses_;
-  std::vector<double> node_masses_;
+  std::vector<double> node_masses_;  ///< of the free nodes, with their parts of hanging ones
   double damping_;
   double stiffness_ = 0;  ///< 1 / h^2 + a / h, of a unit of mass [1/s^2]
   NodeVector aim_;        ///< where the sum of the two squares is least

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "terms/loads.h"
 
-#include <fmt/format.h>
-
 #include "terms/inertia.h"
 
 namespace hexsolver {
@@ -14,7 +12,10 @@ public:
   explicit NodeForces(const Mesh& mesh) : mesh_(mesh), sum_(NodeVector::Zero(mesh.num_dofs())) {}
 
   void add(std::size_t cell, const NodeWeights& weights, const Vec3& force) {
-    for (int a = 0; a < 8; ++a) sum_.segment<3>(3 * mesh_.node(cell, a)) += weights[a] * force;
+    for (std::size_t a = 0; a < 8; ++a)
+      mesh_.for_each_free(cell, a, [&](std::int32_t n, double weight) {
+        sum_.segment<3>(3 * Eigen::Index{n}) += weight * weights[static_cast<Eigen::Index>(a)] * force;
+      });
   }
 
   std::vector<DeadLoad::NodeForce> nonzero() const {
@@ -30,7 +31,7 @@ private:
 };
 
 std::unique_ptr<DeadLoad> surface_force(const Force& force, const Mesh& mesh, Selector& selector) {
-  const std::string what = fmt::format("force '{}' ({})", force.name, force.where);
+  const std::string what = with_place("force", force);
   const std::vector<SurfacePoint> points = selector.select(force.selection, what);
   const bool by_area = force.selection.on == SurfacePoints::faces;
   double whole = 0;
@@ -44,9 +45,9 @@ std::unique_ptr<DeadLoad> surface_force(const Force& force, const Mesh& mesh, Se
   return std::make_unique<DeadLoad>(EffectKind::force, load_name(force), forces.nonzero());
 }
 
-std::unique_ptr<DeadLoad> weight(const Vec3& gravity, const hexmesh::Lattice& lattice, int level, const Mesh& mesh) {
-  const std::vector<NodeWeights> masses = lumped_masses(lattice, level);
-  const std::vector<std::int32_t>& element = lattice.levels[level].element;
+std::unique_ptr<DeadLoad> weight(const Vec3& gravity, const MeshCells& cells, const Mesh& mesh) {
+  const std::vector<NodeWeights> masses = lumped_masses(cells);
+  const std::vector<std::int32_t> element = cells.elements();
   NodeForces forces(mesh);
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) forces.add(c, masses[element[c]], gravity);
   return std::make_unique<DeadLoad>(EffectKind::gravity, "gravity", forces.nonzero());
@@ -54,11 +55,11 @@ std::unique_ptr<DeadLoad> weight(const Vec3& gravity, const hexmesh::Lattice& la
 
 }  // namespace
 
-std::vector<std::unique_ptr<DeadLoad>> make_loads(const Scene& scene, const hexmesh::Lattice& lattice, int level,
-                                                  const Mesh& mesh, Selector& selector) {
+std::vector<std::unique_ptr<DeadLoad>> make_loads(const Scene& scene, const MeshCells& cells, const Mesh& mesh,
+                                                  Selector& selector) {
   std::vector<std::unique_ptr<DeadLoad>> loads;
   for (const Force& force : scene.forces) loads.push_back(surface_force(force, mesh, selector));
-  if (scene.gravity != Vec3::Zero()) loads.push_back(weight(scene.gravity, lattice, level, mesh));
+  if (scene.gravity != Vec3::Zero()) loads.push_back(weight(scene.gravity, cells, mesh));
   return loads;
 }
 

@@ -12,7 +12,7 @@ namespace hexsolver {
 /// Each [[force]] of the scene, then [gravity] if there is any, on the nodes of one level: f(q) = H^T f(p), and row
 /// sums of the mass matrix times gravity.
 /// @throws Error as Selector::select
-std::vector<std::unique_ptr<DeadLoad>> make_loads(const Scene& scene, const hexmesh::Lattice& lattice, int level,
-                                                  const Mesh& mesh, Selector& selector);
+std::vector<std::unique_ptr<DeadLoad>> make_loads(const Scene& scene, const MeshCells& cells, const Mesh& mesh,
+                                                  Selector& selector);
 
 }  // namespace hexsolver

@@ -10,52 +10,75 @@
 namespace hexsolver {
 namespace {
 
-std::vector<std::vector<hexmesh::MaterialPoint>> form_quadratures(const hexmesh::Lattice& lattice, int level) {
-  std::vector<std::vector<hexmesh::MaterialPoint>> out(lattice.levels[level].filled.size());
+using OfLevel = MeshCells::OfLevel;
+
+std::size_t num_elements(const hexmesh::Lattice& lattice, const OfLevel& of) {
+  return of.element.empty() ? lattice.level(of.level).filled.size() : of.element.size();
+}
+
+std::int32_t number_in_level(const OfLevel& of, std::ptrdiff_t e) {
+  return of.element.empty() ? static_cast<std::int32_t>(e) : of.element[static_cast<std::size_t>(e)];
+}
+
+using Points = std::vector<std::vector<hexmesh::MaterialPoint>>;
+
+void add_quadratures(const hexmesh::Lattice& lattice, const OfLevel& of, Points& points) {
+  const auto count = static_cast<std::ptrdiff_t>(num_elements(lattice, of));
 #pragma omp parallel
   {
     hexmesh::QuadratureTree tree(lattice);
 #pragma omp for schedule(dynamic, 64)
-    for (std::size_t e = 0; e < out.size(); ++e) out[e] = tree.form(level, static_cast<std::int32_t>(e));
+    for (std::ptrdiff_t e = 0; e < count; ++e)
+      points[of.first_element + static_cast<std::size_t>(e)] = tree.form(of.level, number_in_level(of, e));
   }
-  return out;
 }
 
-template <class Model>
-std::vector<ElementModel> make_models(const std::vector<hexmesh::SubcellMask>& subcells, const Model& model) {
-  std::vector<ElementModel> models(subcells.size());
+/// The models of the elements of a level, from the matrices that the lattice has where these do.
+/// @param points  also of each element where the law is not quadratic
+void add_models(const hexmesh::Lattice& lattice, const OfLevel& of, const ElasticSettings& settings,
+                std::vector<ElementModel>& models, Points& points) {
+  const Mat3 edges = lattice.cell_edges(of.level);
+  const hexmesh::StoredMatrices& stored = lattice.level(of.level).matrices;
+  const std::vector<hexmesh::SubcellMask>& subcells = lattice.level(of.level).subcells;
+  const bool is_even = settings.stiffness == Stiffness::uniform;
+  const auto add = [&](const auto& model_of) {
+    const auto count = static_cast<std::ptrdiff_t>(num_elements(lattice, of));
 #pragma omp parallel for schedule(static)
-  for (std::size_t e = 0; e < models.size(); ++e) {
-    models[e] = model(e);
-    models[e].subcells = subcells[e];
+    for (std::ptrdiff_t e = 0; e < count; ++e) {
+      const std::size_t element = hexmesh::as_size(number_in_level(of, e));
+      ElementModel& model = models[of.first_element + static_cast<std::size_t>(e)];
+      model = model_of(static_cast<std::size_t>(e), element);
+      model.subcells = subcells[element];
+    }
+  };
+  if (!stored.empty() && !needs_elements(settings.elasticity, settings.stiffness)) {
+    add([&](std::size_t, std::size_t element) {
+      return make_element_model(stored, element, edges, settings.volumetric);
+    });
+    return;
   }
-  return models;
-}
-
-/// The models of the elements of a level; `elements` stays empty where the lattice has their matrices and these do.
-std::vector<ElementModel> make_models(const hexmesh::Lattice& lattice, int level, const ElasticSettings& settings,
-                                      std::vector<hexmesh::Element>& elements) {
-  const Mat3 edges = lattice.cell_edges(level);
-  const hexmesh::StoredMatrices& stored = lattice.level(level).matrices;
-  const std::vector<hexmesh::SubcellMask>& subcells = lattice.level(level).subcells;
-  if (!stored.empty() && !needs_elements(settings.elasticity, settings.stiffness))
-    return make_models(subcells,
-                       [&](std::size_t e) { return make_element_model(stored, e, edges, settings.volumetric); });
-  elements = hexmesh::form_elements(lattice, level);
-  if (settings.stiffness == Stiffness::uniform)
+  std::vector<hexmesh::Element> elements = form_elements(lattice, of);
+  if (is_even)
     for (hexmesh::Element& e : elements) e = hexmesh::spread_evenly(e);
   const hexmesh::ElementMatrices matrices(edges);
-  return make_models(subcells,
-                     [&](std::size_t e) { return make_element_model(matrices, elements[e], settings.volumetric); });
+  add([&](std::size_t e, std::size_t) { return make_element_model(matrices, elements[e], settings.volumetric); });
+  if (points.empty()) return;
+  if (is_even)
+    for (std::size_t e = 0; e < elements.size(); ++e)
+      points[of.first_element + e] =
+          hexmesh::gauss_points(elements[e].volume(), elements[e].total_shear(), elements[e].total_bulk());
+  else
+    add_quadratures(lattice, of, points);
 }
 
 }  // namespace
 
-std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const hexmesh::Lattice& lattice, int level,
+std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const MeshCells& cells,
                                                  const ElasticSettings& settings) {
-  std::vector<hexmesh::Element> elements;
-  std::vector<ElementModel> models = make_models(lattice, level, settings, elements);
-  std::vector<std::int32_t> element = lattice.levels[level].element;
+  std::vector<ElementModel> models(cells.num_elements());
+  Points points(is_hyperelastic(settings.elasticity) ? models.size() : 0);
+  for (const OfLevel& of : cells.levels()) add_models(cells.lattice(), of, settings, models, points);
+  std::vector<std::int32_t> element = cells.elements();
 
   if (settings.elasticity == Elasticity::cauchy)
     return std::make_unique<CauchyCells>(mesh, std::move(element), std::move(models));
@@ -64,12 +87,6 @@ std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const hexmesh
   if (settings.elasticity == Elasticity::corotational)
     return std::make_unique<CorotationalCells>(mesh, std::move(element), std::move(models), settings.rotating,
                                                settings.saves_memory);
-  std::vector<std::vector<hexmesh::MaterialPoint>> points;
-  if (settings.stiffness == Stiffness::uniform)
-    for (const hexmesh::Element& e : elements)
-      points.push_back(hexmesh::gauss_points(e.volume(), e.total_shear(), e.total_bulk()));
-  else
-    points = form_quadratures(lattice, level);
   return std::make_unique<HyperelasticCells>(mesh, std::move(element), std::move(models), points, settings.elasticity,
                                              settings.volumetric);
 }

@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "hexmesh/lattice/lattice.h"
 #include "hexsolver/scene/law.h"
+#include "mesh/mesh_cells.h"
 #include "terms/elastic.h"
 
 namespace hexsolver {
@@ -20,9 +20,9 @@ struct ElasticSettings {
   bool saves_memory = false;   ///< co-rotational cells keep frames in single precision only
 };
 
-/// The elastic energy of a level of a lattice.
-/// @param mesh  of that level; must outlive what is returned
-std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const hexmesh::Lattice& lattice, int level,
+/// The elastic energy of cells of a lattice.
+/// @param mesh  of these cells; must outlive what is returned
+std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const MeshCells& cells,
                                                  const ElasticSettings& settings);
 
 }  // namespace hexsolver

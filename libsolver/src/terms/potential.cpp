@@ -25,35 +25,49 @@ bool Potential::is_conservative() const {
   return std::all_of(terms_.begin(), terms_.end(), [](const Timed& t) { return t.term->is_conservative(); });
 }
 
+/// A state at all nodes, until the next is asked for.
+const NodeVector& Potential::at_all(const NodeVector& u) const {
+  if (mesh_.num_hanging() == 0) return u;
+  mesh_.spread(u, state_.all);
+  return state_.all;
+}
+
 void Potential::move_to(const NodeVector& u) {
+  const NodeVector& at = at_all(u);
   for (Timed& t : terms_) {
     const Stopwatch watch;
-    t.term->move_to(u);
+    t.term->move_to(at);
     t.seconds += watch.seconds();
     t.linearize_seconds += watch.seconds();
   }
 }
 
 double Potential::energy(const NodeVector& u) const {
+  const NodeVector& at = at_all(u);
   double sum = 0;
-  for_each_term([&](const Term& t) { sum += t.energy(u); });
+  for_each_term([&](const Term& t) { sum += t.energy(at); });
   return sum;
 }
 
 void Potential::gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
-  gradient.setZero(u.size());
-  magnitude.setZero(u.size());
-  for_each_term([&](const Term& t) { t.add_gradient(u, gradient, magnitude); });
+  const NodeVector& at = at_all(u);
+  gradient.setZero(at.size());
+  magnitude.setZero(at.size());
+  for_each_term([&](const Term& t) { t.add_gradient(at, gradient, magnitude); });
+  mesh_.collect(gradient);
+  mesh_.collect(magnitude);
 }
 
 void Potential::for_each_load(const NodeVector& u,
                               const std::function<void(const std::string&, const NodeVector&)>& take) const {
+  const NodeVector& at = at_all(u);
   NodeVector gradient, magnitude;
   for (const Timed& t : terms_) {
     if (t.term->effect() == EffectKind::elasticity) continue;
-    gradient.setZero(u.size());
-    magnitude.setZero(u.size());
-    t.term->add_gradient(u, gradient, magnitude);
+    gradient.setZero(at.size());
+    magnitude.setZero(at.size());
+    t.term->add_gradient(at, gradient, magnitude);
+    mesh_.collect(gradient);
     take(t.term->name(), -gradient);
   }
 }
@@ -71,22 +85,28 @@ double Potential::energy_rounding() const {
 }
 
 void Potential::linearize(const NodeVector& u, double projection) {
+  const NodeVector& at = at_all(u);
   for (Timed& t : terms_) {
     const Stopwatch watch;
-    t.term->linearize(u, projection);
+    t.term->linearize(at, projection);
     t.seconds += watch.seconds();
     t.linearize_seconds += watch.seconds();
   }
 }
 
-void Potential::apply(const NodeVector& x, NodeVector& y) const {
+template <class Vector>
+void Potential::apply_terms(const Vector& x, Vector& y) const {
   set_zero(y, x.size());
   for_each_term([&](const Term& t) { t.add_product(x, y); });
 }
 
+void Potential::apply(const NodeVector& x, NodeVector& y) const {
+  product_.apply(mesh_, x, y, [this](const NodeVector& from, NodeVector& to) { apply_terms(from, to); });
+}
+
 void Potential::apply(const FloatNodeVector& x, FloatNodeVector& y) const {
-  set_zero(y, x.size());
-  for_each_term([&](const Term& t) { t.add_product(x, y); });
+  single_product_.apply(mesh_, x, y,
+                        [this](const FloatNodeVector& from, FloatNodeVector& to) { apply_terms(from, to); });
 }
 
 CellMatrix Potential::cell_hessian(std::size_t cell) const {

@@ -10,6 +10,9 @@
 namespace hexsolver {
 
 /// The potential energy of one level: the sum of its terms.
+///
+/// Fields are given at the free nodes of the mesh; terms get them at all nodes, and what they say of hanging ones goes
+/// to those these hang on.
 class Potential {
 public:
   explicit Potential(const Mesh& mesh) : mesh_(mesh) {}  ///< `mesh` must outlive this
@@ -65,9 +68,14 @@ private:
   };
   template <class F>
   void for_each_term(F&& f) const;
+  const NodeVector& at_all(const NodeVector& u) const;
+  template <class Vector>
+  void apply_terms(const Vector& x, Vector& y) const;
 
   const Mesh& mesh_;
   std::vector<Timed> terms_;
+  mutable OfAllNodes<NodeVector> state_, product_;  ///< space for fields at all nodes
+  mutable OfAllNodes<FloatNodeVector> single_product_;
 };
 
 }  // namespace hexsolver

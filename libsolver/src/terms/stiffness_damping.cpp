@@ -15,9 +15,16 @@ StiffnessDamping::StiffnessDamping(const ElasticCells& cells, double seconds) : 
 }
 
 void StiffnessDamping::set_step(const NodeVector& u, double h, const NodeVector& frames_at) {
-  start_ = u;
+  const Mesh& mesh = cells_->mesh();
   stiffness_ = seconds_ / h;
-  cells_->linearize(frames_at, Hessian::without_stress);
+  if (mesh.num_hanging() == 0) {
+    start_ = u;
+    cells_->linearize(frames_at, Hessian::without_stress);
+    return;
+  }
+  mesh.spread(frames_at, start_);
+  cells_->linearize(start_, Hessian::without_stress);
+  mesh.spread(u, start_);
 }
 
 void StiffnessDamping::product(const NodeVector& x) const {

@@ -13,30 +13,61 @@ using namespace hexsolver;
 using namespace testing_support;
 
 /// Exposed faces with x below a bound, moved by a rigid motion: what a patch of a scene becomes.
-std::vector<ConstraintPoint> face_patch(const Lattice& lattice, int level, double below,
+std::vector<ConstraintPoint> face_patch(const MeshCells& cells, double below,
                                         const std::function<Vec3(const Vec3&)>& field) {
-  const hexmesh::Level& l = lattice.levels[static_cast<std::size_t>(level)];
-  const hexmesh::CellLocator locator(lattice.voxels, l.voxels_per_cell, l.cells);
+  const Lattice& lattice = cells.lattice();
+  const Mesh mesh = cells.make_mesh();
   std::vector<ConstraintPoint> points;
   for (const auto& face : hexmesh::exposed_faces(lattice)) {
-    const Vec3 p = lattice.voxels.position(hexmesh::face_index(face));
+    const Vec3 index = hexmesh::face_index(face), p = lattice.voxels.position(index);
     if (p[0] >= below) continue;
-    const auto e = locator.in_cell_of_voxel(face.voxel, hexmesh::face_index(face));
-    points.push_back({0, e.cell, hexmesh::shape_functions(e.local), field(p)});
+    const std::int32_t cell = cell_at(hexmesh::coarser_index(face.voxel, cells.unit()), mesh.cells(), mesh.sizes());
+    const auto c = static_cast<std::size_t>(cell);
+    Vec3 local;
+    for (Eigen::Index d = 0; d < 3; ++d)
+      local[d] = (index[d] + 0.5) / cells.lattice_level(c).voxels_per_cell[static_cast<std::size_t>(d)] -
+                 mesh.cells()[c][static_cast<std::size_t>(d)];
+    points.push_back({0, cell, hexmesh::shape_functions(local), field(p)});
   }
   return points;
+}
+
+std::vector<ConstraintPoint> face_patch(const Lattice& lattice, int level, double below,
+                                        const std::function<Vec3(const Vec3&)>& field) {
+  return face_patch(MeshCells(lattice, level), below, field);
 }
 
 Vec3 tilt(const Vec3& p) { return Vec3(0.1, -0.2, 0.3).cross(p) + Vec3(1, 2, 3); }
 
 /// A plate whose face patch is beyond the size that is decomposed densely.
-Lattice plate() { return box({2, 40, 40}, {1, 1, 1}); }
+Lattice plate() { return box({2, 50, 50}, {1, 1, 1}); }
 
-class PatchSize : public testing::TestWithParam<bool> {
+/// A patch: of cells alike or graded, of few nodes or many.
+struct Patch {
+  const char* name;
+  bool is_large, is_graded;
+  /// Which axes it holds; some only, and a translation: a uniform pressure has its support (see Constraints).
+  std::array<bool, 3> axes = {true, true, true};
+};
+void PrintTo(const Patch& p, std::ostream* out) { *out << p.name; }
+
+class PatchSize : public testing::TestWithParam<Patch> {
 protected:
-  const Lattice lattice = GetParam() ? plate() : bitten_ball({1, 1, 1});
-  const Body body{lattice, GetParam() ? 0 : 1, Elasticity::cauchy};
-  const Constraints constraints{body.mesh, face_patch(lattice, GetParam() ? 0 : 1, GetParam() ? 0 : 15, tilt)};
+  MeshCells cells_of_patch() const {
+    if (!GetParam().is_graded) return {lattice, GetParam().is_large ? 0 : 1};
+    return {lattice, 0, 2, [](int level, const Index3& c) { return (c[0] + 2 * c[1] + 3 * c[2] + level) % 5 > 0; }};
+  }
+  Vec3 motion(const Vec3& p) const { return GetParam().axes[0] ? tilt(p) : Vec3(1, 2, 3); }
+  std::vector<ConstraintPoint> points() const {
+    std::vector<ConstraintPoint> out =
+        face_patch(cells, GetParam().is_large ? 0 : 15, [this](const Vec3& p) { return motion(p); });
+    for (ConstraintPoint& p : out) p.axes = GetParam().axes;
+    return out;
+  }
+  const Lattice lattice = GetParam().is_large ? plate() : bitten_ball({1, 1, 1});
+  const MeshCells cells = cells_of_patch();
+  const Body body{cells, Elasticity::cauchy};
+  const Constraints constraints{body.mesh, points()};
 };
 
 TEST_P(PatchSize, ProjectionIsOrthogonalAndIdempotent) {
@@ -49,6 +80,10 @@ TEST_P(PatchSize, ProjectionIsOrthogonalAndIdempotent) {
   EXPECT_LT((ppv - pv).norm(), 1e-8 * v.norm());
   EXPECT_NEAR(pv.dot(w), v.dot(pw), 1e-8 * v.norm() * w.norm());
   EXPECT_LT(pv.norm(), v.norm());
+}
+
+TEST_P(PatchSize, LargePatchesHoldNodes) {
+  EXPECT_EQ(constraints.held().size() == constraints.points().size(), !GetParam().is_large);
 }
 
 TEST_P(PatchSize, ALiftHoldsInTheKeptDirections) {
@@ -67,7 +102,7 @@ TEST_P(PatchSize, ProjectionLeavesTheKeptDirectionsAlone) {
 
 TEST_P(PatchSize, ARigidMotionOfThePatchContradictsNothing) {
   for (const double miss : constraints.incompatibility()) EXPECT_LT(miss, 1e-6);
-  EXPECT_LT(constraints.violation(sample(body.mesh, tilt)), 1e-6);
+  EXPECT_LT(constraints.violation(sample(body.mesh, [this](const Vec3& p) { return motion(p); })), 1e-6);
 }
 
 TEST_P(PatchSize, MultipliersReturnTheForcesOfTheKeptDirections) {
@@ -80,16 +115,22 @@ TEST_P(PatchSize, MultipliersReturnTheForcesOfTheKeptDirections) {
   NodeVector back = NodeVector::Zero(r.size());
   for (std::size_t p = 0; p < lambda.size(); ++p) {
     const ConstraintPoint& point = constraints.held()[p];
-    for (int a = 0; a < 8; ++a)
-      back.segment<3>(
-          3 *
-          Eigen::Index{body.mesh.cell_nodes()[static_cast<std::size_t>(point.cell)][static_cast<std::size_t>(a)]}) +=
-          point.weights[a] * lambda[p];
+    for (std::size_t a = 0; a < 8; ++a)
+      body.mesh.for_each_free(static_cast<std::size_t>(point.cell), a, [&](std::int32_t n, double weight) {
+        back.segment<3>(3 * Eigen::Index{n}) += weight * point.weights[static_cast<Eigen::Index>(a)] * lambda[p];
+      });
   }
   EXPECT_LT((back - r).norm(), 1e-6 * r.norm());
 }
 
-INSTANTIATE_TEST_SUITE_P(SmallAndLarge, PatchSize, testing::Bool());
+constexpr std::array<bool, 3> all_axes = {true, true, true}, without_x = {false, true, true};
+INSTANTIATE_TEST_SUITE_P(SmallAndLarge, PatchSize,
+                         testing::Values(Patch{"few nodes", false, false, all_axes},
+                                         Patch{"many nodes", true, false, all_axes},
+                                         Patch{"few nodes that slide", false, false, without_x},
+                                         Patch{"few nodes, graded", false, true, all_axes},
+                                         Patch{"many nodes, graded", true, true, all_axes},
+                                         Patch{"few nodes that slide, graded", false, true, without_x}));
 
 TEST(Constraints, DuplicatePointsCountOnce) {
   const Lattice lattice = bitten_ball({1, 1, 1});

@@ -44,7 +44,7 @@ Condition fix_ball(const Vec3& center, double radius) {
 }
 
 std::vector<ConstraintPoint> selected(const Scene& scene, const Lattice& lattice, int level, const Mesh& mesh) {
-  Selector selector(lattice, level, mesh);
+  Selector selector({lattice, level}, mesh);
   return with_face_centers(select_points(scene, selector));
 }
 
@@ -123,7 +123,7 @@ TEST(AreaOfAPatch, IsSeenAlikeHoweverManyVoxelsACellHas) {
     half.selection.box = hexmesh::Box{Mat3(Vec3(1 / 8.01, 1 / 50.0, 1 / 0.01).asDiagonal()), {low, low, top}};
     half.by = {1, 2, 3};
     scene.conditions = {half};
-    Selector selector(lattice, level, body.mesh);
+    Selector selector({lattice, level}, body.mesh);
     const Constraints constraints(body.mesh, select_points(scene, selector));
     kept.push_back(constraints.num_kept());
     lifts.push_back(constraints.lift(NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs()))));
@@ -141,7 +141,7 @@ TEST(AreaOfAPatch, FacesOfLongVoxelsCountByTheirArea) {
   const Body body(lattice, 0, Elasticity::cauchy);
   Scene scene;
   scene.conditions = {fix_ball({0, 0, 0}, 10)};
-  Selector selector(lattice, 0, body.mesh);
+  Selector selector({lattice, 0}, body.mesh);
   const std::vector<ConstraintPoint> points = select_points(scene, selector);
   ASSERT_EQ(points.size(), 24U);  // four Gauss points of six faces
   double area = 0;

@@ -54,6 +54,7 @@ struct Way {
   StepSolver solver;
   int iterations;
   Integrator integrator = Integrator::implicit_euler;
+  bool is_graded = false;
 };
 void PrintTo(const Way& way, std::ostream* out) { *out << way.name; }
 const Way ways[] = {{"cg_10", StepSolver::cg, 10},
@@ -63,13 +64,18 @@ const Way ways[] = {{"cg_10", StepSolver::cg, 10},
                     {"jacobi_converged", StepSolver::jacobi, 0},
                     {"multigrid_converged", StepSolver::multigrid, 0},
                     {"bdf2_jacobi_10", StepSolver::jacobi, 10, Integrator::bdf2},
-                    {"bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2}};
+                    {"bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2},
+                    {"graded_cg_10", StepSolver::cg, 10, Integrator::implicit_euler, true},
+                    {"graded_jacobi_converged", StepSolver::jacobi, 0, Integrator::implicit_euler, true},
+                    {"graded_multigrid_2", StepSolver::multigrid, 2, Integrator::implicit_euler, true},
+                    {"graded_bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2, true}};
 
 class EveryWay : public testing::TestWithParam<Way> {
 protected:
   Scene scene(double step, double duration) const {
     Scene s = moving(step, duration, GetParam().solver, GetParam().iterations);
     s.dynamics->integrator = GetParam().integrator;
+    if (GetParam().is_graded) s.grading = Grading::scene;
     return s;
   }
   bool is_bdf2() const { return GetParam().integrator == Integrator::bdf2; }
@@ -148,9 +154,10 @@ TEST_P(EveryWay, ComesToRestWhereTheEquilibriumIs) {
   Scene still;
   still.gravity = earth;
   still.conditions = {held_end({-0.5, 0, 0}, {-1, 0, 0})};
+  Scene s = scene(0.02, 10);
+  still.grading = s.grading;
   SolveReport report;
   const hexmesh::Result at_rest = solve_equilibrium(lattice, still, 1, report);
-  Scene s = scene(0.02, 10);
   s.gravity = earth;
   s.conditions = still.conditions;
   s.damping = {5, 0.005};

@@ -38,7 +38,7 @@ protected:
   const NodeVector u = noise(mesh.num_dofs(), 0.3, 4), direction = noise(mesh.num_dofs(), 1, 5);
 
   Obstacles() {
-    Selector selector(lattice, 1, mesh);
+    Selector selector({lattice, 1}, mesh);
     auto term = std::make_unique<PenaltyContact>(obstacles(mesh)[GetParam()], mesh, selector.whole_surface());
     contact = term.get();
     potential.add(std::move(term));

@@ -71,7 +71,7 @@ TEST(Elastic, SavingMemoryChangesNothingButWhatIsKept) {
     std::array<CellMatrix, 2> of_cell;
     for (const bool saves : {false, true}) {
       Potential potential(body.mesh);
-      potential.add(make_elastic_cells(body.mesh, lattice, 1, {.saves_memory = saves}));
+      potential.add(make_elastic_cells(body.mesh, {lattice, 1}, {.saves_memory = saves}));
       potential.linearize(u, projection);
       potential.apply(direction, product[saves]);
       EXPECT_LT(error_of_single_precision(potential, direction), 1e-6);
@@ -109,7 +109,7 @@ TEST(Elastic, CellsSideBySideRotateAsEachAlone) {
     ElasticSettings settings;
     if (!all)
       for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) settings.rotating.push_back(some_turn(c));
-    const auto cells = make_elastic_cells(body.mesh, lattice, 0, settings);
+    const auto cells = make_elastic_cells(body.mesh, {lattice, 0}, settings);
     NodeVector of_each = NodeVector::Zero(u.size()), of_frames = of_each, magnitude = of_each;
     double energy = 0;
     for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) energy += cells->cell_energy(c, u);
@@ -121,7 +121,7 @@ TEST(Elastic, CellsSideBySideRotateAsEachAlone) {
 
     // Those that save memory find the frame of each alone for its Hessian.
     settings.saves_memory = true;
-    const auto alone = make_elastic_cells(body.mesh, lattice, 0, settings);
+    const auto alone = make_elastic_cells(body.mesh, {lattice, 0}, settings);
     const NodeVector x = noise(body.mesh.num_dofs(), 1, 22);
     for (const double projection : {Hessian::exact, Hessian::projected}) {
       cells->linearize(u, projection);
@@ -146,11 +146,11 @@ TEST(Elastic, WhatIsKeptIsThatOfTheState) {
   for (std::size_t c = 0; c < rotating.size(); ++c) rotating[c] = c % 2 == 0;
   for (const bool saves : {false, true}) {
     const ElasticSettings settings{.saves_memory = saves};
-    const auto used = make_elastic_cells(body.mesh, lattice, 1, settings);
+    const auto used = make_elastic_cells(body.mesh, {lattice, 1}, settings);
     const auto expect_as_new = [&](double projection, const std::vector<bool>& which) {
       ElasticSettings of_new = settings;
       of_new.rotating = which;
-      const auto anew = make_elastic_cells(body.mesh, lattice, 1, of_new);
+      const auto anew = make_elastic_cells(body.mesh, {lattice, 1}, of_new);
       used->linearize(u, projection);
       anew->linearize(u, projection);
       NodeVector product = NodeVector::Zero(u.size()), expected = product;
@@ -212,7 +212,7 @@ TEST(Elastic, OnlyTheChosenCellsRotate) {
   for (std::size_t c = 0; c < rotating.size(); ++c) rotating[c] = mesh.cells()[c][0] % 2 == 0;
   const auto cells = [&](Elasticity elasticity, const std::vector<bool>& which) {
     auto potential = std::make_unique<Potential>(mesh);
-    potential->add(make_elastic_cells(mesh, lattice, 1, {.elasticity = elasticity, .rotating = which}));
+    potential->add(make_elastic_cells(mesh, {lattice, 1}, {.elasticity = elasticity, .rotating = which}));
     return potential;
   };
   const auto some = cells(Elasticity::corotational, rotating), no = cells(Elasticity::corotational, none),

@@ -110,8 +110,8 @@ INSTANTIATE_TEST_SUITE_P(Levels, Loads, testing::Values(0, 1, 2));
 TEST(Loads, NothingIsBuiltForASceneWithout) {
   const Lattice lattice = bar();
   const Body body(lattice, 0, Elasticity::cauchy);
-  Selector selector(lattice, 0, body.mesh);
-  EXPECT_TRUE(make_loads(Scene{}, lattice, 0, body.mesh, selector).empty());
+  Selector selector({lattice, 0}, body.mesh);
+  EXPECT_TRUE(make_loads(Scene{}, {lattice, 0}, body.mesh, selector).empty());
 }
 
 }  // namespace test_loads

@@ -31,7 +31,7 @@ TEST(Potential, InSinglePrecisionEachTermIsOffByItsRounding) {
     potential.gradient(u + direction, after, magnitude);
     EXPECT_LT((after - before - product).norm(), 1e-11 * magnitude.norm());
   };
-  auto inertia = std::make_unique<Inertia>(body.mesh, element, lumped_masses(lattice, 1), 0.5);
+  auto inertia = std::make_unique<Inertia>(body.mesh, element, lumped_masses({lattice, 1}), 0.5);
   inertia->set_step(u, direction, 0.01);
   expect_of(std::move(inertia));
   auto viscosity = std::make_unique<StiffnessDamping>(*body.elastic, 0.1);

@@ -17,6 +17,9 @@ struct Merge {
   Index3 factor;                   ///< children per parent along each axis, 1 or 2
   std::vector<Index3> parents;     ///< sorted, i fastest
   std::vector<Children> children;  ///< one per parent
+  std::vector<bool> is_kept;       ///< parents that are a cell as it is, their child in slot 0; empty: none
+
+  Index3 factor_of(std::size_t parent) const { return is_kept.empty() || !is_kept[parent] ? factor : Index3{1, 1, 1}; }
 };
 
 /// Merge the axes along which a cell is shorter than its longest edge by more than sqrt(2); all axes once it is nearly

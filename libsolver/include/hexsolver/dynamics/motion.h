@@ -41,8 +41,9 @@ public:
   const char* reason() const;  ///< why the last step failed, or a substep of one
 
   double time() const;  ///< [s]
+  /// At the nodes of the level's cells, which graded cells tell exactly.
   const NodeVector& displacement() const;
-  const NodeVector& velocity() const;  ///< [mm/s]
+  const NodeVector& velocity() const;  ///< likewise [mm/s]
   const Energies& energies() const;
 
   /// What supports, moving obstacles and changing forces have given to the body since the start [N mm].
@@ -51,9 +52,9 @@ public:
   /// By how much more that may be: the forces of supports are taken as they are at the end of each part [N mm].
   double work_uncertainty() const;
 
-  Vec3 momentum() const;  ///< [N s]
-  const Mesh& mesh() const;
-  const std::vector<Index3>& cells() const;
+  Vec3 momentum() const;                     ///< [N s]
+  const Mesh& mesh() const;                  ///< of the cells that move
+  const std::vector<Index3>& cells() const;  ///< of the level, as the two below
   const std::vector<hexmesh::CellNodes>& cell_nodes() const;
   const Index3& voxels_per_cell() const;
 
@@ -85,7 +86,10 @@ public:
   Outcome make_result(SolveReport so_far) const;
 
 private:
+  const NodeVector& on_level(const NodeVector& field, NodeVector& told) const;
+
   std::unique_ptr<TimeIntegrator> integrator_;
+  mutable NodeVector displacement_, velocity_;  ///< as told of graded cells
 };
 
 /// The whole motion of a scene.

@@ -64,6 +64,12 @@ struct Condition {
   std::optional<History> history = {};  ///< in place of `by` [mm], or of the angle of `turn` (first component, [rad])
 };
 
+/// Names one in messages, with its place in the file: "condition 'hilum' (scene.toml:7:1)".
+template <class Named>
+std::string with_place(const char* kind, const Named& named) {
+  return std::string(kind) + " '" + named.name + "' (" + named.where + ")";
+}
+
 /// Where a condition moves a point of the body, from its rest position [mm].
 Vec3 prescribed_displacement(const Condition& condition, const Vec3& rest, const Progress& progress);
 
@@ -109,6 +115,12 @@ enum class Islands {
 enum class Supports {
   area,   ///< the displacement as a function on its area
   points  ///< that of the faces' centres, as in the paper
+};
+
+/// How large the cells of a level are.
+enum class Grading {
+  off,   ///< all alike
+  scene  ///< smaller where supports and forces end and obstacles press
 };
 
 /// What the error of the last level is estimated from.
@@ -166,6 +178,8 @@ struct Scene {
   std::optional<double> budget;             ///< solve as many levels as this allows [s]
   ErrorEstimation error_estimation = ErrorEstimation::automatic;
   Supports supports = Supports::area;
+  Grading grading = Grading::off;
+  int coarser_by = 2;  ///< levels that graded cells may be coarser than the finest
   double tolerance = 1e-8;
   Islands islands = Islands::error;
   bool saves_memory = false;  ///< rather than time; not a key of the file
@@ -179,6 +193,7 @@ struct Scene {
   Damping damping;                    ///< of a motion
   std::vector<std::string> warnings;  ///< of what the file says in vain
 
+  bool is_graded() const { return grading == Grading::scene && coarser_by > 0; }
   bool asks_accuracy() const { return accuracy || reaction_accuracy; }
   bool is_open_ended() const { return asks_accuracy() || budget; }  ///< which level it ends on is found on the way
   void name_level(std::optional<int> of);                           ///< in place of what it asks for

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "level/grading.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "level/coarser_levels.h"
+#include "selection/selection.h"
+#include "terms/contact.h"
+
+namespace hexsolver {
+namespace {
+
+using hexmesh::Lattice;
+
+constexpr double growth = 4;  ///< of the size of cells with the distance
+
+/// Places where the displacement is not smooth [mm].
+std::vector<Vec3> find_rough_places(const Lattice& lattice, const Scene& asked) {
+  const Scene scene = for_coarser_levels(asked);
+  const MeshCells cells(lattice, lattice.num_levels() - 1);
+  const Mesh mesh = cells.make_mesh();
+  Selector selector(cells, mesh);
+  std::vector<Vec3> places;
+  const auto add_rim = [&](const Selection& selection, const std::string& what) {
+    const std::vector<Vec3> rim = selector.rim(selection, what);
+    places.insert(places.end(), rim.begin(), rim.end());
+  };
+  for (const Condition& c : scene.conditions) add_rim(c.selection, with_place("condition", c));
+  for (const Force& f : scene.forces) add_rim(f.selection, with_place("force", f));
+  if (scene.contacts.empty()) return places;
+  const std::vector<SurfacePoint> surface = selector.whole_surface();
+  for (const Contact& c : scene.contacts) {
+    PenaltyContact contact(c, mesh, surface);
+    const std::vector<Vec3> touched = contact.places_inside_at_rest();
+    places.insert(places.end(), touched.begin(), touched.end());
+  }
+  return places;
+}
+
+/// How far places are from the boxes of cells, in the axes of the voxels.
+class Distances {
+public:
+  Distances(const Lattice& lattice, const std::vector<Vec3>& places) : lattice_(lattice) {
+    const Vec3 spacing = lattice.voxels.spacing();
+    for (const Vec3& p : places)
+      places_.push_back((lattice.voxels.continuous_index(p).array() + 0.5).matrix().cwiseProduct(spacing));
+  }
+
+  bool is_any_within(double distance, int level, const Index3& cell) const {
+    const Vec3 size = lattice_.cell_size(level);
+    const Vec3 low = Vec3(cell[0], cell[1], cell[2]).cwiseProduct(size), high = low + size;
+    return std::any_of(places_.begin(), places_.end(), [&](const Vec3& p) {
+      return (p - p.cwiseMax(low).cwiseMin(high)).squaredNorm() < distance * distance;
+    });
+  }
+
+private:
+  const Lattice& lattice_;
+  std::vector<Vec3> places_;
+};
+
+MeshCells grade(const Lattice& lattice, int level, int coarser_by, const Distances& distances) {
+  const int coarsest = std::min(level + coarser_by, lattice.num_levels() - 1);
+  const auto size = [&](int l) { return std::cbrt(lattice.cell_size(l).prod()); };
+  return {lattice, level, coarsest, [&](int l, const Index3& cell) {
+            return distances.is_any_within((size(l) - size(level)) / growth, l, cell);
+          }};
+}
+
+}  // namespace
+
+MeshCells cells_for(const Lattice& lattice, const Scene& scene, int level) {
+  if (!scene.is_graded()) return {lattice, level};
+  return grade(lattice, level, scene.coarser_by, Distances(lattice, find_rough_places(lattice, scene)));
+}
+
+std::vector<std::size_t> cells_of_levels(const Lattice& lattice, const Scene& scene) {
+  std::vector<std::size_t> num_cells = cells_of_levels(lattice);
+  if (!scene.is_graded()) return num_cells;
+  const Distances distances(lattice, find_rough_places(lattice, scene));
+  for (std::size_t l = 0; l < num_cells.size(); ++l)
+    if (num_cells[l] > 0) num_cells[l] = grade(lattice, static_cast<int>(l), scene.coarser_by, distances).size();
+  return num_cells;
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "level/on_level.h"
+
+#include <algorithm>
+
+#include "core/parallel.h"
+
+namespace hexsolver {
+namespace {
+
+Index3 times(const Index3& a, const Index3& b) { return {a[0] * b[0], a[1] * b[1], a[2] * b[2]}; }
+
+}  // namespace
+
+OnLevel::OnLevel(const MeshCells& cells, const Mesh& mesh) : mesh_(mesh) {
+  const hexmesh::Level& level = cells.lattice().level(cells.level());
+  const Index3 &voxels = level.voxels_per_cell, &unit = cells.unit();
+  numbering_ = hexmesh::number_nodes(level.cells);
+  for (const Index3& cell : level.cells)
+    cell_of_.push_back(cell_at(hexmesh::coarser_index(times(cell, voxels), unit), mesh.cells(), mesh.sizes()));
+  places_.resize(numbering_.nodes.size());
+  for (std::size_t c = 0; c < cell_of_.size(); ++c) {
+    const std::size_t graded = hexmesh::as_size(cell_of_[c]);
+    const Index3 size = times(mesh.sizes()[mesh.size_of(graded)].size, unit), &index = mesh.cells()[graded];
+    for (const std::int32_t n : numbering_.cell_nodes[c]) {
+      Place& place = places_[hexmesh::as_size(n)];
+      if (place.cell >= 0) continue;
+      const Index3 voxel = times(numbering_.nodes[hexmesh::as_size(n)], voxels);
+      Vec3 local;
+      for (std::size_t d = 0; d < 3; ++d)
+        local[static_cast<Eigen::Index>(d)] = static_cast<double>(voxel[d]) / size[d] - index[d];
+      place = {cell_of_[c], hexmesh::shape_functions(local)};
+    }
+  }
+  for (std::size_t n = 0; n < mesh.num_nodes(); ++n) {
+    const Index3 index = hexmesh::coarser_index(times(mesh.nodes()[n], unit), voxels);
+    const auto found = std::lower_bound(numbering_.nodes.begin(), numbering_.nodes.end(), index, hexmesh::i_fastest);
+    node_of_.push_back(static_cast<std::int32_t>(found - numbering_.nodes.begin()));
+  }
+}
+
+std::vector<double> OnLevel::values(const std::vector<double>& of_graded) const {
+  std::vector<double> out;
+  for (const std::int32_t c : cell_of_) out.push_back(of_graded[hexmesh::as_size(c)]);
+  return out;
+}
+
+void OnLevel::tell(const NodeVector& u, NodeVector& of_level) const {
+  of_level.resize(3 * static_cast<Eigen::Index>(places_.size()));
+  for_each_node(static_cast<std::ptrdiff_t>(places_.size()), [&](std::ptrdiff_t n) {
+    const Place& place = places_[static_cast<std::size_t>(n)];
+    of_level.segment<3>(3 * n) = mesh_.interpolate(place.cell, place.weights, u);
+  });
+}
+
+NodeVector OnLevel::sampled(const NodeVector& of_level) const {
+  NodeVector out(static_cast<Eigen::Index>(mesh_.num_dofs()));
+  for (std::size_t n = 0; n < node_of_.size(); ++n)
+    out.segment<3>(3 * static_cast<Eigen::Index>(n)) = of_level.segment<3>(3 * Eigen::Index{node_of_[n]});
+  return out;
+}
+
+}  // namespace hexsolver

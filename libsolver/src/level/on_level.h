@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "mesh/mesh_cells.h"
+
+namespace hexsolver {
+
+/// Graded cells seen from all cells of their finest level, in which every field of theirs can be told exactly.
+class OnLevel {
+public:
+  /// @param mesh  of the cells; must outlive this
+  OnLevel(const MeshCells& cells, const Mesh& mesh);
+
+  const hexmesh::NodeNumbering& numbering() const noexcept { return numbering_; }  ///< of the level
+
+  /// Of each cell of the level, the value of the one that it is in.
+  std::vector<double> values(const std::vector<double>& of_graded) const;
+
+  /// A field at the nodes of the level.
+  void tell(const NodeVector& u, NodeVector& of_level) const;
+
+  /// Of a field at the nodes of the level, the values at the free nodes.
+  NodeVector sampled(const NodeVector& of_level) const;
+
+private:
+  const Mesh& mesh_;
+  hexmesh::NodeNumbering numbering_;
+  std::vector<std::int32_t> cell_of_;  ///< graded cell of each cell of the level
+  struct Place {
+    std::int32_t cell = -1;
+    NodeWeights weights;
+  };
+  std::vector<Place> places_;          ///< of the nodes of the level
+  std::vector<std::int32_t> node_of_;  ///< of the level, of each free node
+};
+
+}  // namespace hexsolver

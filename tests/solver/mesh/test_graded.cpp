@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <numbers>
+#include <set>
+
+#include "constraints/supports.h"
+#include "mesh/hierarchy.h"
+#include "support/bodies.h"
+
+namespace test_graded {
+
+using namespace hexsolver;
+using namespace testing_support;
+
+/// Divides cells at random, the same for the same seed: all neighbourhoods that balanced leaves have come up.
+MeshCells::IsTooLarge at_random(unsigned seed) {
+  return [seed](int level, const Index3& cell) {
+    const std::size_t n = 73856093U * static_cast<unsigned>(cell[0]) ^ 19349663U * static_cast<unsigned>(cell[1]) ^
+                          83492791U * static_cast<unsigned>(cell[2]) ^
+                          2654435761U * (seed + static_cast<unsigned>(level));
+    return std::mt19937(static_cast<unsigned>(n))() % 3 == 0;
+  };
+}
+
+struct Case {
+  Lattice lattice;
+  MeshCells cells;
+  explicit Case(Lattice l, unsigned seed, int finest = 0, int coarsest = 3)
+      : lattice(std::move(l)), cells(lattice, finest, coarsest, at_random(seed)) {}
+  Case(const Case&) = delete;
+};
+
+/// Cut bodies on lattices of cubes and of longer cells, turned and shifted.
+std::vector<std::unique_ptr<Case>> cases() {
+  std::vector<std::unique_ptr<Case>> out;
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    out.push_back(std::make_unique<Case>(bitten_ball({1, 1, 1}), seed));
+    out.push_back(std::make_unique<Case>(bitten_ball({0.8, 0.8, 2.5}, {1, 0, 1}, random_rotation(seed)), seed));
+    out.push_back(std::make_unique<Case>(grey_ball({1.2, 1, 1.1}, {3, 2, 1}), seed, 1, 3));
+    const auto ball = [](const Index3& i) { return (Vec3(i[0], i[1], i[2]) - Vec3(7, 6, 6)).norm() < 6.3; };
+    out.push_back(std::make_unique<Case>(one_material({15, 13, 13}, {1, 1, 1}, ball), seed, 0, 2));
+  }
+  return out;
+}
+
+Index3 in_units(const Mesh& mesh, std::size_t cell, int a) {
+  const Index3& size = mesh.sizes()[mesh.size_of(cell)].size;
+  const Index3 corner = hexmesh::corner_of(mesh.cells()[cell], a);
+  return {corner[0] * size[0], corner[1] * size[1], corner[2] * size[2]};
+}
+
+/// A place in a cell, [0, 1]^3 inside.
+Vec3 local(const Mesh& mesh, std::size_t cell, const Index3& place) {
+  const Index3& size = mesh.sizes()[mesh.size_of(cell)].size;
+  Vec3 out;
+  for (std::size_t d = 0; d < 3; ++d)
+    out[static_cast<Eigen::Index>(d)] = static_cast<double>(place[d]) / size[d] - mesh.cells()[cell][d];
+  return out;
+}
+
+Vec3 linear(const Vec3& x) {
+  return {0.3 * x[0] - 0.2 * x[1] + 1, 0.1 * x[2] - 0.4 * x[0], 0.5 * x[1] + 0.2 * x[2] - 3};
+}
+
+TEST(Graded, LeavesCoverEachCellOfTheFinestLevelOnce) {
+  for (const auto& c : cases()) {
+    const Mesh mesh = c->cells.make_mesh();
+    ASSERT_GT(mesh.sizes().size(), 1U);
+    std::int64_t voxels = 0;
+    for (std::size_t n = 0; n < mesh.num_cells(); ++n) {
+      const MeshCells::Place place = c->cells.place(n);
+      const hexmesh::Level& level = c->lattice.level(place.level);
+      voxels += level.filled[static_cast<std::size_t>(level.element[static_cast<std::size_t>(place.cell)])];
+      EXPECT_EQ(level.cells[static_cast<std::size_t>(place.cell)], mesh.cells()[n]);
+      EXPECT_LT((mesh.edges(n) - c->lattice.cell_edges(place.level)).norm(), 1e-12);
+    }
+    const hexmesh::Level& finest = c->lattice.level(0);
+    EXPECT_EQ(voxels, static_cast<std::int64_t>(finest.cells.size()));
+    for (const Index3& cell : c->lattice.level(c->cells.level()).cells)
+      EXPECT_GE(cell_at(cell, mesh.cells(), mesh.sizes()), 0);
+  }
+}
+
+TEST(Graded, CellsThatTouchDifferByOneLevelAtMost) {
+  for (const auto& c : cases()) {
+    const Mesh mesh = c->cells.make_mesh();
+    for (std::size_t a = 0; a < mesh.num_cells(); ++a)
+      for (std::size_t b = 0; b < a; ++b) {
+        bool touch = true;
+        for (std::size_t d = 0; d < 3; ++d)
+          touch = touch && in_units(mesh, a, 0)[d] <= in_units(mesh, b, 7)[d] &&
+                  in_units(mesh, b, 0)[d] <= in_units(mesh, a, 7)[d];
+        const int apart = std::abs(c->cells.place(a).level - c->cells.place(b).level);
+        EXPECT_TRUE(!touch || apart <= 1);
+      }
+  }
+}
+
+TEST(Graded, AllDividedOrNoneIsTheMeshOfALevel) {
+  const Lattice lattice = bitten_ball({0.8, 0.8, 2.5});
+  for (const int level : {1, 3}) {
+    const MeshCells graded(lattice, 1, 3, [&](int, const Index3&) { return level == 1; });
+    const Mesh mesh = graded.make_mesh(), uniform = MeshCells(lattice, level).make_mesh();
+    EXPECT_EQ(mesh.cells(), uniform.cells());
+    EXPECT_EQ(mesh.cell_nodes(), uniform.cell_nodes());
+    EXPECT_EQ(mesh.nodes(), uniform.nodes());
+    EXPECT_EQ(mesh.position(5), uniform.position(5));
+    EXPECT_EQ(graded.elements(), lattice.level(level).element);
+    EXPECT_EQ(mesh.num_hanging(), 0U);
+  }
+}
+
+TEST(Graded, FieldsHaveNoGapWhereSmallCellsMeetLargerOnes) {
+  for (const auto& c : cases()) {
+    const Mesh mesh = c->cells.make_mesh();
+    ASSERT_GT(mesh.num_hanging(), 0U);
+    const NodeVector free = noise(mesh.num_dofs(), 1);
+    NodeVector all;
+    mesh.spread(free, all);
+    for (std::size_t fine = 0; fine < mesh.num_cells(); ++fine)
+      for (int a = 0; a < 8; ++a) {
+        const Index3 place = in_units(mesh, fine, a);
+        const Vec3 u = all.segment<3>(3 * static_cast<Eigen::Index>(mesh.node(fine, static_cast<std::size_t>(a))));
+        for (std::size_t other = 0; other < mesh.num_cells(); ++other) {
+          const Vec3 at = local(mesh, other, place);
+          if (at.minCoeff() < 0 || at.maxCoeff() > 1) continue;
+          const Vec3 v = mesh.interpolate(static_cast<std::int32_t>(other), hexmesh::shape_functions(at), free);
+          ASSERT_LT((u - v).norm(), 1e-14);
+        }
+      }
+  }
+}
+
+TEST(Graded, LinearFieldsAreLinearAtHangingNodes) {
+  for (const auto& c : cases()) {
+    const Mesh mesh = c->cells.make_mesh();
+    NodeVector all;
+    mesh.spread(sample(mesh, linear), all);
+    for (std::size_t n = 0; n < mesh.num_all_nodes(); ++n)
+      EXPECT_LT((all.segment<3>(3 * static_cast<Eigen::Index>(n)) - linear(mesh.position(n))).norm(), 1e-12);
+  }
+}
+
+TEST(Graded, CollectIsTheTransposeOfSpread) {
+  for (const auto& c : cases()) {
+    const Mesh mesh = c->cells.make_mesh();
+    const NodeVector free = noise(mesh.num_dofs(), 1, 1);
+    NodeVector all, forces = noise(3 * mesh.num_all_nodes(), 1, 2);
+    mesh.spread(free, all);
+    const double work = all.dot(forces);
+    mesh.collect(forces);
+    EXPECT_NEAR(free.dot(forces), work, 1e-12 * free.norm() * forces.norm());
+  }
+}
+
+/// Graded cells beside those of their finest level, which have the same fields in more numbers: u_fine = P u.
+struct Beside {
+  Beside(const Case& c, Elasticity law, Volumetric volumetric)
+      : graded(c.cells, law, volumetric),
+        fine(c.lattice, c.cells.level(), law, volumetric),
+        p(fine.mesh, graded.mesh, parents_of(fine.mesh, graded.mesh, {1, 1, 1}), {1, 1, 1}) {}
+  Body graded, fine;
+  Prolongation p;
+};
+
+TEST(Graded, StiffnessIsThatOfTheFinestCellsOnTheSameFields) {
+  for (const auto& c : cases()) {
+    Beside b(*c, Elasticity::cauchy, Volumetric::full);
+    const NodeVector x = noise(b.graded.mesh.num_dofs(), 1);
+    NodeVector fine_x, fine_y, y, expected;
+    b.p.prolongate(x, fine_x);
+    b.fine.potential.apply(fine_x, fine_y);
+    b.p.restrict_to(fine_y, expected);
+    b.graded.potential.apply(x, y);
+    EXPECT_LT((y - expected).norm(), 1e-12 * expected.norm());
+    EXPECT_NEAR(b.graded.potential.energy(x), b.fine.potential.energy(fine_x), 1e-12 * b.fine.potential.energy(fine_x));
+  }
+}
+
+/// The patch test: linear fields, large strains and turns among them, exert the forces that finest cells do.
+TEST(Graded, LinearFieldsExertTheForcesOfTheFinestCells) {
+  const Mat3 turn = Eigen::AngleAxisd(1.1, Vec3(1, 2, -1).normalized()).toRotationMatrix();
+  const Mat3 stretch = (Mat3() << 1.2, 0.1, 0, 0, 0.9, -0.1, 0.05, 0, 1.1).finished();
+  const Mat3 f = turn * stretch;
+  for (const auto& c : cases())
+    for (const auto& [law, volumetric] :
+         std::vector<std::pair<Elasticity, Volumetric>>{{Elasticity::cauchy, Volumetric::mean},
+                                                        {Elasticity::corotational, Volumetric::mean},
+                                                        {Elasticity::corotational, Volumetric::full},
+                                                        {Elasticity::green_lagrange, Volumetric::full},
+                                                        {Elasticity::neo_hookean, Volumetric::mean},
+                                                        {Elasticity::stable_neo_hookean, Volumetric::mean}}) {
+      // Mean dilatation and laws of moduli that differ within a cell are no linear function of the voxels': one
+      // stiffness.
+      const bool is_even = c->lattice.materials.size() == 1;
+      if (!is_even && !(law == Elasticity::cauchy || law == Elasticity::corotational)) continue;
+      if (!is_even && volumetric == Volumetric::mean) continue;
+      Beside b(*c, law, volumetric);
+      const auto field = [&](const Vec3& x) -> Vec3 { return f * x - x; };
+      NodeVector forces, fine_forces, magnitude, fine_magnitude, expected, expected_magnitude;
+      b.graded.potential.gradient(sample(b.graded.mesh, field), forces, magnitude);
+      b.fine.potential.gradient(sample(b.fine.mesh, field), fine_forces, fine_magnitude);
+      b.p.restrict_to(fine_forces, expected);
+      EXPECT_LT((forces - expected).norm(), 1e-12 * fine_magnitude.norm());
+    }
+}
+
+TEST(Graded, RigidTurnsStoreNoEnergy) {
+  for (const auto& c : cases())
+    for (const Elasticity law : {Elasticity::corotational, Elasticity::neo_hookean, Elasticity::stable_neo_hookean})
+      for (const double degrees : {90., 200., 720.}) {
+        Body body(c->cells, law);
+        const Mat3 turn =
+            Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Vec3(1, -1, 2).normalized()).toRotationMatrix();
+        const NodeVector u = sample(body.mesh, [&](const Vec3& x) -> Vec3 { return turn * x - x + Vec3(3, 2, 1); });
+        double scale = 0;  // stiffness times size squared
+        for (std::size_t cell = 0; cell < body.mesh.num_cells(); ++cell)
+          scale += body.elastic->model(cell).stiffness.trace() * body.mesh.edges(cell).squaredNorm();
+        EXPECT_LT(std::abs(body.potential.energy(u)), 1e-12 * scale);
+      }
+}
+
+TEST(Graded, ForcesAndHessianAreDerivativesOfTheEnergy) {
+  for (const auto& c : cases())
+    for (const Elasticity law : {Elasticity::corotational, Elasticity::stable_neo_hookean}) {
+      Body body(c->cells, law);
+      const NodeVector u = noise(body.mesh.num_dofs(), 0.05, 3), d = noise(body.mesh.num_dofs(), 1, 4);
+      NodeVector gradient, ahead, behind, magnitude, product;
+      body.potential.gradient(u, gradient, magnitude);
+      const double h = 1e-5;
+      const double slope = (body.potential.energy(u + h * d) - body.potential.energy(u - h * d)) / (2 * h);
+      EXPECT_NEAR(slope, gradient.dot(d), 1e-6 * magnitude.norm() * d.norm());
+      body.potential.gradient(u + h * d, ahead, magnitude);
+      body.potential.gradient(u - h * d, behind, magnitude);
+      body.potential.move_to(u);
+      body.potential.linearize(u, Hessian::exact);
+      body.potential.apply(d, product);
+      EXPECT_LT(((ahead - behind) / (2 * h) - product).norm(), 1e-5 * product.norm());
+    }
+}
+
+TEST(Graded, CoarserMeshesOfMultigridHoldTheSameLinearFields) {
+  for (const auto& c : cases()) {
+    const Hierarchy hierarchy(c->cells.make_mesh(), c->lattice.corner(), 30);
+    ASSERT_GT(hierarchy.meshes.size(), 2U);
+    for (std::size_t l = 0; l + 1 < hierarchy.meshes.size(); ++l) {
+      const Mesh &fine = hierarchy.meshes[l], &coarse = hierarchy.meshes[l + 1];
+      EXPECT_LE(coarse.num_nodes(), fine.num_nodes());
+      std::set<std::int32_t> children;
+      std::size_t count = 0;
+      for (const hexmesh::Children& of : hierarchy.merges[l].children)
+        for (const std::int32_t child : of) {
+          if (child < 0) continue;
+          children.insert(child);
+          ++count;
+        }
+      EXPECT_EQ(children.size(), fine.num_cells());
+      EXPECT_EQ(count, fine.num_cells());
+      NodeVector u;
+      hierarchy.prolongations[l].prolongate(sample(coarse, linear), u);
+      EXPECT_LT((u - sample(fine, linear)).norm(), 1e-6 * u.norm());
+    }
+  }
+}
+
+TEST(Graded, PartsAreThoseOfTheFinestCells) {
+  // Two blocks side by side with a gap of two voxels between.
+  const Lattice lattice = one_material({18, 8, 8}, {1, 1, 1}, [](const Index3& i) { return i[0] < 8 || i[0] > 9; });
+  for (unsigned seed = 1; seed < 6; ++seed) {
+    const MeshCells cells(lattice, 0, 1, at_random(seed));
+    const Mesh mesh = cells.make_mesh();
+    std::size_t count = 0;
+    const std::vector<std::int32_t> part = parts_of(mesh, count);
+    EXPECT_EQ(count, 2U);
+    for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+      EXPECT_EQ(part[c] == part[0], (in_units(mesh, c, 0)[0] < 9) == (in_units(mesh, 0, 0)[0] < 9));
+  }
+}
+
+}  // namespace test_graded

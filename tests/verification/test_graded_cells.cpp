@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: Apache-2.0
+// What smaller cells at the supports save, and that all that a scene may ask for works on them.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "support/experiments.h"
+
+namespace test_graded_cells {
+
+using namespace hexsolver;
+using namespace testing_support;
+
+Scene graded(Scene scene, int coarser_by = 2) {
+  scene.grading = Grading::scene;
+  scene.coarser_by = coarser_by;
+  return scene;
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return (values[(values.size() - 1) / 2] + values[values.size() / 2]) / 2;
+}
+
+/// The phantom's pull on several positions of the lattice against the body.
+struct Positions {
+  std::vector<double> error, dofs;  ///< against level 0 [mm]
+};
+
+/// @param choose  the scene as it is solved
+template <class Choose>
+Positions pull(int level, const Choose& choose) {
+  Positions out;
+  for (const hexmesh::Index3& offset : {hexmesh::Index3{0, 0, 0}, {15, 16, 24}, {30, 1, 4}, {8, 19, 11}}) {
+    const Lattice lattice = liver_of_phantom(2, 0.3, offset);
+    const Scene scene = with(phantom_patches(10));
+    const std::vector<Vec3> points = material_points(lattice);
+    const std::vector<Vec3> exact = displacement_at(solve(lattice, scene, 0).result, points);
+    const Solved solved = solve(lattice, choose(scene), level);
+    out.error.push_back(distance(displacement_at(solved.result, points), exact).mean);
+    out.dofs.push_back(static_cast<double>(3 * solved.report.levels.back().nodes));
+  }
+  return out;
+}
+
+TEST(GradedCells, TakeAQuarterOfTheUnknownsForAnError) {
+  const auto by_scene = [](const Scene& scene) { return graded(scene); };
+  const auto alike = [](const Scene& scene) { return scene; };
+  const Positions coarse = pull(2, by_scene), fine = pull(1, by_scene), uniform = pull(2, alike);
+  printf("graded: %.3f mm with %.0f unknowns, %.3f mm with %.0f; uniform: %.3f mm with %.0f\n", median(coarse.error),
+         median(coarse.dofs), median(fine.error), median(fine.dofs), median(uniform.error), median(uniform.dofs));
+  EXPECT_LT(median(coarse.error), 0.30);
+  EXPECT_LT(median(coarse.dofs), 1200);
+  EXPECT_LT(median(fine.error), 0.15);
+  EXPECT_LT(median(fine.dofs), 3100);
+  EXPECT_LT(median(fine.error), median(uniform.error));
+  EXPECT_LT(3 * median(fine.dofs), 1.5 * median(uniform.dofs));
+}
+
+TEST(GradedCells, OfOneLevelAreThatLevel) {
+  const Lattice lattice = liver_of_phantom(4, 0.3);
+  const Scene scene = with(phantom_patches(12), Elasticity::corotational);
+  const Solved one = solve(lattice, graded(scene, 0), 1), level = solve(lattice, scene, 1);
+  EXPECT_EQ(one.result.displacement, level.result.displacement);
+}
+
+/// Linear iterations of the last level.
+int iterations(const Lattice& lattice, const Scene& scene, int level) {
+  return solve(lattice, scene, level).report.levels.back().newton.linear_iterations;
+}
+
+class GradedIterations : public testing::TestWithParam<double> {};
+
+TEST_P(GradedIterations, AreThoseOfCellsAlike) {
+  std::vector<std::pair<Lattice, Scene>> bodies;
+  bodies.emplace_back(liver_of_phantom(2, GetParam()), with(phantom_patches(10)));
+  if (has_scan()) bodies.emplace_back(liver_of_scan(GetParam()), with(liver_patches(12, SurfacePoints::faces)));
+  for (const auto& [lattice, scene] : bodies)
+    for (const int level : {1, 0}) {
+      const int of_graded = iterations(lattice, graded(scene), level), of_alike = iterations(lattice, scene, level);
+      printf("level %d: %d iterations graded, %d alike\n", level, of_graded, of_alike);
+      EXPECT_LE(of_graded, 1.3 * of_alike);
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(PoissonRatios, GradedIterations, testing::Values(0.3, 0.49));
+
+/// Scenes of every kind of load.
+struct Load {
+  const char* name;
+  std::function<Scene()> scene;
+};
+void PrintTo(const Load& l, std::ostream* out) { *out << l.name; }
+
+Scene held_and(const std::function<void(Scene&)>& add, Elasticity elasticity) {
+  std::vector<Condition> held = phantom_patches(12);
+  held.pop_back();
+  Scene scene = with(std::move(held), elasticity);
+  add(scene);
+  return scene;
+}
+
+Force push(const Vec3& total, double pressure) {
+  const Condition at = phantom_patches(12).back();
+  return {"push", "", at.selection, total, pressure, {}};
+}
+
+class GradedLoads : public testing::TestWithParam<Load> {};
+
+/// Forces and moments of all that acts add up to nothing, and solutions come near that of cells alike of the finest
+/// size as their larger cells get smaller.
+TEST_P(GradedLoads, BalanceAndComeNearFineCells) {
+  const Lattice lattice = liver_of_phantom(3, 0.45);
+  const Scene scene = GetParam().scene();
+  const Solved fine = solve(lattice, scene, 0), of_graded = solve(lattice, graded(scene, 1), 0),
+               coarser = solve(lattice, graded(scene, 3), 0);
+  Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+  double largest = 0, largest_moment = 0;
+  for (const BalanceReport::Row& row : of_graded.report.balance.acting) {
+    force += row.force_n;
+    moment += row.moment_n_mm;
+    largest = std::max(largest, row.force_n.norm());
+    largest_moment = std::max(largest_moment, row.moment_n_mm.norm());
+  }
+  EXPECT_LT(force.norm(), 1e-5 * largest);
+  EXPECT_LT(moment.norm(), 1e-4 * largest_moment);
+  const std::vector<Vec3> points = material_points(lattice);
+  const std::vector<Vec3> exact = displacement_at(fine.result, points);
+  const double error = distance(displacement_at(of_graded.result, points), exact).mean,
+               of_coarser = distance(displacement_at(coarser.result, points), exact).mean;
+  printf("%s: %.3g mm with %zu cells, %.3g mm with %zu cells\n", GetParam().name, error,
+         of_graded.report.levels.back().cells, of_coarser, coarser.report.levels.back().cells);
+  EXPECT_LT(error, 0.6 * of_coarser);
+  EXPECT_LT(of_graded.report.levels.back().cells, fine.report.levels.back().cells / 4);
+  EXPECT_EQ(of_graded.result.cells.size(), fine.result.cells.size());
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Kinds, GradedLoads,
+    testing::Values(
+        Load{"pulled", [] { return with(phantom_patches(12), Elasticity::corotational); }},
+        Load{"pulled, neo-Hookean", [] { return with(phantom_patches(12), Elasticity::neo_hookean); }},
+        Load{"weight", [] { return held_and(
+                                [](Scene& s) {
+                                  s.gravity = {0, 9810, 0};
+                                },
+                                Elasticity::corotational); }},
+        Load{"force",
+             [] {
+               return held_and([](Scene& s) { s.forces = {push({0, -0.2, -0.3}, 0)}; }, Elasticity::corotational);
+             }},
+        Load{"pressure",
+             [] { return held_and([](Scene& s) { s.forces = {push(Vec3::Zero(), 1e-3)}; }, Elasticity::cauchy); }},
+        Load{"ball",
+             [] {
+               return held_and(
+                   [](Scene& s) {
+                     Contact ball;
+                     ball.name = "ball";
+                     ball.obstacle = Ball{{60, -75, 0}, 20};
+                     ball.by = {0, 25, 0};
+                     ball.stiffness = 0.05;
+                     s.contacts = {ball};
+                   },
+                   Elasticity::corotational);
+             }}),
+    [](const auto& of) { return fmt::format("n{}", of.index); });
+
+}  // namespace test_graded_cells
