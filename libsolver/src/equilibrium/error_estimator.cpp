@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "equilibrium/error_estimator.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -117,6 +119,19 @@ void ErrorEstimator::write(std::vector<LevelReport>& levels) const {
     }
     e.of_reactions = largest_part(e.reactions_n, last.reactions);
   }
+}
+
+std::string accuracy_reached(const LevelReport& level, const Scene& scene) {
+  std::string words = fmt::format("the estimated error of level {} is", level.level);
+  const auto add = [&](const std::optional<double>& e, double scale, const char* unit, const std::string& asked) {
+    words += fmt::format(" {}, {} was asked", e ? fmt::format("{:.2g} {}", scale * *e, unit) : "unknown", asked);
+  };
+  if (scene.accuracy) add(level.error.mean_mm, 1, "mm", fmt::format("accuracy_mm = {:g}", *scene.accuracy));
+  if (scene.accuracy && scene.reaction_accuracy) words += ", and of reactions";
+  if (scene.reaction_accuracy)
+    add(level.error.of_reactions, 100, "% of the largest reaction",
+        fmt::format("accuracy_reactions = {:g}", *scene.reaction_accuracy));
+  return words;
 }
 
 }  // namespace hexsolver

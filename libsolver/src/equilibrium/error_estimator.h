@@ -2,9 +2,11 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "hexsolver/report/report.h"
+#include "hexsolver/scene/scene.h"
 #include "terms/elastic.h"
 
 namespace hexsolver {
@@ -23,12 +25,12 @@ struct LevelMeasures {
 ///
 /// Let d_ij be what levels i and j of the iteration differ by, n the finest of them, r = d_(n-1)n / d_(n-2)(n-1) the
 /// rate that the last three show, a the angle between the two differences, which d_(n-2)n shows, and k how many levels
-/// the lattice has beyond n. The error of a level i < n is d_in + d_(n-1)n Re(q + q^2 + ... + q^k), q = r exp(i a), the
-/// second part, which is not taken below 0, what no level shows. That of n itself is unknown unless it is
-/// the finest of the lattice: then it is its distance from cells of no size, d_(n-1)n |q + q^2 + ...|. Where
-/// differences do not fall, what is left cannot be told: errors are unknown. Neither can it where the cells of n
-/// average over stiffnesses that differ as those of i do: what is in them, such as layers thinner than a cell, shows in
-/// no difference.
+/// the lattice has beyond n, graded cells counting how often their largest can be halved. The error of a level i < n is
+/// d_in + d_(n-1)n Re(q + q^2 + ... + q^k), q = r exp(i a), the second part, which is not taken below 0, what no level
+/// shows. That of n itself is unknown unless it is the finest of the lattice: then it is its distance from cells of no
+/// size, d_(n-1)n |q + q^2 + ...|. Where differences do not fall, what is left cannot be told: errors are unknown.
+/// Neither can it where the cells of n average over stiffnesses that differ as those of i do: what is in them, such as
+/// layers thinner than a cell, shows in no difference.
 class ErrorEstimator {
 public:
   /// A level finer than those before.
@@ -54,5 +56,8 @@ private:
   std::vector<Known> known_;    ///< coarse to fine, the last ones of all levels added
   std::size_t num_before_ = 0;  ///< levels before these
 };
+
+/// What a level's errors are beside the accuracies that a scene asks for.
+std::string accuracy_reached(const LevelReport& level, const Scene& scene);
 
 }  // namespace hexsolver

@@ -31,6 +31,7 @@ public:
     /// A level under a scene. @throws Error{geometry} for selections and missing supports
     std::function<std::unique_ptr<Level>(int, const Scene&)> make;
     int finest_there_is = 0;                                           ///< of the levels that make() can make
+    std::size_t cells_beyond = 0;                                      ///< see cells_beyond()
     std::function<bool(bool)> agree = [](bool mine) { return mine; };  ///< of what all processes decide alike
   };
 
@@ -62,7 +63,9 @@ private:
   void solve_level(Solved<Level>& next, const Solved<Level>& coarser);
   void sharpen(Solved<Level>& next, NewtonOptions options);
   void carry_on(const Solved<Level>& coarser, Solved<Level>& next);
-  void compare(Solved<Level>& next);
+  void compare(Solved<Level>& next, int coarser_by);
+  void compare(Solved<Level>& next) { compare(next, scene_.coarser_by); }
+  int steps_beyond(const Level& level, int coarser_by) const;
   bool looks_beyond(const Solved<Level>& best) const;
   void look_beyond(const Solved<Level>& best);
   void add_look(double seconds);
@@ -285,7 +288,7 @@ void NestedIteration<Level>::carry_on(const Solved<Level>& coarser, Solved<Level
 
 /// Tell the estimator of a level what it differs from those before.
 template <EquilibriumLevel Level>
-void NestedIteration<Level>::compare(Solved<Level>& next) {
+void NestedIteration<Level>::compare(Solved<Level>& next, int coarser_by) {
   if (!estimates_errors()) return;
   std::vector<std::optional<ElasticCells::Size>> differences;
   if (next.converged())
@@ -300,7 +303,14 @@ void NestedIteration<Level>::compare(Solved<Level>& next) {
     if (e.kind == EffectKind::error_estimate && !differences.empty()) e.active = true;
   LevelMeasures measures = next.level->measures(next.state.u);
   measures.mixture = levels_.mixture[static_cast<std::size_t>(next.level->level())];
-  estimator_.add(std::move(differences), std::move(measures), next.level->level());
+  estimator_.add(std::move(differences), std::move(measures), steps_beyond(*next.level, coarser_by));
+}
+
+/// How often a level's cells, the largest of them `coarser_by` levels coarser, can be halved.
+template <EquilibriumLevel Level>
+int NestedIteration<Level>::steps_beyond(const Level& level, int coarser_by) const {
+  if (!scene_.is_graded()) return level.level();
+  return std::min(level.level() + coarser_by, static_cast<int>(levels_.num_cells.size()) - 1);
 }
 
 template <EquilibriumLevel Level>
@@ -318,24 +328,28 @@ void NestedIteration<Level>::add_report(Solved<Level>& now, double seconds) {
 /// Whether the error of the last level is to be told from the next finer one.
 template <EquilibriumLevel Level>
 bool NestedIteration<Level>::looks_beyond(const Solved<Level>& best) const {
+  if (scene_.is_graded() && finest_ == 0)
+    return best.converged() && best.level->level() == 0 && levels_.cells_beyond > 0;
   const int needed = finest_level_needed(scene_, levels_.num_cells, finest_);
   return best.converged() && needed < finest_ && needed >= levels_.finest_there_is;
 }
 
-/// Solve the next finer level, as a start for others would be, and compare.
+/// Solve the next finer level, or of graded cells of level 0 them with all but the finest halved, and compare.
 template <EquilibriumLevel Level>
 void NestedIteration<Level>::look_beyond(const Solved<Level>& best) {
   const Stopwatch watch;
   Solved<Level> finer;
+  Scene scene = scene_;
+  if (finest_ == 0) --scene.coarser_by;
   try {
-    finer.level = levels_.make(finest_ - 1, scene_);
+    finer.level = levels_.make(std::max(0, finest_ - 1), scene);
     solve_level(finer, best);
   } catch (const hexmesh::Error& e) {
     if (e.kind() != hexmesh::ErrorKind::geometry) throw;  // else of that level alone
     return;
   }
   if (!finer.converged()) return;
-  compare(finer);
+  compare(finer, scene.coarser_by);
   estimator_.write(report_.levels);
   add_look(watch.seconds());
 }
@@ -353,7 +367,7 @@ bool NestedIteration<Level>::is_accurate() const {
   constexpr std::size_t least_cells = 100;
   constexpr double margin = 1.5;
   const LevelReport& last = report_.levels.back();
-  const bool is_finest = last.level == finest_;
+  const bool is_finest = last.level == finest_ && !scene_.is_graded();
   if (!is_finest && last.cells < least_cells) return false;
   const auto holds = [&](const std::optional<double>& error, const std::optional<double>& asked) {
     return !asked || (error && (is_finest ? 1 : margin) * *error <= *asked);
@@ -375,18 +389,8 @@ void NestedIteration<Level>::conclude(const Solved<Level>& best) {
         fmt::format("the ball of contact '{}' went through the surface; a larger stiffness_n_mm holds it off", *name);
   }
   if (report_.converged && scene_.asks_accuracy()) {
-    const ErrorEstimate& error = report_.levels.back().error;
     report_.accuracy_missed = !is_accurate();
-    report_.reason = fmt::format("the estimated error of level {} is", best.level->level());
-    const auto add = [&](const std::optional<double>& e, double scale, const char* unit, const std::string& asked) {
-      report_.reason +=
-          fmt::format(" {}, {} was asked", e ? fmt::format("{:.2g} {}", scale * *e, unit) : "unknown", asked);
-    };
-    if (scene_.accuracy) add(error.mean_mm, 1, "mm", fmt::format("accuracy_mm = {:g}", *scene_.accuracy));
-    if (scene_.accuracy && scene_.reaction_accuracy) report_.reason += ", and of reactions";
-    if (scene_.reaction_accuracy)
-      add(error.of_reactions, 100, "% of the largest reaction",
-          fmt::format("accuracy_reactions = {:g}", *scene_.reaction_accuracy));
+    report_.reason = accuracy_reached(report_.levels.back(), scene_);
   }
   if (scene_.budget && report_.levels.size() == 1 && levels_.agree(clock_.seconds() > *scene_.budget))
     report_.warnings.push_back(fmt::format("budget_s = {:g} is less than the first level takes", *scene_.budget));

@@ -84,4 +84,14 @@ std::vector<std::size_t> cells_of_levels(const Lattice& lattice, const Scene& sc
   return num_cells;
 }
 
+std::size_t cells_beyond(const Lattice& lattice, const Scene& scene, int level) {
+  if (!scene.is_graded() || level > 0 || scene.dynamics || scene.budget ||
+      scene.error_estimation == ErrorEstimation::off)
+    return 0;
+  Scene beyond = scene;
+  --beyond.coarser_by;
+  const std::size_t cells = cells_for(lattice, beyond, level).size();
+  return cells <= most_cells_looked_at || scene.error_estimation == ErrorEstimation::look ? cells : 0;
+}
+
 }  // namespace hexsolver

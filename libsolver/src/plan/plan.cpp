@@ -223,6 +223,15 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
   for (int n = first; n >= level; --n)
     plan.levels.push_back(plan_level(lattice, scene, n, n == level ? trial.to_the_end(n) : trial.as_a_start(n)));
   set_seconds(plan, EffectKind::elasticity, plan.seconds());
+  if (const std::size_t beyond = cells_beyond(lattice, scene, level); beyond > 0) {
+    const double times = static_cast<double>(beyond) / static_cast<double>(num_cells[0]);
+    SolvePlan::Level& looked_at = plan.look.emplace(plan.levels.back());
+    looked_at.seconds = times * trial.to_the_end(level);
+    looked_at.cells = beyond;
+    looked_at.dofs = static_cast<std::size_t>(times * static_cast<double>(looked_at.dofs));
+    looked_at.bytes = static_cast<std::size_t>(times * static_cast<double>(looked_at.bytes));
+    set_seconds(plan, EffectKind::error_estimate, looked_at.seconds);
+  }
   const int look = finest_level_needed(scene, num_cells, level);
   if (look < level && num_cells[static_cast<std::size_t>(look)] > 0) {
     plan.look = plan_level(lattice, scene, look, trial.as_a_start(look));
