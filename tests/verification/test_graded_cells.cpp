@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "level/grading.h"
 #include "support/experiments.h"
 
 namespace test_graded_cells {
@@ -17,6 +18,8 @@ Scene graded(Scene scene, int coarser_by = 2) {
   scene.coarser_by = coarser_by;
   return scene;
 }
+
+std::size_t cells_of(const Lattice& lattice, const Scene& scene) { return cells_for(lattice, scene, 0).size(); }
 
 double median(std::vector<double> values) {
   std::sort(values.begin(), values.end());
@@ -63,6 +66,53 @@ TEST(GradedCells, OfOneLevelAreThatLevel) {
   const Scene scene = with(phantom_patches(12), Elasticity::corotational);
   const Solved one = solve(lattice, graded(scene, 0), 1), level = solve(lattice, scene, 1);
   EXPECT_EQ(one.result.displacement, level.result.displacement);
+}
+
+/// Larger cells than there are change nothing, and no error is told from a look at the same cells.
+TEST(GradedCells, CoarserThanThereAreAreNoneBeyond) {
+  const Lattice lattice = liver_of_phantom(4, 0.3);
+  Scene scene = with(phantom_patches(12));
+  scene.error_estimation = ErrorEstimation::automatic;
+  const Solved some = solve(lattice, graded(scene, 4), 0), more = solve(lattice, graded(scene, 30), 0);
+  EXPECT_EQ(some.result.displacement, more.result.displacement);
+  const std::vector<Vec3> points = material_points(lattice);
+  const double error =
+      distance(displacement_at(more.result, points), displacement_at(solve(lattice, scene, 0).result, points)).mean;
+  for (const Solved* s : {&some, &more}) {
+    const std::optional<double>& told = s->report.levels.back().error.mean_mm;
+    if (!told) continue;  // unknown is no false word
+    EXPECT_GT(*told, error / 3);
+    EXPECT_LT(*told, 3 * error);
+  }
+}
+
+/// A support of so many nodes that these themselves are held holds no less than cells alike do.
+TEST(GradedCells, LargeSupportsHoldTheirRims) {
+  const Lattice lattice = liver_of_phantom(2, 0.3);
+  Scene scene = with({beyond("held", {-40, 0, 0}, {-1, 0, 0}, Vec3::Zero())});
+  scene.gravity = {0, 0, -9810};
+  const double fine = solve(lattice, scene, 0).report.strain_energy_n_mm,
+               of_graded = solve(lattice, graded(scene), 0).report.strain_energy_n_mm;
+  printf("energy with cells alike %.4g N mm, graded %.4g N mm\n", fine, of_graded);
+  EXPECT_NEAR(of_graded, fine, 0.05 * fine);
+}
+
+TEST(GradedCells, AreSmallOnTheWayOfAnObstacle) {
+  const Lattice lattice = liver_of_phantom(4, 0.3);
+  Scene scene = with({phantom_patches(12)[0]});
+  Contact ball;
+  ball.name = ball.where = "ball";
+  ball.obstacle = Ball{{20, -90, 0}, 20};
+  ball.stiffness = 0.05;
+  scene.contacts = {ball};
+  const auto cells = [&] { return cells_of(lattice, graded(scene)); };
+  const std::size_t still = cells();
+  scene.contacts[0].by = {0, 40, 0};
+  const std::size_t moved = cells();
+  scene.contacts[0].by = Vec3::Zero();
+  scene.contacts[0].history = History{{{0, Vec3::Zero()}, {1, {0, 40, 0}}, {2, Vec3::Zero()}}};
+  EXPECT_GT(moved, still + 100);
+  EXPECT_EQ(cells(), moved);
 }
 
 /// Linear iterations of the last level.

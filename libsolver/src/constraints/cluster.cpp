@@ -19,26 +19,6 @@ using SparseMatrix = Eigen::SparseMatrix<double>;
 
 namespace {
 
-/// Size of the cells around each node, the root of the mean square of their longest edges [mm]; empty where all are of
-/// one size.
-VectorXd sizes_around(const Mesh& mesh, const std::vector<std::int32_t>& nodes) {
-  if (!mesh.is_graded()) return {};
-  std::map<std::int32_t, std::pair<double, int>> squares;
-  for (const std::int32_t n : nodes) squares[n] = {0, 0};
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-    for (const std::int32_t n : mesh.cell_nodes()[c])
-      if (const auto found = squares.find(n); found != squares.end()) {
-        found->second.first += mesh.edges(c).colwise().squaredNorm().maxCoeff();
-        ++found->second.second;
-      }
-  VectorXd sizes(static_cast<Index>(nodes.size()));
-  for (Index n = 0; n < sizes.size(); ++n) {
-    const auto& [sum, count] = squares.at(nodes[static_cast<std::size_t>(n)]);
-    sizes[n] = std::sqrt(sum / count);
-  }
-  return sizes;
-}
-
 /// @param gram  of the rows
 KeptDirections kept_directions(const MatrixXd& gram, double cutoff) {
   const SymmetricEigen eigen = symmetric_eigen(gram);
@@ -132,6 +112,24 @@ void fill_rows(const Mesh& mesh, const std::vector<ConstraintPoint>& points, Con
 }
 
 }  // namespace
+
+VectorXd sizes_around(const Mesh& mesh, const std::vector<std::int32_t>& nodes) {
+  if (!mesh.is_graded()) return {};
+  std::map<std::int32_t, std::pair<double, int>> squares;
+  for (const std::int32_t n : nodes) squares[n] = {0, 0};
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    for (const std::int32_t n : mesh.cell_nodes()[c])
+      if (const auto found = squares.find(n); found != squares.end()) {
+        found->second.first += mesh.edges(c).colwise().squaredNorm().maxCoeff();
+        ++found->second.second;
+      }
+  VectorXd sizes(static_cast<Index>(nodes.size()));
+  for (Index n = 0; n < sizes.size(); ++n) {
+    const auto& [sum, count] = squares.at(nodes[static_cast<std::size_t>(n)]);
+    sizes[n] = std::sqrt(sum / count);
+  }
+  return sizes;
+}
 
 std::vector<std::vector<std::size_t>> split_into_clusters(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
                                                           const std::vector<std::size_t>& used) {

@@ -107,6 +107,10 @@ struct ConstraintCluster {
 std::vector<std::vector<std::size_t>> split_into_clusters(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
                                                           const std::vector<std::size_t>& used);
 
+/// Size of the cells around each node, the root of the mean square of their longest edges [mm]; empty where all are of
+/// one size.
+Eigen::VectorXd sizes_around(const Mesh& mesh, const std::vector<std::int32_t>& nodes);
+
 /// Numbers of the points that are held along an axis.
 std::vector<std::size_t> points_with_axis(const std::vector<ConstraintPoint>& points, std::size_t axis);
 

@@ -39,10 +39,19 @@ HeldNodes::HeldNodes(const Mesh& mesh, const std::vector<ConstraintPoint>& point
     for (const std::int32_t node : mesh.cell_nodes()[c])
       if (const auto found = nodes.find(node); found != nodes.end() && found->second.cell < 0)
         found->second.cell = static_cast<std::int32_t>(c);
-  double heaviest = 0;
-  for (const auto& [node, of] : nodes) heaviest = std::max(heaviest, of.weight);
+  // Of all that each sees, which grows with the size of the cells around it squared, the part that is in the patch.
+  std::vector<std::int32_t> numbers;
+  for (const auto& [node, of] : nodes) numbers.push_back(node);
+  const VectorXd sizes = sizes_around(mesh, numbers);
+  std::vector<double> parts;
+  for (const auto& [node, of] : nodes) {
+    const auto n = static_cast<Index>(parts.size());
+    parts.push_back(sizes.size() > 0 ? of.weight / (sizes[n] * sizes[n]) : of.weight);
+  }
+  const double largest = *std::max_element(parts.begin(), parts.end());
+  std::size_t n = 0;
   for (auto& [node, of] : nodes)
-    if (of.weight >= Constraints::cutoff_of_points * heaviest) nodes_.emplace_back(node, std::move(of));
+    if (parts[n++] >= Constraints::cutoff_of_points * largest) nodes_.emplace_back(node, std::move(of));
 }
 
 void HeldNodes::hold(std::map<std::int32_t, ConstraintPoint>& held) const {

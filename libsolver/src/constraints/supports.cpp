@@ -215,13 +215,21 @@ std::vector<FreePart> free_parts(const Mesh& mesh, const std::vector<ConstraintP
 
   // Nodes where parts meet.
   std::vector<std::vector<std::size_t>> meeting(num_parts > 1 ? mesh.num_all_nodes() : 0);
+  const auto meet = [&](std::size_t node, std::size_t cell) {
+    auto& list = meeting[node];
+    const auto part = static_cast<std::size_t>(part_of_cell[cell]);
+    if (std::find(list.begin(), list.end(), part) == list.end()) list.push_back(part);
+  };
   if (num_parts > 1)
     for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-      for (const std::int32_t n : mesh.cell_nodes()[c]) {
-        auto& list = meeting[n];
-        const auto part = static_cast<std::size_t>(part_of_cell[c]);
-        if (std::find(list.begin(), list.end(), part) == list.end()) list.push_back(part);
-      }
+      for (const std::int32_t n : mesh.cell_nodes()[c]) meet(static_cast<std::size_t>(n), c);
+  for (std::size_t n = mesh.num_nodes(); n < meeting.size(); ++n)  // those that hang on edges and faces of a cell
+    for (int a = 0; a < 8; ++a) {
+      Index3 place = mesh.nodes()[n];
+      for (int d = 0; d < 3; ++d) place[static_cast<std::size_t>(d)] -= hexmesh::corner_bit(a, d);
+      if (const std::int32_t c = cell_at(place, mesh.cells(), mesh.sizes()); c >= 0)
+        meet(n, static_cast<std::size_t>(c));
+    }
   std::vector<Joint> joints;
   for (std::size_t n = 0; n < meeting.size(); ++n)
     if (meeting[n].size() > 1) joints.push_back({mesh.position(n), meeting[n]});

@@ -33,6 +33,7 @@ public:
   const SharedLevel& shared() const noexcept { return shared_; }
 
   int level() const { return shared_.level(); }
+  int level_of_largest() const { return level(); }
   std::size_t num_cells() const { return shared_.num_cells(); }
   std::size_t num_nodes() const { return static_cast<std::size_t>(shared_.nodes().num_all()); }
   double diameter() const { return shared_.diameter(); }

@@ -57,7 +57,7 @@ Outcome solve_equilibrium(const Lattice& whole, const Scene& scene, int level, c
   if (rest) warn_of_dropped_cells(whole, level, report);
   NestedIteration<LocalLevel>::Levels levels;
   levels.num_cells = cells_of_levels(lattice, scene);
-  levels.cells_beyond = cells_beyond(lattice, scene, level);
+  levels.looks_beyond_graded = cells_beyond(lattice, scene, level) > 0;
   for (const hexmesh::Level& l : lattice.levels) levels.mixture.push_back(l.mixture);
   while (levels.num_cells[static_cast<std::size_t>(levels.finest_there_is)] == 0) ++levels.finest_there_is;
   levels.make = [&](int n, const Scene& of_level) { return std::make_unique<LocalLevel>(lattice, of_level, n); };

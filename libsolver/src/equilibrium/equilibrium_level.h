@@ -29,6 +29,7 @@ template <class Level>
 concept EquilibriumLevel = requires(Level level, const Level& other, typename Level::Vector& u, const Scene& scene,
                                     const CoarseStart<Level>* start, NewtonOptions options, NewtonProgress progress) {
   { other.level() } -> std::same_as<int>;
+  { other.level_of_largest() } -> std::same_as<int>;  ///< of its cells
   { other.num_cells() } -> std::same_as<std::size_t>;
   { other.num_nodes() } -> std::same_as<std::size_t>;
   { other.diameter() } -> std::same_as<double>;  ///< of the box of the body [mm]

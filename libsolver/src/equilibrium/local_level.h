@@ -11,12 +11,12 @@ class LocalLevel {
 public:
   using Vector = NodeVector;
 
-  LocalLevel(const hexmesh::Lattice& lattice, const Scene& scene, int level)
-      : lattice_(lattice), problem_(lattice, scene, level) {}
+  LocalLevel(const hexmesh::Lattice& lattice, const Scene& scene, int level) : problem_(lattice, scene, level) {}
 
   const LevelProblem& problem() const noexcept { return problem_; }
 
   int level() const { return problem_.level(); }
+  int level_of_largest() const { return problem_.cells().levels().back().level; }
   std::size_t num_cells() const { return problem_.mesh().num_cells(); }
   std::size_t num_nodes() const { return problem_.mesh().num_nodes(); }
   double diameter() const;
@@ -39,7 +39,6 @@ private:
   Index3 ratio_to(const LocalLevel& coarser) const;                       ///< see Prolongation
   std::vector<std::int32_t> parents_in(const LocalLevel& coarser) const;  ///< of the cells here into those
 
-  const hexmesh::Lattice& lattice_;
   LevelProblem problem_;
 };
 

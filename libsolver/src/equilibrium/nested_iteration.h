@@ -31,7 +31,7 @@ public:
     /// A level under a scene. @throws Error{geometry} for selections and missing supports
     std::function<std::unique_ptr<Level>(int, const Scene&)> make;
     int finest_there_is = 0;                                           ///< of the levels that make() can make
-    std::size_t cells_beyond = 0;                                      ///< see cells_beyond()
+    bool looks_beyond_graded = false;                                  ///< at graded cells beyond those of level 0
     std::function<bool(bool)> agree = [](bool mine) { return mine; };  ///< of what all processes decide alike
   };
 
@@ -63,9 +63,7 @@ private:
   void solve_level(Solved<Level>& next, const Solved<Level>& coarser);
   void sharpen(Solved<Level>& next, NewtonOptions options);
   void carry_on(const Solved<Level>& coarser, Solved<Level>& next);
-  void compare(Solved<Level>& next, int coarser_by);
-  void compare(Solved<Level>& next) { compare(next, scene_.coarser_by); }
-  int steps_beyond(const Level& level, int coarser_by) const;
+  void compare(Solved<Level>& next);
   bool looks_beyond(const Solved<Level>& best) const;
   void look_beyond(const Solved<Level>& best);
   void add_look(double seconds);
@@ -288,7 +286,7 @@ void NestedIteration<Level>::carry_on(const Solved<Level>& coarser, Solved<Level
 
 /// Tell the estimator of a level what it differs from those before.
 template <EquilibriumLevel Level>
-void NestedIteration<Level>::compare(Solved<Level>& next, int coarser_by) {
+void NestedIteration<Level>::compare(Solved<Level>& next) {
   if (!estimates_errors()) return;
   std::vector<std::optional<ElasticCells::Size>> differences;
   if (next.converged())
@@ -303,14 +301,7 @@ void NestedIteration<Level>::compare(Solved<Level>& next, int coarser_by) {
     if (e.kind == EffectKind::error_estimate && !differences.empty()) e.active = true;
   LevelMeasures measures = next.level->measures(next.state.u);
   measures.mixture = levels_.mixture[static_cast<std::size_t>(next.level->level())];
-  estimator_.add(std::move(differences), std::move(measures), steps_beyond(*next.level, coarser_by));
-}
-
-/// How often a level's cells, the largest of them `coarser_by` levels coarser, can be halved.
-template <EquilibriumLevel Level>
-int NestedIteration<Level>::steps_beyond(const Level& level, int coarser_by) const {
-  if (!scene_.is_graded()) return level.level();
-  return std::min(level.level() + coarser_by, static_cast<int>(levels_.num_cells.size()) - 1);
+  estimator_.add(std::move(differences), std::move(measures), next.level->level_of_largest());
 }
 
 template <EquilibriumLevel Level>
@@ -329,18 +320,19 @@ void NestedIteration<Level>::add_report(Solved<Level>& now, double seconds) {
 template <EquilibriumLevel Level>
 bool NestedIteration<Level>::looks_beyond(const Solved<Level>& best) const {
   if (scene_.is_graded() && finest_ == 0)
-    return best.converged() && best.level->level() == 0 && levels_.cells_beyond > 0;
+    return best.converged() && best.level->level() == 0 && levels_.looks_beyond_graded;
   const int needed = finest_level_needed(scene_, levels_.num_cells, finest_);
   return best.converged() && needed < finest_ && needed >= levels_.finest_there_is;
 }
 
-/// Solve the next finer level, or of graded cells of level 0 them with all but the finest halved, and compare.
+/// Solve the next finer level, or of graded cells of level 0 them with all but the finest halved, and compare. The
+/// largest cells are halved too.
 template <EquilibriumLevel Level>
 void NestedIteration<Level>::look_beyond(const Solved<Level>& best) {
   const Stopwatch watch;
   Solved<Level> finer;
   Scene scene = scene_;
-  if (finest_ == 0) --scene.coarser_by;
+  scene.coarser_by = best.level->level_of_largest() - finest_ - (finest_ == 0);
   try {
     finer.level = levels_.make(std::max(0, finest_ - 1), scene);
     solve_level(finer, best);
@@ -349,7 +341,7 @@ void NestedIteration<Level>::look_beyond(const Solved<Level>& best) {
     return;
   }
   if (!finer.converged()) return;
-  compare(finer, scene.coarser_by);
+  compare(finer);
   estimator_.write(report_.levels);
   add_look(watch.seconds());
 }

@@ -32,7 +32,7 @@ std::vector<Vec3> find_rough_places(const Lattice& lattice, const Scene& asked) 
   const std::vector<SurfacePoint> surface = selector.whole_surface();
   for (const Contact& c : scene.contacts) {
     PenaltyContact contact(c, mesh, surface);
-    const std::vector<Vec3> touched = contact.places_inside_at_rest();
+    const std::vector<Vec3> touched = contact.places_swept_at_rest();
     places.insert(places.end(), touched.begin(), touched.end());
   }
   return places;
@@ -89,7 +89,8 @@ std::size_t cells_beyond(const Lattice& lattice, const Scene& scene, int level) 
       scene.error_estimation == ErrorEstimation::off)
     return 0;
   Scene beyond = scene;
-  --beyond.coarser_by;
+  beyond.coarser_by = cells_for(lattice, scene, level).levels().back().level - 1;
+  if (beyond.coarser_by < 0) return 0;
   const std::size_t cells = cells_for(lattice, beyond, level).size();
   return cells <= most_cells_looked_at || scene.error_estimation == ErrorEstimation::look ? cells : 0;
 }

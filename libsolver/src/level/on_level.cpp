@@ -32,11 +32,18 @@ OnLevel::OnLevel(const MeshCells& cells, const Mesh& mesh) : mesh_(mesh) {
       place = {cell_of_[c], hexmesh::shape_functions(local)};
     }
   }
-  for (std::size_t n = 0; n < mesh.num_nodes(); ++n) {
-    const Index3 index = hexmesh::coarser_index(times(mesh.nodes()[n], unit), voxels);
-    const auto found = std::lower_bound(numbering_.nodes.begin(), numbering_.nodes.end(), index, hexmesh::i_fastest);
-    node_of_.push_back(static_cast<std::int32_t>(found - numbering_.nodes.begin()));
-  }
+  on_level_.resize(mesh.num_nodes());
+  for (std::size_t c = 0; c < cell_of_.size(); ++c)
+    for (const std::int32_t node : mesh.cell_nodes()[hexmesh::as_size(cell_of_[c])]) {
+      const std::size_t n = hexmesh::as_size(node);
+      if (n >= mesh.num_nodes()) continue;
+      const Index3 index = hexmesh::coarser_index(times(mesh.nodes()[n], unit), voxels);
+      Vec3 local;
+      for (std::size_t d = 0; d < 3; ++d) local[static_cast<Eigen::Index>(d)] = index[d] - level.cells[c][d];
+      const bool is_corner = local.minCoeff() >= 0 && local.maxCoeff() <= 1;
+      if (on_level_[n].cell < 0 || is_corner)
+        on_level_[n] = {static_cast<std::int32_t>(c), hexmesh::shape_functions(local)};
+    }
 }
 
 std::vector<double> OnLevel::values(const std::vector<double>& of_graded) const {
@@ -55,8 +62,13 @@ void OnLevel::tell(const NodeVector& u, NodeVector& of_level) const {
 
 NodeVector OnLevel::sampled(const NodeVector& of_level) const {
   NodeVector out(static_cast<Eigen::Index>(mesh_.num_dofs()));
-  for (std::size_t n = 0; n < node_of_.size(); ++n)
-    out.segment<3>(3 * static_cast<Eigen::Index>(n)) = of_level.segment<3>(3 * Eigen::Index{node_of_[n]});
+  for (std::size_t n = 0; n < on_level_.size(); ++n) {
+    Vec3 u = Vec3::Zero();
+    const CellNodes& nodes = numbering_.cell_nodes[hexmesh::as_size(on_level_[n].cell)];
+    for (std::size_t a = 0; a < 8; ++a)
+      u += on_level_[n].weights[static_cast<Eigen::Index>(a)] * of_level.segment<3>(3 * Eigen::Index{nodes[a]});
+    out.segment<3>(3 * static_cast<Eigen::Index>(n)) = u;
+  }
   return out;
 }
 

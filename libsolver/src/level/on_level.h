@@ -21,7 +21,8 @@ public:
   /// A field at the nodes of the level.
   void tell(const NodeVector& u, NodeVector& of_level) const;
 
-  /// Of a field at the nodes of the level, the values at the free nodes.
+  /// Of a field at the nodes of the level that graded cells have told, the values at the free nodes: where a corner of
+  /// a partly filled cell is none of these nodes, as a cell of the level inside it goes on.
   NodeVector sampled(const NodeVector& of_level) const;
 
 private:
@@ -32,8 +33,8 @@ private:
     std::int32_t cell = -1;
     NodeWeights weights;
   };
-  std::vector<Place> places_;          ///< of the nodes of the level
-  std::vector<std::int32_t> node_of_;  ///< of the level, of each free node
+  std::vector<Place> places_;    ///< of the nodes of the level
+  std::vector<Place> on_level_;  ///< of the free nodes, in cells of the level
 };
 
 }  // namespace hexsolver

@@ -12,16 +12,6 @@ namespace {
 
 using hexmesh::Index3;
 
-std::size_t end_of(std::size_t size, std::span<const Index3> cells, std::span<const CellsOfSize> sizes) {
-  return size + 1 < sizes.size() ? sizes[size + 1].first : cells.size();
-}
-
-std::size_t size_of(std::size_t cell, std::span<const CellsOfSize> sizes) {
-  std::size_t s = sizes.size() - 1;
-  while (sizes[s].first > cell) --s;
-  return s;
-}
-
 Index3 corner_in_finest(const Index3& cell, const Index3& size, int a) {
   const Index3 c = hexmesh::corner_of(cell, a);
   return {c[0] * size[0], c[1] * size[1], c[2] * size[2]};
@@ -86,7 +76,7 @@ std::int32_t cell_at(const Index3& place, std::span<const Index3> cells, std::sp
   for (std::size_t s = 0; s < sizes.size(); ++s) {
     const Index3 index = hexmesh::coarser_index(place, sizes[s].size);
     const auto begin = cells.begin() + static_cast<std::ptrdiff_t>(sizes[s].first);
-    const auto end = cells.begin() + static_cast<std::ptrdiff_t>(end_of(s, cells, sizes));
+    const auto end = cells.begin() + static_cast<std::ptrdiff_t>(end_of_size(s, cells.size(), sizes));
     const auto found = std::lower_bound(begin, end, index, hexmesh::i_fastest);
     if (found != end && *found == index) return static_cast<std::int32_t>(found - cells.begin());
   }

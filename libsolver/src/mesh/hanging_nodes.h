@@ -6,11 +6,29 @@
 #include <utility>
 #include <vector>
 
+#include "hexmesh/core/grid.h"
 #include "hexmesh/lattice/nodes.h"
 
 namespace hexsolver {
 
-struct CellsOfSize;
+/// Cells of a mesh that are of one size, one after the other.
+struct CellsOfSize {
+  std::size_t first = 0;             ///< number of the first
+  hexmesh::Index3 size = {1, 1, 1};  ///< of a cell, in edges of the finest
+  hexmesh::Mat3 edges;               ///< columns = edge vectors of a cell [mm]
+};
+
+/// Which of the sizes, finest first, a cell is of.
+inline std::size_t size_of(std::size_t cell, std::span<const CellsOfSize> sizes) noexcept {
+  std::size_t s = sizes.size() - 1;
+  while (sizes[s].first > cell) --s;
+  return s;
+}
+
+/// Behind the last cell of a size.
+inline std::size_t end_of_size(std::size_t size, std::size_t num_cells, std::span<const CellsOfSize> sizes) noexcept {
+  return size + 1 < sizes.size() ? sizes[size + 1].first : num_cells;
+}
 
 /// The free nodes that a node hangs on, with their weights, which sum up to 1.
 using HangingNode = std::vector<std::pair<std::int32_t, double>>;

@@ -24,13 +24,6 @@ using FloatNodeVector = Eigen::VectorXf;  ///< likewise, where digits do not mat
 
 using hexmesh::CellNodes;
 
-/// Cells of a mesh that are of one size, one after the other.
-struct CellsOfSize {
-  std::size_t first = 0;             ///< number of the first
-  hexmesh::Index3 size = {1, 1, 1};  ///< of a cell, in edges of the finest
-  Mat3 edges;                        ///< columns = edge vectors of a cell [mm]
-};
-
 /// Cells and their nodes: those of one level, or of several levels side by side (a graded mesh).
 ///
 /// Where small cells meet a larger one, some of their corners stand inside its edges and faces. These hang: they move
@@ -67,13 +60,9 @@ public:
 
   const std::vector<CellsOfSize>& sizes() const noexcept { return sizes_; }  ///< finest first
   bool is_graded() const noexcept { return sizes_.size() > 1; }
-  std::size_t size_of(std::size_t cell) const noexcept {  ///< which of sizes()
-    std::size_t s = sizes_.size() - 1;
-    while (sizes_[s].first > cell) --s;
-    return s;
-  }
+  std::size_t size_of(std::size_t cell) const noexcept { return hexsolver::size_of(cell, sizes_); }  ///< of sizes()
   std::size_t end_of_size(std::size_t size) const noexcept {  ///< behind its last cell
-    return size + 1 < sizes_.size() ? sizes_[size + 1].first : num_cells();
+    return hexsolver::end_of_size(size, num_cells(), sizes_);
   }
   const Mat3& edges(std::size_t cell) const noexcept { return sizes_[size_of(cell)].edges; }
 

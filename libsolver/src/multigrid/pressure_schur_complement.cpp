@@ -287,7 +287,7 @@ void PressureSchurComplement<Real>::set_graded(const CellRows<Real>& b, const st
     for (std::size_t i = other_cells_[n].begin; i < other_cells_[n + 1].begin; ++i) {
       const Row& other = rows[static_cast<std::size_t>(other_columns_[i])];
       Real sum = 0;
-      for (auto x = moved.begin(), y = other.begin(); x != moved.end() && y != other.end();) {
+      for (auto x = moved.cbegin(), y = other.cbegin(); x != moved.cend() && y != other.cend();) {
         if (x->first == y->first)
           sum += (x++)->second.dot((y++)->second);
         else if (x->first < y->first)

@@ -68,8 +68,11 @@ bool read_solve(TomlReader table, Scene& scene) {
     scene.supports = *v;
   if (auto v = table.choice<Grading>("grading", {{"off", Grading::off}, {"scene", Grading::scene}})) scene.grading = *v;
   if (auto v =
-          table.integer("coarser_by", 0, 30, "how many levels coarser than the finest graded cells may be, 0 to 30"))
+          table.integer("coarser_by", 0, 30, "how many levels coarser than the finest graded cells may be, 0 to 30")) {
     scene.coarser_by = *v;
+    if (scene.grading == Grading::off)
+      scene.warnings.emplace_back("solve.coarser_by goes with solve.grading = \"scene\": it changes nothing");
+  }
   if (auto v = table.choice<ErrorEstimation>(
           "error_estimate",
           {{"auto", ErrorEstimation::automatic}, {"look", ErrorEstimation::look}, {"off", ErrorEstimation::off}}))

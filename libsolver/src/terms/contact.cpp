@@ -135,11 +135,22 @@ PenaltyContact::State PenaltyContact::state_at_rest() const {
   return state(NodeVector::Zero(mesh_.num_dofs()), contact_.history ? contact_.history->at(0) : Vec3::Zero());
 }
 
-std::vector<Vec3> PenaltyContact::places_inside_at_rest() const {
+std::vector<Vec3> PenaltyContact::places_swept_at_rest() const {
+  constexpr int parts = 8;  // of each straight piece of the way
+  std::vector<Vec3> corners = {Vec3::Zero(), contact_.by}, stations;
+  if (contact_.history) {
+    corners.clear();
+    for (const History::Row& row : contact_.history->rows) corners.push_back(row.value);
+  }
+  stations.push_back(corners.front());
+  for (std::size_t n = 1; n < corners.size(); ++n)
+    for (int part = 1; part <= parts; ++part)
+      stations.emplace_back(corners[n - 1] + part * (corners[n] - corners[n - 1]) / parts);
   const NodeVector rest = NodeVector::Zero(static_cast<Eigen::Index>(mesh_.num_dofs()));
   std::vector<Vec3> out;
   for (const Point& p : points_)
-    if (gap(p, rest, contact_.by).depth < 0) out.push_back(p.rest);
+    if (std::any_of(stations.begin(), stations.end(), [&](const Vec3& moved) { return gap(p, rest, moved).depth < 0; }))
+      out.push_back(p.rest);
   return out;
 }
 

@@ -42,8 +42,8 @@ public:
   State state(const NodeVector& u) const;  ///< as the last set_progress() says
   State state_at_rest() const;             ///< before the obstacle has moved
 
-  std::vector<Vec3> places_inside_at_rest()
-      const;  ///< points of the body at rest inside the obstacle where it ends [mm]
+  /// Points of the body at rest that the obstacle has in it on its way [mm].
+  std::vector<Vec3> places_swept_at_rest() const;
 
   /// Whether a ball moves by more than a quarter of its radius, and might go through the surface.
   bool goes_too_far(const Progress& from, const Progress& to) const;

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "constraints/supports.h"
+#include "level/on_level.h"
 #include "mesh/hierarchy.h"
 #include "support/bodies.h"
 
@@ -164,6 +165,18 @@ struct Beside {
   Body graded, fine;
   Prolongation p;
 };
+
+TEST(Graded, FieldsToldOnTheFinestLevelAreFoundAgain) {
+  for (const auto& c : cases()) {
+    const Mesh mesh = c->cells.make_mesh();
+    const OnLevel on_level(c->cells, mesh);
+    const NodeVector u = noise(mesh.num_dofs(), 1);
+    NodeVector told;
+    on_level.tell(u, told);
+    ASSERT_EQ(told.size(), 3 * std::ssize(on_level.numbering().nodes));
+    EXPECT_LT((on_level.sampled(told) - u).lpNorm<Eigen::Infinity>(), 1e-11);  // by way of cells beside the node
+  }
+}
 
 TEST(Graded, StiffnessIsThatOfTheFinestCellsOnTheSameFields) {
   for (const auto& c : cases()) {
