@@ -86,6 +86,27 @@ TEST(GradedCells, CoarserThanThereAreAreNoneBeyond) {
   }
 }
 
+TEST(GradedCells, KeepTheAccuracyTheySay) {
+  const Lattice lattice = liver_of_phantom(2, 0.3);
+  const std::vector<Vec3> points = material_points(lattice);
+  Scene pulled = with(phantom_patches(10)), weight = pulled;
+  weight.conditions.pop_back();
+  weight.gravity = {0, 0, -9810};
+  for (const Scene& scene : {pulled, weight}) {
+    const std::vector<Vec3> exact = displacement_at(solve(lattice, scene, 0).result, points);
+    for (const double asked : {0.5, 0.3, 0.15}) {
+      Scene accurate = graded(scene);
+      accurate.error_estimation = ErrorEstimation::automatic;
+      accurate.accuracy = asked;
+      const Outcome outcome = solve_equilibrium(lattice, accurate, 0);
+      const double error = distance(displacement_at(outcome.result, points), exact).mean;
+      printf("asked %.2f mm, level %d%s, true %.3f mm\n", asked, outcome.result.level,
+             outcome.report.accuracy_missed ? ", told to be missed" : "", error);
+      EXPECT_TRUE(outcome.report.accuracy_missed || error <= asked);
+    }
+  }
+}
+
 /// A support of so many nodes that these themselves are held holds no less than cells alike do.
 TEST(GradedCells, LargeSupportsHoldTheirRims) {
   const Lattice lattice = liver_of_phantom(2, 0.3);
