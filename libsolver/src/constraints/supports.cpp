@@ -69,10 +69,6 @@ std::vector<std::string> describe(const BodyPart& part, const MatrixXd& motions)
   return words;
 }
 
-}  // namespace
-
-namespace {
-
 /// Cells that share a whole face.
 void join_by_faces(const Mesh& mesh, hexmesh::Partition& partition) {
   // Two cells share a face where they share its four nodes: sort the faces by their lowest and highest node.
@@ -100,11 +96,9 @@ void join_by_faces(const Mesh& mesh, hexmesh::Partition& partition) {
 void join_by_places(const Mesh& mesh, hexmesh::Partition& partition) {
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
     const Index3& size = mesh.sizes()[mesh.size_of(c)].size;
-    Index3 place = mesh.cells()[c];
-    for (std::size_t d = 0; d < 3; ++d) place[d] *= size[d];
     for (std::size_t d = 0; d < 3; ++d)
       for (const std::int32_t step : {-1, size[d]}) {
-        Index3 beyond = place;
+        Index3 beyond = mesh.nodes()[mesh.node(c, 0)];
         beyond[d] += step;
         if (const std::int32_t other = cell_at(beyond, mesh.cells(), mesh.sizes()); other >= 0)
           partition.join(static_cast<std::int32_t>(c), other);

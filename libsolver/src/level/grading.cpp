@@ -88,10 +88,10 @@ std::size_t cells_beyond(const Lattice& lattice, const Scene& scene, int level) 
   if (!scene.is_graded() || level > 0 || scene.dynamics || scene.budget ||
       scene.error_estimation == ErrorEstimation::off)
     return 0;
-  Scene beyond = scene;
-  beyond.coarser_by = cells_for(lattice, scene, level).levels().back().level - 1;
-  if (beyond.coarser_by < 0) return 0;
-  const std::size_t cells = cells_for(lattice, beyond, level).size();
+  const Distances distances(lattice, find_rough_places(lattice, scene));
+  const int largest = grade(lattice, level, scene.coarser_by, distances).levels().back().level;
+  if (largest == 0) return 0;
+  const std::size_t cells = grade(lattice, level, largest - 1, distances).size();
   return cells <= most_cells_looked_at || scene.error_estimation == ErrorEstimation::look ? cells : 0;
 }
 

@@ -128,11 +128,7 @@ std::size_t LevelProblem::num_island_cells() const {
 
 Vec3 LevelProblem::spring_force(const NodeVector& u) const { return springs_ ? springs_->force(u) : Vec3::Zero(); }
 
-double LevelProblem::strain_energy(const NodeVector& u) const {
-  if (mesh().num_hanging() == 0) return elastic_->energy(u);
-  mesh().spread(u, at_all_nodes_);
-  return elastic_->energy(at_all_nodes_);
-}
+double LevelProblem::strain_energy(const NodeVector& u) const { return elastic_->energy(potential_->at_all(u)); }
 
 double LevelProblem::contact_energy(const NodeVector& u) const {
   double sum = springs_ ? springs_->energy(u) : 0;

@@ -84,7 +84,6 @@ private:
   Hierarchy hierarchy_;
   std::vector<bool> islands_;
   std::unique_ptr<Constraints> constraints_;
-  mutable NodeVector at_all_nodes_;                            ///< space, of graded cells
   std::vector<Vec3> prescribed_;                               ///< space for the points of the constraints [mm]
   std::vector<std::unique_ptr<DeadLoad>> new_loads_;           ///< until the potential takes them
   std::vector<std::unique_ptr<PenaltyContact>> new_contacts_;  ///< likewise

@@ -22,27 +22,16 @@ class Hangings {
 public:
   Hangings(std::span<const Index3> cells, std::span<const CellsOfSize> sizes, const std::vector<Index3>& nodes,
            const std::vector<CellNodes>& cell_nodes)
-      : cells_(cells), sizes_(sizes), nodes_(nodes), cell_nodes_(cell_nodes), known_(nodes.size()) {}
-
-  /// The largest cell that a node touches and is no corner of; -1 if it is free.
-  std::int32_t hangs_on(std::size_t node) const {
-    std::int32_t found = -1;
-    for (int a = 0; a < 8; ++a) {
-      Index3 place = nodes_[node];
-      for (int d = 0; d < 3; ++d) place[static_cast<std::size_t>(d)] -= hexmesh::corner_bit(a, d);
-      const std::int32_t cell = cell_at(place, cells_, sizes_);
-      if (cell <= found) continue;  // larger cells come later
-      const CellNodes& corners = cell_nodes_[static_cast<std::size_t>(cell)];
-      if (std::find(corners.begin(), corners.end(), static_cast<std::int32_t>(node)) == corners.end()) found = cell;
-    }
-    return found;
+      : cells_(cells), sizes_(sizes), nodes_(nodes), cell_nodes_(cell_nodes), known_(nodes.size()) {
+    for (std::size_t n = 0; n < nodes.size(); ++n) cell_of_.push_back(find_cell(n));
   }
 
+  bool hangs(std::size_t node) const { return cell_of_[node] >= 0; }
   /// Of free nodes by their present numbers.
   const std::map<std::int32_t, double>& of(std::size_t node) {
     std::map<std::int32_t, double>& out = known_[node];
     if (!out.empty()) return out;
-    const std::int32_t cell = hangs_on(node);
+    const std::int32_t cell = cell_of_[node];
     if (cell < 0) {
       out[static_cast<std::int32_t>(node)] = 1;
       return out;
@@ -62,10 +51,25 @@ public:
   }
 
 private:
+  /// The largest cell that a node touches and is no corner of; -1 if it is free.
+  std::int32_t find_cell(std::size_t node) const {
+    std::int32_t found = -1;
+    for (int a = 0; a < 8; ++a) {
+      Index3 place = nodes_[node];
+      for (int d = 0; d < 3; ++d) place[static_cast<std::size_t>(d)] -= hexmesh::corner_bit(a, d);
+      const std::int32_t cell = cell_at(place, cells_, sizes_);
+      if (cell <= found) continue;  // larger cells come later
+      const CellNodes& corners = cell_nodes_[static_cast<std::size_t>(cell)];
+      if (std::find(corners.begin(), corners.end(), static_cast<std::int32_t>(node)) == corners.end()) found = cell;
+    }
+    return found;
+  }
+
   std::span<const Index3> cells_;
   std::span<const CellsOfSize> sizes_;
   const std::vector<Index3>& nodes_;
   const std::vector<CellNodes>& cell_nodes_;
+  std::vector<std::int32_t> cell_of_;  ///< that a node hangs on
   std::vector<std::map<std::int32_t, double>> known_;
 };
 
@@ -100,7 +104,7 @@ GradedNumbering number_graded_nodes(std::span<const Index3> cells, std::span<con
   GradedNumbering out;
   std::vector<std::size_t> hanging;
   for (std::size_t n = 0; n < number.size(); ++n) {
-    if (hangings.hangs_on(n) >= 0) {
+    if (hangings.hangs(n)) {
       hanging.push_back(n);
       continue;
     }

@@ -93,14 +93,19 @@ public:
     for (std::size_t h = 0; h < num_hanging(); ++h) all.template segment<3>(free.size() + 3 * h) = hanging(h, free);
   }
 
-  /// Forces on all nodes become those on the free ones.
+  /// Forces on hanging nodes go to those they hang on, which come first.
   template <class Scalar>
-  void collect(Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& forces) const {
-    if (num_hanging() == 0) return;
+  void pass_on(Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& forces) const {
     for_each_support([&](std::size_t h, std::int32_t n, double weight) {
       forces.template segment<3>(3 * Eigen::Index{n}) +=
           static_cast<Scalar>(weight) * forces.template segment<3>(3 * static_cast<Eigen::Index>(num_nodes() + h));
     });
+  }
+
+  /// Forces on all nodes become those on the free ones.
+  template <class Scalar>
+  void collect(Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& forces) const {
+    pass_on(forces);
     forces.conservativeResize(static_cast<Eigen::Index>(num_dofs()));
   }
 
@@ -241,12 +246,8 @@ struct OfAllNodes {
     }
     mesh.spread(x, all);
     multiply(all, product);
+    mesh.pass_on(product);
     y = product.head(x.size());
-    mesh.for_each_support([&](std::size_t h, std::int32_t n, double weight) {
-      y.template segment<3>(3 * Eigen::Index{n}) +=
-          static_cast<typename Vector::Scalar>(weight) *
-          product.template segment<3>(x.size() + 3 * static_cast<Eigen::Index>(h));
-    });
   }
 };
 

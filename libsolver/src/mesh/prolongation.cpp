@@ -98,12 +98,9 @@ void Prolongation::restrict_to(const FloatNodeVector& fine, FloatNodeVector& coa
 
 std::vector<std::int32_t> parents_of(const Mesh& fine, const Mesh& coarse, const Index3& ratio) {
   std::vector<std::int32_t> out;
-  for (std::size_t c = 0; c < fine.num_cells(); ++c) {
-    Index3 place = fine.cells()[c];
-    const Index3& size = fine.sizes()[fine.size_of(c)].size;
-    for (std::size_t d = 0; d < 3; ++d) place[d] *= size[d];
-    out.push_back(cell_at(hexmesh::coarser_index(place, ratio), coarse.cells(), coarse.sizes()));
-  }
+  for (std::size_t c = 0; c < fine.num_cells(); ++c)
+    out.push_back(
+        cell_at(hexmesh::coarser_index(fine.nodes()[fine.node(c, 0)], ratio), coarse.cells(), coarse.sizes()));
   return out;
 }
 

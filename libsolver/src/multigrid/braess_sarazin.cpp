@@ -114,8 +114,8 @@ void BraessSarazinSmoother<Real>::add_forces(const Pressure& of_cell, Vector& f)
     add_multiples_of_cells(rows_.of_batch(b), p.of.data(), nodes_of_batch(mesh_, b), to.data());
   });
   if (some_hang) {
-    mesh_.collect(all_nodes_);
-    f += all_nodes_;
+    mesh_.pass_on(all_nodes_);
+    f += all_nodes_.head(f.size());
   }
   if (part_) part_->add_up(f);
 }

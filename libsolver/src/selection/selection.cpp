@@ -35,6 +35,13 @@ Vec3 area_vector(const hexmesh::Grid& voxels, std::uint8_t side) {
   return (side % 2 ? area : -area) * voxels.direction().col(axis);
 }
 
+/// The axis of the voxels across a face of them.
+int axis_of(const Vec3& area, const hexmesh::Grid& voxels) {
+  int across = 0;
+  (voxels.direction().transpose() * area).cwiseAbs().maxCoeff(&across);
+  return across;
+}
+
 /// @param embed  (voxel, continuous index in it) -> its Embedding
 template <class Candidate, class Embed>
 std::vector<Candidate> face_candidates(const std::vector<hexmesh::ExposedFace>& faces, const hexmesh::Grid& voxels,
@@ -245,8 +252,7 @@ std::vector<Vec3> Selector::rim(const Selection& selection, const std::string& w
   const std::vector<Candidate> chosen = choose_candidates(selection, what);
   using Edge = std::array<std::int64_t, 3>;  // twice the continuous voxel index of its middle
   const auto edges_of = [&](const Candidate& face) {
-    int across = 0;
-    (lattice().voxels.direction().transpose() * face.area).cwiseAbs().maxCoeff(&across);
+    const int across = axis_of(face.area, lattice().voxels);
     const Vec3 twice = 2 * lattice().voxels.continuous_index(face.position);
     std::array<Edge, 4> edges;
     for (std::size_t n = 0; n < 4; ++n) {
@@ -281,8 +287,7 @@ std::array<NodeWeights, 4> Selector::gauss_points(const SurfacePoint& face) cons
   Vec3 center = Vec3::Zero();
   for (int a = 0; a < 8; ++a)
     for (int d = 0; d < 3; ++d) center[d] += face.weights[a] * hexmesh::corner_bit(a, d);
-  int across = 0;
-  (lattice().voxels.direction().transpose() * face.area).cwiseAbs().maxCoeff(&across);
+  const int across = axis_of(face.area, lattice().voxels);
   const hexmesh::Index3& per_cell = cells_.lattice_level(hexmesh::as_size(face.cell)).voxels_per_cell;
   std::array<NodeWeights, 4> out;
   for (int n = 0; n < 4; ++n) {

@@ -25,11 +25,10 @@ bool Potential::is_conservative() const {
   return std::all_of(terms_.begin(), terms_.end(), [](const Timed& t) { return t.term->is_conservative(); });
 }
 
-/// A state at all nodes, until the next is asked for.
 const NodeVector& Potential::at_all(const NodeVector& u) const {
   if (mesh_.num_hanging() == 0) return u;
-  mesh_.spread(u, state_.all);
-  return state_.all;
+  mesh_.spread(u, state_);
+  return state_;
 }
 
 void Potential::move_to(const NodeVector& u) {

@@ -47,6 +47,9 @@ public:
 
   const Mesh& mesh() const noexcept { return mesh_; }
 
+  /// A field at all nodes, until the next is asked for.
+  const NodeVector& at_all(const NodeVector& u) const;
+
   /// The forces of each term but the cells' on the nodes, -dW/du [N]: take(name, forces).
   void for_each_load(const NodeVector& u,
                      const std::function<void(const std::string& name, const NodeVector& forces)>& take) const;
@@ -68,13 +71,13 @@ private:
   };
   template <class F>
   void for_each_term(F&& f) const;
-  const NodeVector& at_all(const NodeVector& u) const;
   template <class Vector>
   void apply_terms(const Vector& x, Vector& y) const;
 
   const Mesh& mesh_;
   std::vector<Timed> terms_;
-  mutable OfAllNodes<NodeVector> state_, product_;  ///< space for fields at all nodes
+  mutable NodeVector state_;  ///< space for fields at all nodes
+  mutable OfAllNodes<NodeVector> product_;
   mutable OfAllNodes<FloatNodeVector> single_product_;
 };
 
