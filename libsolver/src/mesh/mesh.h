@@ -105,6 +105,7 @@ public:
   /// Forces on all nodes become those on the free ones.
   template <class Scalar>
   void collect(Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& forces) const {
+    if (num_hanging() == 0) return;  // a resize to the size it has reallocates
     pass_on(forces);
     forces.conservativeResize(static_cast<Eigen::Index>(num_dofs()));
   }
