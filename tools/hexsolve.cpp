@@ -77,9 +77,7 @@ hexmesh::Lattice read_lattice(const SolveOptions& o, const std::filesystem::path
 /// Save memory if the finest level would not fit otherwise; an accuracy or a budget may end on a coarser one.
 /// @returns the finest level that fits
 /// @throws Error{input} if the level asked does not
-int fit_into_memory(const SolveOptions& o, const hexmesh::Lattice& lattice, int finest, Scene& scene,
-                    const Console& console) {
-  const double allowed = o.max_memory_mb > 0 ? o.max_memory_mb : default_memory_mb();
+int fit_into_memory(double allowed, const hexmesh::Lattice& lattice, int finest, Scene& scene, const Console& console) {
   const auto expected = [&](int level) { return megabytes(hexsolver::expected_bytes(lattice, scene, level)); };
   const double fastest = expected(finest);
   if (fastest <= allowed) return finest;
@@ -135,7 +133,7 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   if (o.check) return show_check(hexsolver::check_scene(lattice, scene, level), report_file, files, console);
   if (o.plan) return show_plan(hexsolver::plan_solution(lattice, scene, level), report_file, files);
   const double read_done = omp_get_wtime();
-  level = fit_into_memory(o, lattice, level, scene, console);
+  level = fit_into_memory(common.max_memory_mb, lattice, level, scene, console);
 
   std::optional<hexmesh::ResultWriter> writer;
   if (output && scene.dynamics) writer.emplace(output->path());

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "hexmesh/file/material_file.h"
 #include "hexmesh/lattice/assign.h"
 #include "support/bodies.h"
@@ -62,8 +64,14 @@ TEST(Assign, TissuesFillInWhatIsNotGivenAndSaySo) {
   const AssignedMaterials m = assign_materials(volume, {{"liver", choice}});
   EXPECT_DOUBLE_EQ(m.segments[0].material->young, 12e-3);
   EXPECT_DOUBLE_EQ(m.segments[0].material->poisson, 0.4);
+  EXPECT_EQ(m.segments[0].source.find("poisson: given; young_kpa of tissue 'muscle': "), 0U) << m.segments[0].source;
   EXPECT_NE(m.segments[0].source.find("Bensamoun"), std::string::npos);
   EXPECT_EQ(m.notes.size(), 1U);
+  choice.tissue.clear();
+  choice.young_kpa = 3.0;
+  EXPECT_EQ(assign_materials(volume, {{"liver", choice}}).segments[0].source,
+            "young_kpa and poisson: given; density_kg_m3: ICRU Report 44 (1989)");
+  choice.young_kpa.reset();
   choice.tissue = "cheese";
   EXPECT_NE(message_of(ErrorKind::input,
                        [&] {
@@ -106,6 +114,23 @@ TEST(MaterialFile, MistakesAreNamedWithTheirPlace) {
   EXPECT_NE(error_of("[material.a]\ndensity_kg_m3 = { slope = 1, of = 'density_kg_m3' }\n").find("unknown key"),
             std::string::npos);
   EXPECT_NE(error_of("[material.a]\nnone = true\npoisson = 0.3\n").find("expected it alone"), std::string::npos);
+}
+
+/// The manual's bone, by what the papers it names give.
+TEST(MaterialFile, TheManualsBoneIsAsStiffAsBone) {
+  const std::string page = read_text(std::filesystem::path(HEXTOOLS_SOURCE) / "docs/tasks/materials.md");
+  const std::size_t begin = page.find("[material.femur]");
+  ASSERT_NE(begin, std::string::npos);
+  const MaterialChoice femur = parse(page.substr(begin, page.find("```", begin) - begin)).at("femur");
+  const MaterialRule bone{*femur.young_kpa, *femur.poisson, *femur.density_kg_m3};
+  for (const double hounsfield : {300, 800, 1500}) {
+    const double density = 0.131 + 1.067e-3 * hounsfield;  // g/cm^3
+    const Material m = bone.at(hounsfield);
+    EXPECT_NEAR(m.density / (density * 1e-9), 1, 1e-3);
+    EXPECT_NEAR(m.young / (6850 * std::pow(density, 1.49)), 1, 2e-3);
+  }
+  EXPECT_GT(bone.at(1500).young, 10e3) << "cortical bone, MPa";
+  EXPECT_LT(bone.at(1500).young, 20e3);
 }
 
 }  // namespace test_assign

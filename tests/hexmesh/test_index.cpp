@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <random>
 #include <vector>
 
 #include "hexmesh/core/index.h"
+#include "hexmesh/lattice/nodes.h"
 
 namespace test_index {
 
@@ -52,6 +54,22 @@ TEST(Index, CoarserCellsCoverTheBox) {
   const Index3 factor = {1, 2, 4};
   EXPECT_EQ(coarser_extent({3, 4, 5}, factor), (Index3{3, 2, 2}));
   EXPECT_EQ(coarser_index({2, 3, 4}, factor), (Index3{2, 1, 1}));
+}
+
+TEST(Nodes, AreCountedAsManyAsAreNumbered) {
+  std::mt19937 random(3);
+  for (const std::int32_t size : {1, 2, 5, 12, 4000})  // the last: a few cells in a large box
+    for (int trial = 0; trial < 20; ++trial) {
+      std::vector<Index3> cells;
+      for (int n = 0; n < 60; ++n) {
+        Index3 c;
+        for (std::int32_t& i : c) i = static_cast<std::int32_t>(random() % static_cast<unsigned>(size));
+        if (c[2] % 5 != 3) cells.push_back(c);  // with layers left out
+      }
+      std::sort(cells.begin(), cells.end(), i_fastest);
+      cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+      EXPECT_EQ(count_nodes(cells), number_nodes(cells).nodes.size());
+    }
 }
 
 }  // namespace test_index

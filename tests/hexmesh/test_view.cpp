@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
+#include <hdf5.h>
 #include <vtkCell.h>
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
@@ -196,6 +197,14 @@ TEST(VtkExport, VtkReadsTheHdfFileWithTheSameNumbersAsTheVtu) {
   const Result r = moved(bitten_ball({1, 1, 2}, {0, 0, 0}, random_rotation(9)), 1, 0.1 * Mat3::Identity(), {5, 6, 7});
   write_vtu(r, Configuration::deformed, folder / "a.vtu");
   write_vtkhdf(r, true, folder / "a.hdf");
+  const hid_t file = H5Fopen((folder / "a.hdf").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  const hid_t attribute = H5Aopen_by_name(file, "/VTKHDF", "Type", H5P_DEFAULT, H5P_DEFAULT);
+  const hid_t type = H5Aget_type(attribute);
+  EXPECT_EQ(H5Tget_cset(type), H5T_CSET_ASCII) << "which ParaView 5.11 asks for";
+  EXPECT_EQ(H5Tis_variable_str(type), 0);
+  H5Tclose(type);
+  H5Aclose(attribute);
+  H5Fclose(file);
   vtkNew<vtkXMLUnstructuredGridReader> xml;
   xml->SetFileName((folder / "a.vtu").c_str());
   xml->Update();

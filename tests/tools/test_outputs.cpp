@@ -49,6 +49,27 @@ double dice(const std::vector<std::uint16_t>& a, const std::vector<std::uint16_t
   return 2.0 * static_cast<double>(both) / static_cast<double>(sum);
 }
 
+TEST_F(Outputs, ParaViewOpensTheLatticeInBothFormats) {
+  if (run("command -v pvbatch").exit_code != 0) GTEST_SKIP() << "no pvbatch (Debian's package paraview)";
+  write_text(*folder / "open.py",
+             "from paraview.simple import OpenDataFile, UpdatePipeline\n"
+             "for name in ('cells.vtu', 'cells.hdf'):\n"
+             "    data = OpenDataFile(name)\n"
+             "    UpdatePipeline(proxy=data)\n"
+             "    info = data.GetDataInformation()\n"
+             "    low, high = data.PointData['displacement'].GetRange(-1)\n"
+             "    print(info.GetNumberOfPoints(), info.GetNumberOfCells(), '%.9g' % high)\n");
+  const CommandResult r =
+      run("hexexport liver.hexresult --lattice cells.vtu && hexexport liver.hexresult --lattice cells.hdf && "
+          "pvbatch --force-offscreen-rendering open.py 2>errors.txt || cat errors.txt");
+  std::istringstream lines(r.output);
+  std::string vtu, hdf;
+  std::getline(lines, vtu);
+  std::getline(lines, hdf);
+  EXPECT_EQ(vtu, hdf) << r.output;
+  EXPECT_EQ(vtu.find(fmt::format("{} {} ", result().nodes.size(), result().cells.size())), 0U) << r.output;
+}
+
 TEST_F(Outputs, ItkMovesTheSegmentationAsItIsExported) {
   const CommandResult r =
       run("hexexport liver.hexresult --segmentation moved.seg.nrrd --transform to_rest.h5 && "

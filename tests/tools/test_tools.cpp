@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -106,6 +107,21 @@ TEST_F(Tools, AZoneOfInterestCleaningAndTheScanGoTogether) {
   ASSERT_EQ(run("hexscan phantom box --set shift_x=900 -o far.nrrd").exit_code, 0);
   expect_failure("hexscan far.nrrd --intensity ct.nrrd --intensity-out a.nrrd -o b.nrrd", 4, {"covers none"});
   expect_failure("hexscan liver.nrrd --max-memory 0.1 -o a.nrrd", 3, {"--max-memory", "0.1 MB"});
+}
+
+TEST_F(Tools, NoToolTakesMoreMemoryThanItMay) {
+  const std::string limited = "hexscan phantom box --spacing 0.3 -o large.nrrd --force --max-memory ";
+  expect_failure(limited + "100", 3, {"--max-memory", "100 MB"});
+  ASSERT_EQ(run("hexscan phantom box --spacing 0.5 -o large.nrrd").exit_code, 0);
+  const std::string build =
+      "hexmesh build large.nrrd --material '*:young_kpa=3,poisson=0.3' -o large.hexmesh --report -";
+  const CommandResult built = run(build);
+  ASSERT_EQ(built.exit_code, 0) << built.errors;
+  const double peak = json::parse(built.output)["peak_memory_mb"];
+  expect_failure(build + fmt::format(" --force --max-memory {}", peak / 3), 3, {"--max-memory"});
+  const CommandResult again = run(build + fmt::format(" --force --max-memory {}", 1.5 * peak));
+  EXPECT_EQ(again.exit_code, 0) << again.errors;
+  EXPECT_LT(json::parse(again.output)["peak_memory_mb"], 1.5 * peak);
 }
 
 TEST_F(Tools, SurfacesAndLinesBecomeOneLabelledVolume) {

@@ -15,9 +15,10 @@
 #include <new>
 
 #include "cli/commit.h"
+#include "cli/machine.h"
 #include "cli/streams.h"
-#include "cli/threads.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/core/memory.h"
 #include "hexmesh/core/printable.h"
 #include "hexmesh/file/atomic_file.h"
 #include "hexmesh/file/temporary_file.h"
@@ -79,6 +80,30 @@ int fail(const std::string& tool, int code, const std::string& message) {
   return code;
 }
 
+/// Of what was asked for not more is taken. Where nothing was asked for, what is foreseen to take too much is refused,
+/// and what was foreseen wrongly has a little more.
+void set_memory(CommonOptions& common) {
+  const double all = memory_of_machine();
+  const bool is_asked = common.max_memory_mb > 0;
+  if (!is_asked) common.max_memory_mb = 0.8e-6 * all;
+  const double expected = 1e6 * common.max_memory_mb;
+  hexmesh::limit_memory(expected, is_asked ? expected : 0.95 * all);
+}
+
+/// An error that nobody caught: one in a thread of OpenMP, from where none gets out, or a bug.
+[[noreturn]] void end_uncaught() {
+  if (const std::exception_ptr error = std::current_exception()) try {
+      std::rethrow_exception(error);
+    } catch (const std::bad_alloc&) {
+      say(error_line(running_tool, hexmesh::out_of_memory_message()));
+      hexmesh::remove_temporary_files();
+      std::_Exit(exit_code(ErrorKind::input));
+    } catch (...) {  // told below
+    }
+  say(error_line(running_tool, "this is a bug of ours, please report it: an error that nobody caught"));
+  std::abort();
+}
+
 }  // namespace
 
 std::string error_line(const std::string& tool, const std::string& message) {
@@ -123,10 +148,7 @@ int show_help(const CLI::App& app, const std::string& tool, const CLI::ParseErro
 
 int run_tool(int argc, char** argv, const Tool& tool) {
   running_tool = tool.name;
-  std::set_terminate([] {
-    say(error_line(running_tool, "this is a bug of ours, please report it: an error that nobody caught"));
-    std::abort();
-  });
+  std::set_terminate(end_uncaught);
   hexmesh::remove_temporary_files_on_signals();
   if (!tool.libraries_talk) silence_libraries();
   std::vector<std::string> words = {tool.name};
@@ -151,10 +173,16 @@ int run_tool(int argc, char** argv, const Tool& tool) {
       ->check(CLI::Range(0, 1024))
       ->capture_default_str()
       ->group("Common");
+  app.add_option("--max-memory", common.max_memory_mb,
+                 "Memory to take at most [MB]: longer ways that take less, or a refusal; default: four fifths of the "
+                 "machine's")
+      ->check(positive_number)
+      ->group("Common");
   try {
     const std::function<int()> run = tool.declare(app, common, console);
     app.parse(argc, argv);
     omp_set_num_threads(common.threads > 0 ? common.threads : default_threads());
+    set_memory(common);
     const int code = run();
     flush_standard_output();
     return code;
@@ -169,8 +197,7 @@ int run_tool(int argc, char** argv, const Tool& tool) {
     if (e.kind() == ErrorKind::output) std::_Exit(code);
     return code;
   } catch (const std::bad_alloc&) {
-    return fail(tool.name, exit_code(ErrorKind::input),
-                "out of memory, expected a machine with more or a smaller input");
+    return fail(tool.name, exit_code(ErrorKind::input), hexmesh::out_of_memory_message());
   } catch (const std::filesystem::filesystem_error& e) {
     return fail(
         tool.name, exit_code(ErrorKind::input),
@@ -233,10 +260,6 @@ double peak_memory_mb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) / 1024;
-}
-
-double default_memory_mb() {
-  return 0.8 * (static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6);
 }
 
 }  // namespace hextools

@@ -18,6 +18,7 @@ struct CommonOptions {
   bool force = false;
   std::string progress = "auto";
   int threads = 0;
+  double max_memory_mb = 0;  ///< once a tool runs: as given, or four fifths of what this process can have
 };
 
 /// Talks to the user on standard error; standard output is for results only. What it says may hold names from files:
@@ -69,9 +70,6 @@ extern const CLI::Validator finite_number;
 
 /// Likewise, and positive.
 extern const CLI::Validator positive_number;
-
-/// Memory that a tool may take unless told otherwise: four fifths of the machine's [MB].
-double default_memory_mb();
 
 /// -o/--output; "-" is standard output.
 CLI::Option* add_output(CLI::App& app, std::string& output, const std::string& what);

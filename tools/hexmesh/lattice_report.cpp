@@ -45,7 +45,7 @@ json describe_level(const Lattice& lattice, int number) {
   }
   return {{"level", number},
           {"cells", level.cells.size()},
-          {"nodes", hexmesh::number_nodes(level.cells).nodes.size()},
+          {"nodes", hexmesh::count_nodes(level.cells)},
           {"boundary_cells", boundary},
           {"unique_matrices", level.filled.size()},
           {"joined_cells", joined},

@@ -186,9 +186,6 @@ std::function<int()> declare_conversion(CLI::App& app, const std::shared_ptr<Sca
   add_cleaning(app, *o);
   app.add_option("--intensity", o->intensity, "The scan: any of the image formats, or a folder with a DICOM series");
   app.add_option("--intensity-out", o->intensity_output, "Write its grey values on the labels' grid (NRRD)");
-  app.add_option("--max-memory", o->max_memory_mb,
-                 "Refuse an input whose voxels need more [MB]; default: four fifths of the machine's")
-      ->check(CLI::PositiveNumber);
   app.add_option("-o,--output", o->output, "Labelled NRRD; - is standard output");
   return [o, &common, &console] { return run_conversion(*o, common, console); };
 }

@@ -13,7 +13,6 @@ hexmesh::ReadOptions read_options(const ScanOptions& o, const Console& console) 
   hexmesh::ReadOptions options;
   options.fraction = o.fraction;
   options.series = o.series;
-  options.max_memory = static_cast<std::size_t>(1e6 * (o.max_memory_mb > 0 ? o.max_memory_mb : default_memory_mb()));
   options.warn = warning_on(console);
   return options;
 }

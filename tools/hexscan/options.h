@@ -14,7 +14,7 @@ struct ScanOptions {
   std::vector<std::string> inputs, named_inputs, segments, priority;
   std::string series, roi_markup, intensity, intensity_output, output;
   std::string roi;
-  double fraction = 0.5, spacing = 0, margin = -1, max_memory_mb = 0;
+  double fraction = 0.5, spacing = 0, margin = -1;
   double open = 0, close = 0, specks_ml = 0;
   bool fill_cavities = false, largest_component = false;
 };

@@ -56,10 +56,6 @@ void add_options(CLI::App& app, SolveOptions& o) {
       "reactions are off by at most that part of the largest of them");
   CLI::Option* budget =
       app.add_option("--budget", o.budget, "Solve as many levels, coarse to fine, as this many seconds allow");
-  app.add_option("--max-memory", o.max_memory_mb,
-                 "Take longer rather than more memory than this, or refuse [MB]; default: four fifths of the "
-                 "machine's")
-      ->check(CLI::PositiveNumber);
   level->check([&o](const std::string& text) { return read_levels(text, o); })->excludes(accuracy)->excludes(budget);
   accuracy->check([&o](const std::string& text) { return read_accuracy(text, o); })->excludes(budget);
   budget->check(positive_number);

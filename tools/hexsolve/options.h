@@ -18,7 +18,6 @@ struct SolveOptions {
   std::string levels;             ///< as given
   std::string accuracy;           ///< as given
   std::optional<double> accuracy_mm, accuracy_reactions, budget;
-  double max_memory_mb = 0;
   bool example = false, check = false, plan = false, stream = false;
 };
 

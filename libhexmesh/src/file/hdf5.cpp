@@ -11,6 +11,7 @@
 #include "../core/text.h"
 #include "hdf5_rules.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/core/memory.h"
 #include "refuse.h"
 
 namespace hexmesh::hdf5 {
@@ -31,10 +32,10 @@ std::string name_of(hid_t native) {
 }
 
 /// Texts of fixed length: unlike those of variable length they lie in chunks and headers, which have checksums.
-Handle string_type(std::size_t size) {
+Handle string_type(std::size_t size, H5T_cset_t characters = H5T_CSET_UTF8) {
   Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
   H5Tset_size(type, size);
-  H5Tset_cset(type, H5T_CSET_UTF8);
+  H5Tset_cset(type, characters);
   H5Tset_strpad(type, H5T_STR_NULLPAD);
   return type;
 }
@@ -206,6 +207,10 @@ void Writer::attribute(const std::string& group, const std::string& name, const 
   attribute_raw(group, name, string_type(std::max<std::size_t>(value.size(), 1)), value.c_str(), 1);
 }
 
+void Writer::ascii_attribute(const std::string& group, const std::string& name, const std::string& text) {
+  attribute_raw(group, name, string_type(text.size(), H5T_CSET_ASCII), text.c_str(), 1);
+}
+
 void Writer::close() { check(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0, "file"); }
 
 Reader::Reader(const std::filesystem::path& path, std::string what)
@@ -274,6 +279,10 @@ void Reader::check_storage(const Dataset& set, std::size_t value_size) const {
     fail(fmt::format("claims '{}' of shape ({}) but stores {} bytes for it", set.name, fmt::join(set.shape, ", "),
                      stored));
   kept_well_.insert(set.name);
+}
+
+void Reader::expect_room(const Dataset& set, std::size_t bytes) const {
+  expect_memory(static_cast<double>(bytes), fmt::format("'{}' of {} file '{}'", set.name, what_, path_.string()));
 }
 
 void Reader::read_raw(const Dataset& set, hid_t type, void* data) const {

@@ -101,6 +101,8 @@ public:
     attribute_raw(group, name, native_type<T>(), values.data(), values.size());
   }
   void attribute(const std::string& group, const std::string& name, const std::string& text);
+  /// Text of ASCII characters, told to be no more than that: some readers take nothing else.
+  void ascii_attribute(const std::string& group, const std::string& name, const std::string& text);
 
   /// From here on note what is written, in the order in which it is.
   void begin_checksum();
@@ -147,6 +149,7 @@ public:
   template <class T>
   std::vector<T> read(const std::string& name, const Shape& expected) const {
     const Dataset set = open_numbers(name, expected, native_type<T>(), sizeof(T));
+    expect_room(set, set.count() * sizeof(T));
     std::vector<T> values(set.count());
     read_raw(set, native_type<T>(), values.data());
     return values;
@@ -201,10 +204,13 @@ private:
   Dataset open(const std::string& name, const Shape& expected) const;
   Dataset open_numbers(const std::string& name, const Shape& expected, hid_t type, std::size_t value_size) const;
   void check_storage(const Dataset& set, std::size_t value_size) const;
+  void expect_room(const Dataset& set, std::size_t bytes) const;  ///< see core/memory.h
   template <class T>
   std::vector<T> rows_of(const Dataset& set, hsize_t first, hsize_t count) const {
     if (first + count > set.shape[0]) fail_rows(set.name, first, count, set.shape[0]);
-    std::vector<T> values(set.shape[0] == 0 ? 0 : set.count() / set.shape[0] * count);
+    const std::size_t num_values = set.shape[0] == 0 ? 0 : set.count() / set.shape[0] * count;
+    expect_room(set, num_values * sizeof(T));
+    std::vector<T> values(num_values);
     if (!values.empty()) read_rows_raw(set, native_type<T>(), values.data(), first, count);
     return values;
   }

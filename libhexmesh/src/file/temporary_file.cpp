@@ -258,6 +258,8 @@ bool rename_exclusively(const fs::path& from, const fs::path& to) {
   return false;
 }
 
+void remove_temporary_files() { remove_remembered(); }
+
 void remove_temporary_files_on_signals() {
   struct sigaction action {};
   action.sa_handler = remove_and_exit;

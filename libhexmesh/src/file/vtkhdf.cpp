@@ -11,7 +11,7 @@ void write_vtkhdf(const Result& result, bool deformed, const std::filesystem::pa
   hdf5::Writer file(path);
   const std::array<std::int64_t, 2> version = {1, 0};
   file.attribute<std::int64_t>("/VTKHDF", "Version", version);
-  file.attribute("/VTKHDF", "Type", "UnstructuredGrid");
+  file.ascii_attribute("/VTKHDF", "Type", "UnstructuredGrid");  // ParaView 5.11 refuses UTF-8
   file.attribute("/VTKHDF", "units", "mm, N, MPa, s; patient LPS");
   for (const LatticeSegment& s : result.segments)
     file.attribute("/VTKHDF", fmt::format("segment {}", s.segment.label), s.segment.name);

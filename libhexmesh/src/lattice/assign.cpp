@@ -27,18 +27,22 @@ struct NamedRule {
 
 bool is_complete(const MaterialChoice& choice) { return choice.young_kpa && choice.poisson && choice.density_kg_m3; }
 
-/// Which values come from the tissue, and from where the tissue has them.
+/// Where each value comes from; a tissue is named where it gives the stiffness.
 std::string source_of(const MaterialChoice& choice, const Tissue* tissue) {
-  std::vector<std::string> sources;
+  std::vector<std::string> given, sources;
+  for (const auto& [name, value] : {std::pair("young_kpa", choice.young_kpa), std::pair("poisson", choice.poisson),
+                                    std::pair("density_kg_m3", choice.density_kg_m3)})
+    if (value) given.emplace_back(name);
+  if (!given.empty()) sources.push_back(fmt::format("{}: given", fmt::join(given, " and ")));
   if (!choice.young_kpa || !choice.poisson)
-    sources.push_back(fmt::format("{}: {}",
+    sources.push_back(fmt::format("{} of tissue '{}': {}",
                                   choice.young_kpa ? "poisson"
                                   : choice.poisson ? "young_kpa"
                                                    : "young_kpa and poisson",
-                                  tissue->source));
+                                  tissue->name, tissue->source));
   if (!choice.density_kg_m3)
     sources.push_back(fmt::format("density_kg_m3: {}", tissue ? density_source : "that of water"));
-  return fmt::format("{}{}", tissue ? fmt::format("tissue '{}', ", tissue->name) : "", fmt::join(sources, "; "));
+  return fmt::format("{}", fmt::join(sources, "; "));
 }
 
 NamedRule make_rule(const std::string& segment, const MaterialChoice& choice) {

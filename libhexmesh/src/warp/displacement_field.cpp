@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "hexmesh/core/memory.h"
 #include "solid.h"
 
 namespace hexmesh {
@@ -148,6 +149,7 @@ private:
 };
 
 DisplacementField unknown_on(const Grid& grid) {
+  expect_memory(static_cast<double>(grid.num_voxels() * sizeof(Eigen::Vector3f)), "a displacement field on the grid");
   return {grid, std::vector<Eigen::Vector3f>(grid.num_voxels(),
                                              Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()))};
 }

@@ -92,4 +92,7 @@ void write_standard_output(std::string_view bytes);
 /// large become errors of writing. Called once by every tool.
 void remove_temporary_files_on_signals();
 
+/// At once, before a process ends that cannot unwind.
+void remove_temporary_files();
+
 }  // namespace hexmesh

@@ -50,4 +50,7 @@ struct NodeNumbering {
 
 NodeNumbering number_nodes(std::span<const Index3> cells);
 
+/// How many nodes the cells have, without numbering them. @pre sorted, i fastest
+std::size_t count_nodes(std::span<const Index3> cells);
+
 }  // namespace hexmesh

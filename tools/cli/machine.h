@@ -11,4 +11,10 @@ int default_threads();
 /// @param proc, sys  the folders /proc and /sys
 double processors_of_control_group(const char* proc = "/proc", const char* sys = "/sys");
 
+/// Memory that they allow [bytes]; 0 = no limit, or a number that no machine has.
+double memory_of_control_group(const char* proc = "/proc", const char* sys = "/sys");
+
+/// What this process can have: the machine's memory, or what control groups leave of it [bytes].
+double memory_of_machine();
+
 }  // namespace hextools

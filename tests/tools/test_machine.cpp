@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "cli/threads.h"
+#include "cli/machine.h"
 
-namespace test_threads {
+namespace test_machine {
 
 using namespace hextools;
 namespace fs = std::filesystem;
@@ -29,6 +29,8 @@ protected:
   double processors() const {
     return processors_of_control_group((folder_ / "proc").c_str(), (folder_ / "sys").c_str());
   }
+
+  double memory() const { return memory_of_control_group((folder_ / "proc").c_str(), (folder_ / "sys").c_str()); }
 
 private:
   fs::path folder_;
@@ -65,11 +67,27 @@ TEST_F(ControlGroups, OfVersionOneToo) {
   EXPECT_EQ(processors(), 3);
 }
 
+TEST_F(ControlGroups, MemoryOfBothVersions) {
+  write("proc/self/cgroup", "5:memory:/mine\n4:cpu,cpuacct:/mine\n");
+  EXPECT_EQ(memory(), 0);
+  write("sys/fs/cgroup/memory/mine/memory.limit_in_bytes", "9223372036854771712\n");
+  EXPECT_GT(memory(), 1e18) << "a number for none";
+  write("sys/fs/cgroup/memory/memory.limit_in_bytes", "2000000000\n");
+  EXPECT_EQ(memory(), 2e9);
+  write("proc/self/cgroup", "0::/jobs/mine\n");
+  write("sys/fs/cgroup/jobs/mine/memory.max", "max\n");
+  EXPECT_EQ(memory(), 0);
+  write("sys/fs/cgroup/jobs/memory.max", "500000000\n");
+  EXPECT_EQ(memory(), 5e8);
+}
+
 TEST_F(ControlGroups, GarbledFilesAreNoLimit) {
   write("proc/self/cgroup", "0::/a\nx\n:\n");
   for (const char* text : {"", "x y", "100000", "-5 100000", "100000 0", "nan 100000"}) {
     write("sys/fs/cgroup/a/cpu.max", text);
     EXPECT_EQ(processors(), 0) << text;
+    write("sys/fs/cgroup/a/memory.max", std::string("-") + text);
+    EXPECT_EQ(memory(), 0) << text;
   }
 }
 
@@ -84,4 +102,4 @@ TEST(DefaultThreads, AreAsManyAsTheEnvironmentSays) {
   omp_set_num_threads(before);
 }
 
-}  // namespace test_threads
+}  // namespace test_machine

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/threads.h"
+#include "cli/machine.h"
 
 #include <omp.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -22,8 +23,11 @@ namespace {
   setenv("GOMP_SPINCOUNT", "1000", 0);
 }
 
-/// Quota over period; 0 = no limit.
-double limit_in(const std::filesystem::path& group) {
+/// Of one group; 0 = no limit.
+using LimitIn = double (*)(const std::filesystem::path& group);
+
+/// Quota over period.
+double processors_in(const std::filesystem::path& group) {
   std::string quota;
   double period = 0;
   if (std::ifstream both(group / "cpu.max"); both >> quota >> period)  // version 2: "max 100000" or "50000 100000"
@@ -33,9 +37,15 @@ double limit_in(const std::filesystem::path& group) {
   return first >> of_quota && second >> period && of_quota > 0 && period > 0 ? of_quota / period : 0;
 }
 
-}  // namespace
+double memory_in(const std::filesystem::path& group) {
+  double bytes = 0;
+  if (std::ifstream file(group / "memory.max"); file >> bytes) return std::max(0.0, bytes);  // version 2: not "max"
+  std::ifstream file(group / "memory.limit_in_bytes");  // version 1: huge for no limit
+  return file >> bytes ? std::max(0.0, bytes) : 0;
+}
 
-double processors_of_control_group(const char* proc, const char* sys) {
+/// The limits of all groups around count. In a container the path may not be there, but the root is the group.
+double tightest_limit(const char* proc, const char* sys, const std::string& controller, LimitIn limit_in) {
   namespace fs = std::filesystem;
   double least = 0;
   std::ifstream groups(fs::path(proc) / "self/cgroup");
@@ -46,9 +56,8 @@ double processors_of_control_group(const char* proc, const char* sys) {
     std::getline(fields, controllers, ':');
     std::getline(fields, path);
     const bool is_unified = controllers.empty();
-    if (!is_unified && ("," + controllers + ",").find(",cpu,") == std::string::npos) continue;
+    if (!is_unified && ("," + controllers + ",").find("," + controller + ",") == std::string::npos) continue;
     const fs::path root = fs::path(sys) / "fs/cgroup" / (is_unified ? "" : controllers);
-    // The limits of all groups around count. In a container the path may not be there, but the root is the group.
     for (fs::path group = fs::path(path).relative_path();; group = group.parent_path()) {
       const double limit = limit_in(root / group);
       if (limit > 0 && (least == 0 || limit < least)) least = limit;
@@ -56,6 +65,22 @@ double processors_of_control_group(const char* proc, const char* sys) {
     }
   }
   return least;
+}
+
+}  // namespace
+
+double processors_of_control_group(const char* proc, const char* sys) {
+  return tightest_limit(proc, sys, "cpu", processors_in);
+}
+
+double memory_of_control_group(const char* proc, const char* sys) {
+  return tightest_limit(proc, sys, "memory", memory_in);
+}
+
+double memory_of_machine() {
+  const double all = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  const double allowed = memory_of_control_group();
+  return allowed > 0 ? std::min(all, allowed) : all;
 }
 
 int default_threads() {

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// A limit is the whole process's: each of these runs in one of its own.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+#include <vector>
+
+#include "hexmesh/core/error.h"
+#include "hexmesh/core/memory.h"
+#include "hexmesh/lattice/lattice.h"
+#include "support/bodies.h"
+
+#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
+
+namespace test_memory {
+
+using namespace hexmesh;
+using namespace testing_support;
+
+constexpr double much = 1e12;
+
+/// What asks for too much ends with 0, anything else otherwise.
+template <class F>
+[[noreturn]] void exit_by(F&& ask) {
+  try {
+    ask();
+  } catch (const std::bad_alloc&) {
+    std::_Exit(0);
+  } catch (const Error& e) {
+    std::fputs(e.what(), stderr);
+    std::_Exit(3);
+  }
+  std::_Exit(1);
+}
+
+class Memory : public testing::Test {
+protected:
+  void SetUp() override { GTEST_FLAG_SET(death_test_style, "threadsafe"); }
+};
+
+TEST_F(Memory, HasNoLimitUnlessItIsSet) {
+  EXPECT_GT(memory_left(), much);
+  EXPECT_NO_THROW(expect_memory(much, "it"));
+}
+
+TEST_F(Memory, BeyondTheWallThereIsNone) {
+  const auto ask = [](double wall, std::size_t bytes) {
+    exit_by([=] {
+      limit_memory(wall, wall);
+      const std::vector<char> asked(bytes, 'a');
+      std::_Exit(asked[bytes / 2] == 'a' ? 2 : 1);
+    });
+  };
+  EXPECT_EXIT(ask(2e8, 300'000'000), testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(ask(4e8, 300'000'000), testing::ExitedWithCode(2), "");
+}
+
+TEST_F(Memory, WhatIsForeseenIsRefusedBeforeItIsTaken) {
+  const auto foresee = [](double bytes) {
+    exit_by([=] {
+      limit_memory(2e8, much);
+      expect_memory(bytes, "the lattice");
+    });
+  };
+  EXPECT_EXIT(foresee(3e8), testing::ExitedWithCode(3),
+              "the lattice takes about 300 MB, expected at most 1[0-9]+ MB, what is left of 200 MB \\(--max-memory\\)");
+  EXPECT_EXIT(foresee(5e7), testing::ExitedWithCode(1), "");
+  const auto build = [](std::int32_t size) {
+    exit_by([=] {
+      limit_memory(1.5e8, much);
+      one_material(
+          {size, size, size}, {1, 1, 1}, [](const Index3&) { return true; }, 3, 0.3);
+    });
+  };
+  EXPECT_EXIT(build(160), testing::ExitedWithCode(3), "a lattice of 4096000 voxels takes about 176 MB");
+  EXPECT_EXIT(build(40), testing::ExitedWithCode(1), "");
+}
+
+}  // namespace test_memory
+
+#endif
