@@ -64,7 +64,7 @@ TEST_F(Memory, WhatIsForeseenIsRefusedBeforeItIsTaken) {
     });
   };
   EXPECT_EXIT(foresee(3e8), testing::ExitedWithCode(3),
-              "the lattice takes about 300 MB, expected at most 1[0-9]+ MB, what is left of 200 MB \\(--max-memory\\)");
+              "the lattice takes about 300 MB, expected at most 200 MB, what is left of 200 MB \\(--max-memory\\)");
   EXPECT_EXIT(foresee(5e7), testing::ExitedWithCode(1), "");
   const auto build = [](std::int32_t size) {
     exit_by([=] {

@@ -174,8 +174,8 @@ int run_tool(int argc, char** argv, const Tool& tool) {
       ->capture_default_str()
       ->group("Common");
   app.add_option("--max-memory", common.max_memory_mb,
-                 "Memory to take at most [MB]: longer ways that take less, or a refusal; default: four fifths of the "
-                 "machine's")
+                 "Memory to take at most beside the program itself [MB]: a longer way that takes less, or a refusal; "
+                 "default: four fifths of the machine's")
       ->check(positive_number)
       ->group("Common");
   try {

@@ -6,8 +6,9 @@
 
 namespace hexmesh {
 
-/// From here on what is foreseen to hold more than `expected` bytes in all is refused, and what asks for more than
-/// `wall`, as the operating system counts it, gets std::bad_alloc. Called once, where only one thread runs.
+/// From here on what is foreseen to take more than `expected` bytes beside what the process already has is refused, and
+/// what asks for more than `wall`, as the operating system counts it, gets std::bad_alloc. Called once, where only one
+/// thread runs.
 void limit_memory(double expected, double wall);
 
 /// What it may still ask for now [bytes]; infinite where nothing was limited.
