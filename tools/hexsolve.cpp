@@ -103,6 +103,13 @@ int judge(const SolveReport& report, const std::string& output, const Console& c
     return exit_not_converged;
   }
   if (report.converged) return 0;
+  if (report.interrupted) {
+    console.error(report.reason + (output.empty() ? ""
+                                                  : fmt::format("; '{}' holds the motion so far, marked so: "
+                                                                "dynamics.start goes on from it",
+                                                                output)));
+    return exit_not_converged;
+  }
   console.error(fmt::format("not converged: {}{}", report.reason, output.empty() ? "" : what_is_kept(report, output)));
   return exit_not_converged;
 }
@@ -137,9 +144,11 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
 
   std::optional<hexmesh::ResultWriter> writer;
   if (output && scene.dynamics) writer.emplace(output->path());
-  auto [result, report] = scene.dynamics
-                              ? solve_motion(lattice, scene, level, writer ? &*writer : nullptr, o.stream, console)
-                              : hexsolver::solve_equilibrium(lattice, scene, level, progress_on(console));
+  std::optional<Interruption> interruption;
+  if (scene.dynamics) interruption.emplace();  // of a motion what there is can be gone on from
+  auto [result, report] = scene.dynamics ? solve_motion(lattice, scene, level, writer ? &*writer : nullptr, o.stream,
+                                                        *interruption, console)
+                                         : hexsolver::solve_equilibrium(lattice, scene, level, progress_on(console));
 
   json summary = to_json(report, scene);
   result.history = lattice.history;
@@ -162,7 +171,8 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   files.commit();
   for (const std::string& w : report.warnings) console.warning(w);
   summarize(report, console);
-  return judge(report, o.output, console);
+  const int code = judge(report, o.output, console);
+  return report.interrupted ? 128 + interruption->signal() : code;
 }
 
 }  // namespace

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // A limit is the whole process's: each of these runs in one of its own.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cstdlib>
 #include <new>
+#include <stdexcept>
+#include <system_error>
 #include <vector>
 
 #include "hexmesh/core/error.h"
@@ -45,15 +48,37 @@ TEST_F(Memory, HasNoLimitUnlessItIsSet) {
 }
 
 TEST_F(Memory, BeyondTheWallThereIsNone) {
-  const auto ask = [](double wall, std::size_t bytes) {
+  const auto ask = [](double limit, std::size_t bytes) {
     exit_by([=] {
-      limit_memory(wall, wall);
+      limit_memory(limit);
       const std::vector<char> asked(bytes, 'a');
       std::_Exit(asked[bytes / 2] == 'a' ? 2 : 1);
     });
   };
-  EXPECT_EXIT(ask(2e8, 300'000'000), testing::ExitedWithCode(0), "");
-  EXPECT_EXIT(ask(4e8, 300'000'000), testing::ExitedWithCode(2), "");
+  EXPECT_EXIT(ask(2e8, 700'000'000), testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(ask(8e8, 700'000'000), testing::ExitedWithCode(2), "");
+}
+
+TEST_F(Memory, LimitsOfTheProcessStay) {
+  const auto data_limit_after = [](double bytes) {
+    rlimit of_data{};
+    getrlimit(RLIMIT_DATA, &of_data);
+    of_data.rlim_cur = 3'000'000'000;
+    setrlimit(RLIMIT_DATA, &of_data);
+    limit_memory(bytes);
+    getrlimit(RLIMIT_DATA, &of_data);
+    std::_Exit(of_data.rlim_cur == 3'000'000'000 ? 0 : 4);
+  };
+  EXPECT_EXIT(data_limit_after(1e10), testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(data_limit_after(1e300), testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(data_limit_after(1e8), testing::ExitedWithCode(4), "");
+}
+
+TEST_F(Memory, OfThreadsToo) {
+  EXPECT_TRUE(is_out_of_memory(std::bad_alloc()));
+  EXPECT_TRUE(is_out_of_memory(std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again))));
+  EXPECT_FALSE(is_out_of_memory(std::system_error(std::make_error_code(std::errc::permission_denied))));
+  EXPECT_FALSE(is_out_of_memory(std::runtime_error("the lattice is empty")));
 }
 
 TEST_F(Memory, WhatIsForeseenIsRefusedBeforeItIsTaken) {

@@ -271,6 +271,26 @@ TEST_F(Tools, TheNumberOfThreadsChangesNoDigit) {
   }
 }
 
+TEST_F(Tools, AnInterruptedMotionIsKeptAsFarAsItCame) {
+  write_text(*folder / "long.toml", sway_scene);
+  const CommandResult r = run(
+      "hexsolve liver.hexmesh long.toml --level 3 --set dynamics.duration_s=4000 --progress always -o cut.hexresult "
+      "--report cut.json 2>log.txt & pid=$!; for n in $(seq 600); do grep -q kinetic log.txt && break; sleep 0.05; "
+      "done; kill -TERM $pid; wait $pid; echo $?; tail -n 1 log.txt");
+  EXPECT_EQ(r.output.substr(0, r.output.find('\n')), "143") << r.output;
+  EXPECT_NE(r.output.find("hexsolve: error: interrupted at "), std::string::npos) << r.output;
+  const json report = json::parse(read_text(*folder / "cut.json"));
+  EXPECT_FALSE(report["converged"]);
+  const int steps = report["motion"]["steps"];
+  const hexmesh::Result cut = hexmesh::read_result(*folder / "cut.hexresult");
+  ASSERT_GT(steps, 0);
+  EXPECT_NEAR(cut.times.back(), 0.02 * steps, 1e-9);
+  EXPECT_EQ(report["motion"]["rows"].size(), cut.times.size());
+  const CommandResult on =
+      run("hexsolve liver.hexmesh long.toml --level 3 --set dynamics.start=cut.hexresult -o on.hexresult");
+  EXPECT_EQ(on.exit_code, 0) << on.errors;
+}
+
 TEST_F(Tools, AMotionIsKeptStreamedAndGoesOnFromAResult) {
   write_text(*folder / "sway.toml", sway_scene);
   const CommandResult r =

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <regex>
 
@@ -110,6 +111,7 @@ TEST_F(Tools, AZoneOfInterestCleaningAndTheScanGoTogether) {
 }
 
 TEST_F(Tools, NoToolTakesMoreMemoryThanItMay) {
+  const auto before = listing();
   const std::string limited = "hexscan phantom box --spacing 0.25 -o large.nrrd --max-memory ";
   expect_failure(limited + "20", 3, {"--max-memory", "20 MB"});
   ASSERT_EQ(run("hexscan phantom box --spacing 0.5 -o large.nrrd").exit_code, 0);
@@ -122,6 +124,20 @@ TEST_F(Tools, NoToolTakesMoreMemoryThanItMay) {
   const CommandResult again = run(build + fmt::format(" --force --max-memory {}", 1.5 * peak));
   EXPECT_EQ(again.exit_code, 0) << again.errors;
   EXPECT_LT(json::parse(again.output)["peak_memory_mb"], 1.5 * peak);
+  // Threads' stacks, and threads of libraries, where nearly nothing is left.
+  ASSERT_EQ(run("hexsolve -q liver.hexmesh liver.toml --level 1 -o small.hexresult").exit_code, 0);
+  for (const char* command :
+       {"hexsolve liver.hexmesh liver.toml --level 1 -o many.hexresult", "hexexport small.hexresult --html many.html",
+        "hexexport small.hexresult --transform many.h5", "hexslice volume small.hexresult -o many.png"})
+    for (const int megabytes : {1, 20}) {
+      const CommandResult r = run(fmt::format("{} --threads 16 --max-memory {}", command, megabytes));
+      EXPECT_TRUE(r.exit_code == 0 || (r.exit_code == 3 && std::count(r.errors.begin(), r.errors.end(), '\n') == 1))
+          << r.exit_code << ", " << command << "\n"
+          << r.errors;
+      run("rm -f many.*");
+    }
+  run("rm small.hexresult large.*");
+  EXPECT_EQ(listing(), before);
 }
 
 TEST_F(Tools, SurfacesAndLinesBecomeOneLabelledVolume) {

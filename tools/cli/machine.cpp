@@ -2,6 +2,7 @@
 #include "cli/machine.h"
 
 #include <omp.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -78,9 +79,11 @@ double memory_of_control_group(const char* proc, const char* sys) {
 }
 
 double memory_of_machine() {
-  const double all = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-  const double allowed = memory_of_control_group();
-  return allowed > 0 ? std::min(all, allowed) : all;
+  double most = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  if (const double allowed = memory_of_control_group(); allowed > 0) most = std::min(most, allowed);
+  for (const auto resource : {RLIMIT_DATA, RLIMIT_AS})  // as ulimit sets them
+    if (rlimit of{}; getrlimit(resource, &of) == 0) most = std::min(most, static_cast<double>(of.rlim_cur));
+  return most;
 }
 
 int default_threads() {

@@ -14,7 +14,7 @@ double processors_of_control_group(const char* proc = "/proc", const char* sys =
 /// Memory that they allow [bytes]; 0 = no limit, or a number that no machine has.
 double memory_of_control_group(const char* proc = "/proc", const char* sys = "/sys");
 
-/// What this process can have: the machine's memory, or what control groups leave of it [bytes].
+/// What this process can have: the machine's memory, or what control groups and ulimit leave of it [bytes].
 double memory_of_machine();
 
 }  // namespace hextools

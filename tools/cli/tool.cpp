@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <exception>
@@ -80,24 +81,37 @@ int fail(const std::string& tool, int code, const std::string& message) {
   return code;
 }
 
-/// Of what was asked for not more is taken. Where nothing was asked for, what is foreseen to take too much is refused,
-/// and what was foreseen wrongly has a little more.
+/// Where nothing was asked for, what was foreseen wrongly may take nearly all there is.
 void set_memory(CommonOptions& common) {
   const double all = memory_of_machine();
   const bool is_asked = common.max_memory_mb > 0;
   if (!is_asked) common.max_memory_mb = 0.8e-6 * all;
-  const double expected = 1e6 * common.max_memory_mb;
-  hexmesh::limit_memory(expected, is_asked ? expected : 0.95 * all);
+  hexmesh::limit_memory(1e6 * common.max_memory_mb, is_asked ? 0 : 0.95 * all);
+}
+
+std::string out_of_memory_line;       ///< there may be no memory to make it
+std::atomic_flag is_ending;           ///< by end_at_once()
+std::atomic<bool> ends_well = false;  ///< run_tool() has said what there is to say
+
+/// From any thread, where nothing can unwind; the first that comes ends the run.
+[[noreturn]] void end_at_once() {
+  while (is_ending.test_and_set()) pause();
+  say(out_of_memory_line);
+  hexmesh::remove_temporary_files();
+  std::_Exit(exit_code(ErrorKind::input));
+}
+
+/// OpenMP's runtime ends a process that it has no thread for.
+void end_by_library() {
+  if (!ends_well) end_at_once();
 }
 
 /// An error that nobody caught: one in a thread of OpenMP, from where none gets out, or a bug.
 [[noreturn]] void end_uncaught() {
   if (const std::exception_ptr error = std::current_exception()) try {
       std::rethrow_exception(error);
-    } catch (const std::bad_alloc&) {
-      say(error_line(running_tool, hexmesh::out_of_memory_message()));
-      hexmesh::remove_temporary_files();
-      std::_Exit(exit_code(ErrorKind::input));
+    } catch (const std::exception& e) {
+      if (hexmesh::is_out_of_memory(e)) end_at_once();
     } catch (...) {  // told below
     }
   say(error_line(running_tool, "this is a bug of ours, please report it: an error that nobody caught"));
@@ -146,11 +160,13 @@ int show_help(const CLI::App& app, const std::string& tool, const CLI::ParseErro
 
 }  // namespace
 
-int run_tool(int argc, char** argv, const Tool& tool) {
+namespace {
+
+int run_to_exit_code(int argc, char** argv, const Tool& tool) {
   running_tool = tool.name;
   std::set_terminate(end_uncaught);
   hexmesh::remove_temporary_files_on_signals();
-  if (!tool.libraries_talk) silence_libraries();
+  if (!tool.is_one_of_many) silence_libraries();
   std::vector<std::string> words = {tool.name};
   for (int n = 1; n < argc; ++n) words.push_back(quoted(argv[n]));
   quoted_command_line = fmt::format("{}", fmt::join(words, " "));
@@ -173,16 +189,23 @@ int run_tool(int argc, char** argv, const Tool& tool) {
       ->check(CLI::Range(0, 1024))
       ->capture_default_str()
       ->group("Common");
-  app.add_option("--max-memory", common.max_memory_mb,
-                 "Memory to take at most beside the program itself [MB]: a longer way that takes less, or a refusal; "
-                 "default: four fifths of the machine's")
-      ->check(positive_number)
-      ->group("Common");
+  if (!tool.is_one_of_many)
+    app.add_option(
+           "--max-memory", common.max_memory_mb,
+           "Refuse what is foreseen to take more memory than this beside the program itself [MB], and end the run "
+           "where it takes a quarter and 64 MB more; hexsolve takes longer first; default: four fifths of the "
+           "machine's")
+        ->check(positive_number)
+        ->group("Common");
   try {
     const std::function<int()> run = tool.declare(app, common, console);
     app.parse(argc, argv);
     omp_set_num_threads(common.threads > 0 ? common.threads : default_threads());
-    set_memory(common);
+    if (!tool.is_one_of_many) {
+      set_memory(common);
+      out_of_memory_line = error_line(tool.name, hexmesh::out_of_memory_message());
+      std::atexit(end_by_library);
+    }
     const int code = run();
     flush_standard_output();
     return code;
@@ -196,15 +219,23 @@ int run_tool(int argc, char** argv, const Tool& tool) {
     // A library that could not write a file tries once more at exit, and may not survive it.
     if (e.kind() == ErrorKind::output) std::_Exit(code);
     return code;
-  } catch (const std::bad_alloc&) {
-    return fail(tool.name, exit_code(ErrorKind::input), hexmesh::out_of_memory_message());
   } catch (const std::filesystem::filesystem_error& e) {
     return fail(
         tool.name, exit_code(ErrorKind::input),
         fmt::format("'{}' cannot be read: {}, expected a file or folder", e.path1().string(), e.code().message()));
   } catch (const std::exception& e) {
+    if (hexmesh::is_out_of_memory(e))
+      return fail(tool.name, exit_code(ErrorKind::input), hexmesh::out_of_memory_message());
     return fail(tool.name, exit_bug, fmt::format("this is a bug of ours, please report it: {}", e.what()));
   }
+}
+
+}  // namespace
+
+int run_tool(int argc, char** argv, const Tool& tool) {
+  const int code = run_to_exit_code(argc, argv, tool);
+  ends_well = true;
+  return code;
 }
 
 std::function<Declare> declare_subcommands(std::vector<Subcommand> subcommands) {

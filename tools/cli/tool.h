@@ -50,7 +50,8 @@ struct Tool {
   std::string description;
   std::string example;  ///< one command that runs as it stands in the README's demo folder
   std::function<Declare> declare;
-  bool libraries_talk = false;  ///< on standard error
+  /// Processes of one run: what their libraries say stands, and none has a limit of memory of its own.
+  bool is_one_of_many = false;
 };
 
 /// The only main and the only catch: parses, runs, maps errors to one line and the published exit codes.

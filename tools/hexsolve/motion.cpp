@@ -11,7 +11,8 @@
 namespace hextools {
 
 hexsolver::Outcome solve_motion(const hexmesh::Lattice& lattice, const hexsolver::Scene& scene, int level,
-                                hexmesh::ResultWriter* writer, bool streams, const Console& console) {
+                                hexmesh::ResultWriter* writer, bool streams, const Interruption& interruption,
+                                const Console& console) {
   std::optional<SurfaceStream> stream;
   // A reader that leaves ends the stream; where there is a file to write, not the motion.
   const auto to_stream = [&](double time, auto&& write) {
@@ -34,7 +35,8 @@ hexsolver::Outcome solve_motion(const hexmesh::Lattice& lattice, const hexsolver
       console.progress(fmt::format("{:.4g} of {:.4g} s, kinetic energy {:.3g} N mm", motion.time(),
                                    scene.dynamics->duration, motion.energies().kinetic));
   };
-  return hexsolver::solve_dynamics(lattice, scene, level, on_output, on_step);
+  return hexsolver::solve_dynamics(lattice, scene, level, on_output, on_step,
+                                   [&] { return interruption.signal() == 0; });
 }
 
 }  // namespace hextools

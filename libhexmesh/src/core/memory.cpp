@@ -2,25 +2,30 @@
 #include "hexmesh/core/memory.h"
 
 #include <fmt/format.h>
-#include <omp.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <fstream>
 #include <limits>
+#include <new>
+#include <string_view>
+#include <system_error>
 
 #include "hexmesh/core/error.h"
 
 namespace hexmesh {
 namespace {
 
-/// The smallest limits leave so much [bytes]: buffers of files and heaps of threads, which nothing foresees, and room to
-/// say what is lacking.
-constexpr double least_room = 64e6;
+/// Beside the limit: buffers of files and heaps of threads, which nothing foresees, and room to say what is lacking.
+constexpr double room_beside = 64e6, part_beside = 0.25;
+/// ITK, VTK and TBB have threads of their own.
+constexpr double stacks_of_libraries = 3, bytes_of_stack = 8e6;
 
 double limit = std::numeric_limits<double>::infinity();       ///< as it was given [bytes]
 double data_limit = std::numeric_limits<double>::infinity();  ///< of data_now() [bytes]
+std::string message = "out of memory, expected a machine with more or a smaller input";
 
 /// Addresses that may be written to, touched or not: what RLIMIT_DATA counts; 0 = not told here [bytes].
 double data_now() {
@@ -32,16 +37,23 @@ double data_now() {
 
 }  // namespace
 
-void limit_memory(double expected, double wall) {
-#pragma omp parallel  // the threads begin here: their stacks count as data, and are hardly touched
-  {}
+void limit_memory(double bytes, double wall) {
+  std::atomic<int> threads = 0;
+#pragma omp parallel  // they begin here: their stacks count as data, and are hardly touched
+  ++threads;
   const double at_start = data_now();
   if (at_start == 0) return;
-  limit = expected;
-  data_limit = at_start + std::max(least_room, expected);
+  limit = bytes;
+  message = fmt::format(
+      "out of memory, expected a run that takes at most {:.4g} MB (--max-memory): a smaller input, or "
+      "more memory",
+      limit / 1e6);
+  data_limit = at_start + std::max(room_beside, bytes);
+  if (wall == 0) wall = (1 + part_beside) * bytes;
+  const double most = at_start + wall + room_beside + stacks_of_libraries * bytes_of_stack * threads;
   rlimit of_data{};
-  if (getrlimit(RLIMIT_DATA, &of_data) != 0) return;
-  of_data.rlim_cur = std::min(static_cast<rlim_t>(at_start + std::max(least_room, wall)), of_data.rlim_max);
+  if (getrlimit(RLIMIT_DATA, &of_data) != 0 || !(most < static_cast<double>(of_data.rlim_cur))) return;
+  of_data.rlim_cur = static_cast<rlim_t>(most);
   setrlimit(RLIMIT_DATA, &of_data);
 }
 
@@ -56,11 +68,15 @@ void expect_memory(double bytes, const std::string& what) {
                                               what, bytes / 1e6, left / 1e6, limit / 1e6));
 }
 
-std::string out_of_memory_message() {
-  return fmt::format(
-      "out of memory, expected a run that takes at most {:.4g} MB (--max-memory): a smaller input, or a "
-      "larger limit",
-      limit / 1e6);
+const std::string& out_of_memory_message() { return message; }
+
+bool is_out_of_memory(const std::exception& e) {
+  if (dynamic_cast<const std::bad_alloc*>(&e)) return true;
+  if (const auto* error = dynamic_cast<const std::system_error*>(&e))
+    return error->code() == std::errc::resource_unavailable_try_again || error->code() == std::errc::not_enough_memory;
+  const std::string_view what = e.what();
+  const auto says = [&](const char* words) { return what.find(words) != std::string_view::npos; };
+  return says("Failed to allocate memory") || says("pthread_create") || says("Unable to create a thread");
 }
 
 }  // namespace hexmesh

@@ -94,6 +94,8 @@ Cleaning for_each_segment(LabelVolume& volume, const Index3& margin, Step&& step
     for_each_voxel(region, volume.grid, [&](std::size_t n, std::size_t v) { mask[n] = volume.labels[v] == label; });
     try {
       step(region);
+    } catch (const itk::MemoryAllocationError&) {
+      throw std::bad_alloc();
     } catch (const itk::ExceptionObject& e) {
       throw Error(ErrorKind::usage, fmt::format("segment '{}' cannot be cleaned: {}, expected a smaller radius",
                                                 volume.segments[s].name, e.GetDescription()));

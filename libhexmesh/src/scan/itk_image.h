@@ -64,6 +64,8 @@ void write_itk_image(Image& image, const std::filesystem::path& path) {
     if (reader->GetOutput()->GetBufferedRegion() != image.GetBufferedRegion() ||
         std::memcmp(written, image.GetBufferPointer(), bytes) != 0)
       throw Error(ErrorKind::output, fmt::format("cannot write '{}', expected room for it", name));
+  } catch (const itk::MemoryAllocationError&) {
+    throw std::bad_alloc();
   } catch (const itk::ExceptionObject& e) {
     throw Error(ErrorKind::output, fmt::format("cannot write '{}': {}", name, e.GetDescription()));
   }

@@ -131,6 +131,8 @@ StoredVolume read_by(itk::ImageIOBase& io, const std::string& format, const std:
       if (itk::ExposeMetaData(io.GetMetaDataDictionary(), key, value)) out.keys[key] = value;
     }
     return out;
+  } catch (const itk::MemoryAllocationError&) {
+    throw std::bad_alloc();
   } catch (const itk::ExceptionObject& e) {
     throw Error(ErrorKind::input, fmt::format("cannot read '{}': {}, expected a whole, valid file", path.string(),
                                               innermost_reason(e.GetDescription())));

@@ -36,6 +36,8 @@ void write_transform(const DisplacementField& field, const std::filesystem::path
     writer->SetUseCompression(true);
     writer->SetInput(transform);
     writer->Update();
+  } catch (const itk::MemoryAllocationError&) {
+    throw std::bad_alloc();
   } catch (const itk::ExceptionObject& e) {
     throw Error(ErrorKind::output, fmt::format("cannot write '{}': {}", path.string(), e.GetDescription()));
   }

@@ -98,7 +98,7 @@ void report_motion(const Motion& motion, const Dynamics& settings, const std::st
   MotionReport& of_motion = *report.motion;
 
   const Motion::Counts& counts = motion.counts();
-  of_motion.steps = counts.steps - !report.converged;
+  of_motion.steps = counts.steps - (!report.converged && !report.interrupted);
   of_motion.substeps = counts.substeps;
   of_motion.failed_substeps = counts.failed;
   of_motion.largest_gain = counts.largest_gain;
@@ -115,6 +115,8 @@ void report_motion(const Motion& motion, const Dynamics& settings, const std::st
         "at {:.6g} s the ball of contact '{}' is inside the body: it went through the surface; a larger "
         "stiffness_n_mm holds it off",
         motion.time(), *ball);
+  else if (report.interrupted)
+    report.reason = fmt::format("interrupted at {:.6g} of {:.6g} s", motion.time(), settings.duration);
   else if (!report.converged)
     report.reason = fmt::format("stopped at {:.6g} s: {}", motion.time(), motion.reason());
   else if (settings.newton_iterations == 0)
@@ -138,7 +140,7 @@ void report_motion(const Motion& motion, const Dynamics& settings, const std::st
 
 Outcome solve_dynamics(const Lattice& whole, const Scene& scene, int level,
                        const std::function<void(const Motion&)>& on_output,
-                       const std::function<void(const Motion&)>& on_step) {
+                       const std::function<void(const Motion&)>& on_step, const std::function<bool()>& goes_on) {
   SolveReport report;
   report.warnings = check_single_points(scene);
   check_contrast(whole);
@@ -165,7 +167,8 @@ Outcome solve_dynamics(const Lattice& whole, const Scene& scene, int level,
   report.converged = true;
   const std::string* ball = nullptr;
   for (int n = 1; n <= steps && report.converged; ++n) {
-    report.converged = motion.step();
+    report.interrupted = goes_on && !goes_on();
+    report.converged = !report.interrupted && motion.step();
     if (report.converged && on_step) on_step(motion);
     const bool is_output = n % settings.output_every == 0 || n == steps || !report.converged;
     if (is_output && motion.time() > of_motion.rows.back().time) output();

@@ -2,24 +2,29 @@
 #pragma once
 
 #include <cstddef>
+#include <exception>
 #include <string>
 
 namespace hexmesh {
 
-/// From here on what is foreseen to take more than `expected` bytes beside what the process already has is refused, and
-/// what asks for more than `wall`, as the operating system counts it, gets std::bad_alloc. Called once, where only one
-/// thread runs.
-void limit_memory(double expected, double wall);
+/// From here on what is foreseen to take more than `bytes` beside what the process already has is refused. What was
+/// foreseen wrongly gets std::bad_alloc at a wall that stands farther off, as the operating system counts addresses,
+/// used or not: a quarter and 64 MB, and what threads' stacks may take. Limits that the process has stay.
+/// Called once, where only one thread runs.
+/// @param wall  for a limit that is not the user's [bytes]; 0: by `bytes`
+void limit_memory(double bytes, double wall = 0);
 
 /// What it may still ask for now [bytes]; infinite where nothing was limited.
 double memory_left();
 
 /// To be called before much is asked for.
-/// @throws Error{input} "WHAT takes about ... MB, expected at most ... MB, what is left of ... MB (--max-memory)" if it
-/// is not left
+/// @throws Error{input} "WHAT takes about ... MB, expected at most ... MB, what is left of ... MB (--max-memory)"
 void expect_memory(double bytes, const std::string& what);
 
 /// What a run says that met its limit where nothing foresaw it.
-std::string out_of_memory_message();
+const std::string& out_of_memory_message();
+
+/// Whether there was no memory, or no thread: of threads, libraries say it in ways of their own.
+bool is_out_of_memory(const std::exception& e);
 
 }  // namespace hexmesh

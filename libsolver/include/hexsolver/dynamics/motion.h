@@ -95,9 +95,11 @@ private:
 /// The whole motion of a scene.
 /// @param on_output  called with the start, after every output_every steps, and with the end
 /// @param on_step    called after every step
+/// @param goes_on    asked before every step; if not, the motion ends there, with its last state as an output
 /// @throws Error as Motion
 Outcome solve_dynamics(const hexmesh::Lattice& lattice, const Scene& scene, int level,
                        const std::function<void(const Motion&)>& on_output = {},
-                       const std::function<void(const Motion&)>& on_step = {});
+                       const std::function<void(const Motion&)>& on_step = {},
+                       const std::function<bool()>& goes_on = {});
 
 }  // namespace hexsolver

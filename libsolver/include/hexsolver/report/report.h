@@ -142,6 +142,7 @@ struct SolveReport {
   std::vector<Effect> effects;
   Elasticity elasticity = Elasticity::corotational;  ///< the scene's, or the one found
   std::vector<std::string> warnings;
+  bool interrupted = false;          ///< a motion that was asked to end before its time
   bool accuracy_missed = false;      ///< converged, but the estimated error is above the accuracy asked
   std::size_t dropped_cells = 0;     ///< islands that are left out
   std::size_t held_cells = 0;        ///< islands held by springs
