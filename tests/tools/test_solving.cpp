@@ -273,10 +273,11 @@ TEST_F(Tools, TheNumberOfThreadsChangesNoDigit) {
 
 TEST_F(Tools, AnInterruptedMotionIsKeptAsFarAsItCame) {
   write_text(*folder / "long.toml", sway_scene);
-  const CommandResult r = run(
-      "hexsolve liver.hexmesh long.toml --level 3 --set dynamics.duration_s=4000 --progress always -o cut.hexresult "
-      "--report cut.json 2>log.txt & pid=$!; for n in $(seq 600); do grep -q kinetic log.txt && break; sleep 0.05; "
-      "done; kill -TERM $pid; wait $pid; echo $?; tail -n 1 log.txt");
+  const CommandResult r =
+      run("true; hexsolve liver.hexmesh long.toml --level 3 --set dynamics.duration_s=4000 --progress always -o "
+          "cut.hexresult "
+          "--report cut.json 2>log.txt & pid=$!; for n in $(seq 600); do grep -q kinetic log.txt && break; sleep 0.05; "
+          "done; kill -TERM $pid; wait $pid; echo $?; tail -n 1 log.txt");
   EXPECT_EQ(r.output.substr(0, r.output.find('\n')), "143") << r.output;
   EXPECT_NE(r.output.find("hexsolve: error: interrupted at "), std::string::npos) << r.output;
   const json report = json::parse(read_text(*folder / "cut.json"));
