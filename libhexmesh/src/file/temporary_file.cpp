@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sched.h>
 #include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -43,12 +44,40 @@ void forget(const fs::path& path) {
     if (entry->path == path.string()) entry->used = false;
 }
 
+/// Signals that end a run and can wait.
+constexpr std::array ending = {SIGINT, SIGTERM, SIGQUIT, SIGXCPU, SIGALRM, SIGUSR1, SIGUSR2, SIGHUP};
+
+std::atomic<int> uninterrupted = 0;
+
+/// While it lives no signal ends the run: between the making of a file and its being remembered. This thread gets none,
+/// and where another gets it, that one waits.
+class Uninterrupted {
+public:
+  Uninterrupted() {
+    sigset_t blocked;
+    sigemptyset(&blocked);
+    for (const int s : ending) sigaddset(&blocked, s);
+    pthread_sigmask(SIG_BLOCK, &blocked, &before_);
+    ++uninterrupted;
+  }
+  ~Uninterrupted() {
+    --uninterrupted;
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+  Uninterrupted(const Uninterrupted&) = delete;
+  Uninterrupted& operator=(const Uninterrupted&) = delete;
+
+private:
+  sigset_t before_;
+};
+
 void remove_remembered() {
   for (Remembered* entry = remembered; entry; entry = entry->next)
     if (entry->used && unlink(entry->path.c_str()) != 0) rmdir(entry->path.c_str());
 }
 
 extern "C" void remove_and_exit(int signal_number) {
+  while (uninterrupted > 0) sched_yield();
   remove_remembered();
   _exit(128 + signal_number);
 }
@@ -148,6 +177,7 @@ std::string pattern_in(const fs::path& folder, const std::string& suffix) {
 
 TemporaryFile::TemporaryFile(const fs::path& folder, const std::string& suffix, const std::string& stands_for) {
   std::string pattern = pattern_in(folder, suffix);
+  const Uninterrupted until_remembered;
   const int file = mkostemps(pattern.data(), static_cast<int>(suffix.size()), O_CLOEXEC);
   if (file < 0) throw_errno();
   close(file);
@@ -164,6 +194,7 @@ TemporaryFile::~TemporaryFile() {
 
 ScratchFolder::ScratchFolder(const fs::path& parent) {
   std::string pattern = pattern_in(parent, "");
+  const Uninterrupted until_remembered;
   if (!mkdtemp(pattern.data())) throw_errno();
   path_ = pattern;
   remember(path_);
@@ -190,6 +221,7 @@ NewFolder::NewFolder(const fs::path& path) {
   }
   if (!above.empty() && !fs::is_directory(above, failed)) fail(ENOTDIR);
   for (auto folder = missing.rbegin(); folder != missing.rend(); ++folder) {
+    const Uninterrupted until_remembered;
     if (mkdir(folder->c_str(), 0777) == 0) {
       remember(*folder);
       made_.push_back(*folder);
@@ -240,6 +272,7 @@ bool rename_by_link(const fs::path& from, const fs::path& to) {
 }
 
 bool rename_by_reservation(const fs::path& from, const fs::path& to) {
+  const Uninterrupted until_renamed;
   const int file = open(to.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600);
   if (file < 0) return false;
   close(file);
@@ -263,7 +296,8 @@ void remove_temporary_files() { remove_remembered(); }
 void remove_temporary_files_on_signals() {
   struct sigaction action {};
   action.sa_handler = remove_and_exit;
-  for (const int s : {SIGINT, SIGTERM, SIGQUIT, SIGXCPU, SIGALRM, SIGUSR1, SIGUSR2}) sigaction(s, &action, nullptr);
+  for (const int s : ending)
+    if (s != SIGHUP) sigaction(s, &action, nullptr);
   struct sigaction crash {};
   crash.sa_handler = remove_and_crash;
   crash.sa_flags = SA_RESETHAND;
