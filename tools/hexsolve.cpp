@@ -103,14 +103,8 @@ int judge(const SolveReport& report, const std::string& output, const Console& c
     return exit_not_converged;
   }
   if (report.converged) return 0;
-  if (report.interrupted) {
-    console.error(report.reason + (output.empty() ? ""
-                                                  : fmt::format("; '{}' holds the motion so far, marked so: "
-                                                                "dynamics.start goes on from it",
-                                                                output)));
-    return exit_not_converged;
-  }
-  console.error(fmt::format("not converged: {}{}", report.reason, output.empty() ? "" : what_is_kept(report, output)));
+  console.error(fmt::format("{}{}{}", report.interrupted ? "" : "not converged: ", report.reason,
+                            output.empty() ? "" : what_is_kept(report, output)));
   return exit_not_converged;
 }
 

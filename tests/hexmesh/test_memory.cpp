@@ -44,7 +44,7 @@ protected:
 
 TEST_F(Memory, HasNoLimitUnlessItIsSet) {
   EXPECT_GT(memory_left(), much);
-  EXPECT_NO_THROW(expect_memory(much, "it"));
+  EXPECT_NO_THROW(expect_memory(1'000'000'000'000, "it"));
 }
 
 TEST_F(Memory, BeyondTheWallThereIsNone) {
@@ -82,15 +82,15 @@ TEST_F(Memory, OfThreadsToo) {
 }
 
 TEST_F(Memory, WhatIsForeseenIsRefusedBeforeItIsTaken) {
-  const auto foresee = [](double bytes) {
+  const auto foresee = [](std::size_t bytes) {
     exit_by([=] {
       limit_memory(2e8, much);
       expect_memory(bytes, "the lattice");
     });
   };
-  EXPECT_EXIT(foresee(3e8), testing::ExitedWithCode(3),
+  EXPECT_EXIT(foresee(300'000'000), testing::ExitedWithCode(3),
               "the lattice takes about 300 MB, expected at most 200 MB, what is left of 200 MB \\(--max-memory\\)");
-  EXPECT_EXIT(foresee(5e7), testing::ExitedWithCode(1), "");
+  EXPECT_EXIT(foresee(50'000'000), testing::ExitedWithCode(1), "");
   const auto build = [](std::int32_t size) {
     exit_by([=] {
       limit_memory(1.5e8, much);

@@ -232,6 +232,8 @@ hexsolver::SolveProgress progress_on(const Console& console) {
 }
 
 std::string what_is_kept(const SolveReport& r, const std::string& output) {
+  if (r.interrupted)
+    return fmt::format("; '{}' holds the motion so far, marked so: dynamics.start goes on from it", output);
   return fmt::format("; '{}' holds {}, marked so", output,
                      r.load_fraction > 0 ? "the last state that did" : "the state at the start");
 }

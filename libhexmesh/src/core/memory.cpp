@@ -59,13 +59,14 @@ void limit_memory(double bytes, double wall) {
 
 double memory_left() { return std::clamp(data_limit - data_now(), 0.0, limit); }
 
-void expect_memory(double bytes, const std::string& what) {
-  constexpr double worth_asking = 1e5;
+void expect_memory(std::size_t bytes, const std::string& what) {
+  constexpr std::size_t worth_asking = 100'000;
   if (bytes < worth_asking) return;
-  if (const double left = memory_left(); bytes > left)
+  const auto asked = static_cast<double>(bytes);
+  if (const double left = memory_left(); asked > left)
     throw Error(ErrorKind::input, fmt::format("{} takes about {:.3g} MB, expected at most {:.3g} MB, what is left of "
                                               "{:.4g} MB (--max-memory)",
-                                              what, bytes / 1e6, left / 1e6, limit / 1e6));
+                                              what, asked / 1e6, left / 1e6, limit / 1e6));
 }
 
 const std::string& out_of_memory_message() { return message; }

@@ -282,7 +282,7 @@ void Reader::check_storage(const Dataset& set, std::size_t value_size) const {
 }
 
 void Reader::expect_room(const Dataset& set, std::size_t bytes) const {
-  expect_memory(static_cast<double>(bytes), fmt::format("'{}' of {} file '{}'", set.name, what_, path_.string()));
+  expect_memory(bytes, fmt::format("'{}' of {} file '{}'", set.name, what_, path_.string()));
 }
 
 void Reader::read_raw(const Dataset& set, hid_t type, void* data) const {

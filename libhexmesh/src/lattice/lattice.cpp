@@ -138,8 +138,8 @@ Level finest_level(Lattice& lattice, const GreyMaterials* grey) {
   Level level;
   const auto count = static_cast<std::size_t>(std::count_if(
       lattice.labels.begin(), lattice.labels.end(), [&](std::uint16_t label) { return segment_of[label] >= 0; }));
-  constexpr double bytes_per_voxel = 43;  // at the peak, when levels are merged or written; measured
-  expect_memory(bytes_per_voxel * static_cast<double>(count), fmt::format("a lattice of {} voxels", count));
+  constexpr std::size_t bytes_per_voxel = 43;  // at the peak, when levels are merged or written; measured
+  expect_memory(bytes_per_voxel * count, fmt::format("a lattice of {} voxels", count));
   level.cells.reserve(count);
   level.element.reserve(count);
   level.segment.reserve(count);

@@ -79,9 +79,8 @@ Phantom liver_phantom(double spacing) {
   for (int d = 0; d < 3; ++d) extent[d] = static_cast<std::int32_t>(std::lround((high[d] - low[d]) / spacing));
   const Grid grid(extent, Vec3::Constant(spacing), low + Vec3::Constant(spacing / 2));
 
-  constexpr double bytes_per_voxel = sizeof(std::uint16_t) + sizeof(float);
-  expect_memory(bytes_per_voxel * static_cast<double>(grid.num_voxels()),
-                fmt::format("a phantom of {} voxels", grid.num_voxels()));
+  constexpr std::size_t bytes_per_voxel = sizeof(std::uint16_t) + sizeof(float);
+  expect_memory(bytes_per_voxel * grid.num_voxels(), fmt::format("a phantom of {} voxels", grid.num_voxels()));
   Phantom phantom{{grid, std::vector<std::uint16_t>(grid.num_voxels()), {}},
                   {grid, std::vector<float>(grid.num_voxels())}};
   phantom.labels.segments = {

@@ -106,8 +106,7 @@ LabelVolume solid_phantom(const SolidPhantom& phantom) {
     extent[d] = static_cast<std::int32_t>(count);
   }
   const Grid grid(extent, Vec3::Constant(phantom.spacing), low + Vec3::Constant(phantom.spacing / 2));
-  expect_memory(static_cast<double>(grid.num_voxels() * sizeof(std::uint16_t)),
-                fmt::format("a phantom of {} voxels", grid.num_voxels()));
+  expect_memory(grid.num_voxels() * sizeof(std::uint16_t), fmt::format("a phantom of {} voxels", grid.num_voxels()));
   LabelVolume volume{grid, std::vector<std::uint16_t>(grid.num_voxels()), {{1, phantom.name, {0.72, 0.35, 0.28}}}};
   for (std::size_t n = 0; n < volume.labels.size(); ++n) {
     const Index3 v = grid.index(n);

@@ -132,7 +132,7 @@ void check_memory(const fs::path& path, std::uintmax_t bytes, const ReadOptions&
   if (bytes > options.max_memory)
     refuse(path, "claims {:.4g} MB of voxels, expected at most {:.4g} MB (--max-memory)",
            static_cast<double>(bytes) / 1e6, static_cast<double>(options.max_memory) / 1e6);
-  expect_memory(static_cast<double>(bytes), fmt::format("reading '{}'", path.string()));
+  expect_memory(bytes, fmt::format("reading '{}'", path.string()));
 }
 
 void check_plausible(const fs::path& path, std::uintmax_t bytes, std::uintmax_t best_compression) {

@@ -30,8 +30,7 @@ LabelVolume resample_for_cells(const LabelVolume& volume, double cell_size) {
   const Grid grid({static_cast<std::int32_t>(extent[0]), static_cast<std::int32_t>(extent[1]),
                    static_cast<std::int32_t>(extent[2])},
                   spacing, first, old.direction());
-  expect_memory(static_cast<double>(grid.num_voxels() * sizeof(std::uint16_t)),
-                fmt::format("the labels at {} mm", cell_size));
+  expect_memory(grid.num_voxels() * sizeof(std::uint16_t), fmt::format("the labels at {} mm", cell_size));
   LabelVolume out{grid, std::vector<std::uint16_t>(grid.num_voxels()), volume.segments};
   std::array<std::vector<std::int32_t>, 3> from;  // old index by new index along each axis
   for (std::size_t d = 0; d < 3; ++d)

@@ -28,7 +28,7 @@ std::optional<Vec3> rest_of(const Result& result, const Solid& solid, const Grid
 
 IntensityVolume deform(const Result& result, const IntensityVolume& scan, const DisplacementField& to_rest,
                        const Grid& grid) {
-  expect_memory(static_cast<double>(grid.num_voxels() * sizeof(float)), "the deformed scan");
+  expect_memory(grid.num_voxels() * sizeof(float), "the deformed scan");
   IntensityVolume out{grid, std::vector<float>(grid.num_voxels())};
   float lowest = std::numeric_limits<float>::infinity();
   for (const float value : scan.values)
@@ -46,7 +46,7 @@ IntensityVolume deform(const Result& result, const IntensityVolume& scan, const 
 }
 
 LabelVolume deformed_labels(const Result& result, const DisplacementField& to_rest, const Grid& grid) {
-  expect_memory(static_cast<double>(grid.num_voxels() * sizeof(std::uint16_t)), "the deformed segmentation");
+  expect_memory(grid.num_voxels() * sizeof(std::uint16_t), "the deformed segmentation");
   LabelVolume out{grid, std::vector<std::uint16_t>(grid.num_voxels()), {}};
   for (const LatticeSegment& s : result.segments) out.segments.push_back(s.segment);
   const DisplacementField exact = displacement_to_rest(result, grid);

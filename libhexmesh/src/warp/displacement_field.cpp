@@ -149,7 +149,7 @@ private:
 };
 
 DisplacementField unknown_on(const Grid& grid) {
-  expect_memory(static_cast<double>(grid.num_voxels() * sizeof(Eigen::Vector3f)), "a displacement field on the grid");
+  expect_memory(grid.num_voxels() * sizeof(Eigen::Vector3f), "a displacement field on the grid");
   return {grid, std::vector<Eigen::Vector3f>(grid.num_voxels(),
                                              Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()))};
 }

@@ -19,7 +19,7 @@ double memory_left();
 
 /// To be called before much is asked for.
 /// @throws Error{input} "WHAT takes about ... MB, expected at most ... MB, what is left of ... MB (--max-memory)"
-void expect_memory(double bytes, const std::string& what);
+void expect_memory(std::size_t bytes, const std::string& what);
 
 /// What a run says that met its limit where nothing foresaw it.
 const std::string& out_of_memory_message();
