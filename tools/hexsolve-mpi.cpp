@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "cli/json_text.h"
+#include "cli/progress.h"
 #include "cli/run_files.h"
 #include "cli/solve_report.h"
 #include "distributed/shared_equilibrium.h"
@@ -68,6 +69,8 @@ int solve(const Run& run, const Options& o, const CommonOptions& common, const C
     output = &files.output(o.output, Content::binary);
     report_file = files.output_if_named(o.report, Content::text);
   });
+  std::optional<ProgressTeller> teller;
+  if (run.is_first()) teller.emplace("hexsolve-mpi", common);
   if (!run.is_first()) scene = read_scene(o);
   if (run.is_first())
     for (const std::string& w : scene.warnings) console.warning(w);
@@ -83,6 +86,7 @@ int solve(const Run& run, const Options& o, const CommonOptions& common, const C
         result.history.push_back(solve_history(o.lattice, o.lattice, o.scene, o.scene, scene));
       },
       run.is_first() ? progress_on(console) : hexsolver::SolveProgress());
+  teller.reset();
   run.on_first([&] {
     output->prepare();
     summary["seconds"] = {

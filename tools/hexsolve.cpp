@@ -6,6 +6,7 @@
 #include "cli/scene_input.h"
 #include "cli/solve_report.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/core/memory.h"
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/file/result_file.h"
 #include "hexsolve/motion.h"
@@ -77,7 +78,8 @@ hexmesh::Lattice read_lattice(const SolveOptions& o, const std::filesystem::path
 /// Save memory if the finest level would not fit otherwise; an accuracy or a budget may end on a coarser one.
 /// @returns the finest level that fits
 /// @throws Error{input} if the level asked does not
-int fit_into_memory(double allowed, const hexmesh::Lattice& lattice, int finest, Scene& scene, const Console& console) {
+int fit_into_memory(const hexmesh::Lattice& lattice, int finest, Scene& scene, const Console& console) {
+  const double allowed = 1e-6 * hexmesh::memory_left();
   const auto expected = [&](int level) { return megabytes(hexsolver::expected_bytes(lattice, scene, level)); };
   const double fastest = expected(finest);
   if (fastest <= allowed) return finest;
@@ -88,12 +90,20 @@ int fit_into_memory(double allowed, const hexmesh::Lattice& lattice, int finest,
   const std::string what = fmt::format("level {} ({} cells) would take about {:.3g} MB", finest,
                                        lattice.levels[static_cast<std::size_t>(finest)].cells.size(), fastest);
   if (expected(level) > allowed)
-    throw Error(ErrorKind::input, fmt::format("{}, {:.3g} MB at the least, expected at most {:.3g} MB (--max-memory): "
-                                              "solve a coarser level",
-                                              what, expected(level), allowed));
+    throw Error(ErrorKind::input,
+                fmt::format("{}, {:.3g} MB at the least, expected at most {:.3g} MB that are left (--max-memory): "
+                            "solve a coarser level",
+                            what, expected(level), allowed));
   console.note(fmt::format("{}: to save memory it takes longer{}", what,
                            level > finest ? fmt::format(", and level {} is the finest", level) : ""));
   return level;
+}
+
+SolveWork work_of(const hexmesh::Lattice& lattice, const Scene& scene, int finest) {
+  SolveWork work{{}, finest, scene.tolerance};
+  if (!scene.is_open_ended())
+    for (const hexmesh::Level& level : lattice.levels) work.cells.push_back(level.cells.size());
+  return work;
 }
 
 /// Says on standard error what is wrong with a solution. @returns the exit code
@@ -134,15 +144,16 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   if (o.check) return show_check(hexsolver::check_scene(lattice, scene, level), report_file, files, console);
   if (o.plan) return show_plan(hexsolver::plan_solution(lattice, scene, level), report_file, files);
   const double read_done = omp_get_wtime();
-  level = fit_into_memory(common.max_memory_mb, lattice, level, scene, console);
+  level = fit_into_memory(lattice, level, scene, console);
 
   std::optional<hexmesh::ResultWriter> writer;
   if (output && scene.dynamics) writer.emplace(output->path());
   std::optional<Interruption> interruption;
   if (scene.dynamics) interruption.emplace();  // of a motion what there is can be gone on from
-  auto [result, report] = scene.dynamics ? solve_motion(lattice, scene, level, writer ? &*writer : nullptr, o.stream,
-                                                        *interruption, console)
-                                         : hexsolver::solve_equilibrium(lattice, scene, level, progress_on(console));
+  auto [result, report] =
+      scene.dynamics
+          ? solve_motion(lattice, scene, level, writer ? &*writer : nullptr, o.stream, *interruption, console)
+          : hexsolver::solve_equilibrium(lattice, scene, level, progress_on(console, work_of(lattice, scene, level)));
 
   json summary = to_json(report, scene);
   result.history = lattice.history;

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "cli/progress.h"
 #include "cli/streams.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/text_file.h"
@@ -24,6 +25,7 @@ std::string output_name(const std::string& name) { return name == "-" ? "standar
 }  // namespace
 
 const hexmesh::InputFile& Input::file() const {
+  at_work(name_ == "-" ? "reading standard input" : fmt::format("reading '{}'", name_));
   if (!file_)
     file_ = std::make_unique<hexmesh::InputFile>(
         name_, content_ == Content::text ? hexmesh::most_text_bytes : hexmesh::InputFile::any_size);
@@ -37,6 +39,7 @@ Output::Output(std::string name, Content content, std::string extension, bool ov
 }
 
 const std::filesystem::path& Output::path() {
+  at_work(fmt::format("making {}", output_name(name_)));
   if (!file_) file_ = std::make_unique<hexmesh::OutputFile>(name_, extension_);
   return file_->path();
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "cli/checksum.h"
 #include "hexsolver/scene/scene_files.h"
@@ -223,11 +224,30 @@ void add_costs(json& out, const SolveReport& r) {
   if (r.motion) out["steps_per_second"] = r.motion->steps / std::max(r.solve_seconds, 1e-9);
 }
 
-hexsolver::SolveProgress progress_on(const Console& console) {
-  if (!console.shows_progress()) return {};
-  return [&console](int number, double load, int step, double residual, int linear) {
+namespace {
+
+/// The share of a solution that is done, by cells: all of the coarser levels, and of this one as far as the residual
+/// has fallen. Nothing where that is not known, and of a level that is only looked at.
+std::optional<double> part_done(const SolveWork& work, int level, double load, double residual) {
+  if (work.cells.empty() || level < work.finest) return {};
+  const double fallen = std::clamp(std::log(residual) / std::log(work.tolerance), 0.0, 1.0);
+  double done = 0, all = 0;
+  for (int n = work.finest; n < std::ssize(work.cells); ++n) {
+    const auto cells = static_cast<double>(work.cells[static_cast<std::size_t>(n)]);
+    all += cells;
+    if (n > level) done += cells;
+    if (n == level) done += cells * load * fallen;
+  }
+  return done / all;
+}
+
+}  // namespace
+
+hexsolver::SolveProgress progress_on(const Console& console, SolveWork work) {
+  return [&console, work = std::move(work)](int number, double load, int step, double residual, int linear) {
     console.progress(fmt::format("level {}, load {:.3g}, Newton step {}: residual {:.2e}, {} linear iterations", number,
-                                 load, step, residual, linear));
+                                 load, step, residual, linear),
+                     part_done(work, number, load, residual));
   };
 }
 

@@ -31,8 +31,15 @@ nlohmann::json costs_of(const hexsolver::SolveReport& report, double read_second
 /// Likewise into a report that is not part of the result file.
 void add_costs(nlohmann::json& out, const hexsolver::SolveReport& report);
 
-/// Tells each Newton step, where the console shows progress; not to be called after the console's end.
-hexsolver::SolveProgress progress_on(const Console& console);
+/// What a solution has to do, for the share that is done.
+struct SolveWork {
+  std::vector<std::size_t> cells;  ///< of each level; empty: not known
+  int finest = 0;                  ///< level that is solved
+  double tolerance = 1e-8;
+};
+
+/// Tells each Newton step; not to be called after the console's end.
+hexsolver::SolveProgress progress_on(const Console& console, SolveWork work = {});
 
 /// What the file of a result that is not converged holds: "; 'OUTPUT' holds ..., marked so".
 std::string what_is_kept(const hexsolver::SolveReport& report, const std::string& output);

@@ -3,12 +3,15 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <iostream>
+#include <mutex>
 
 #include "hexmesh/core/error.h"
 #include "hexmesh/core/printable.h"
@@ -27,6 +30,28 @@ namespace {
 }
 
 int messages = STDERR_FILENO;
+std::mutex one_at_a_time;
+std::string line_on_terminal;  ///< by write_over()
+std::chrono::steady_clock::time_point last_said = std::chrono::steady_clock::now();
+
+void put(const std::string& bytes) {
+  for (std::size_t done = 0; done < bytes.size();) {
+    const ssize_t written = write(messages, bytes.data() + done, bytes.size() - done);
+    if (written < 0 && errno != EINTR) return;
+    if (written > 0) done += static_cast<std::size_t>(written);
+  }
+}
+
+void clear_line() {
+  if (!line_on_terminal.empty()) put("\r\x1b[K");
+  line_on_terminal.clear();
+}
+
+/// Of the terminal: a line that is longer could not be written over.
+std::size_t columns() {
+  winsize size{};
+  return ioctl(messages, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col - 1U : 79U;
+}
 
 }  // namespace
 
@@ -42,11 +67,22 @@ bool messages_go_to_terminal() { return isatty(messages) != 0; }
 
 void say(const std::string& text) {
   const std::string shown = hexmesh::printable(text);
-  for (std::size_t done = 0; done < shown.size();) {
-    const ssize_t put = write(messages, shown.data() + done, shown.size() - done);
-    if (put < 0 && errno != EINTR) return;
-    if (put > 0) done += static_cast<std::size_t>(put);
-  }
+  const std::lock_guard lock(one_at_a_time);
+  clear_line();
+  put(shown);
+  last_said = std::chrono::steady_clock::now();
+}
+
+void write_over(const std::string& line) {
+  const std::lock_guard lock(one_at_a_time);
+  clear_line();
+  line_on_terminal = hexmesh::printable_line(line.substr(0, columns()));
+  put(line_on_terminal);
+}
+
+double seconds_of_silence() {
+  const std::lock_guard lock(one_at_a_time);
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - last_said).count();
 }
 
 void print(const std::string& text) { hexmesh::write_standard_output(hexmesh::printable(text)); }

@@ -16,6 +16,12 @@ bool messages_go_to_terminal();
 /// @param text  control characters of it are shown, not obeyed
 void say(const std::string& text);
 
+/// Puts a line onto a terminal in place of the last such line; it goes when something is said. Empty: none.
+void write_over(const std::string& line);
+
+/// Since something was said, or the run began [s].
+double seconds_of_silence();
+
 /// Writes what people read to standard output; likewise.
 /// @throws Error{output}
 void print(const std::string& text);

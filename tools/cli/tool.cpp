@@ -14,9 +14,13 @@
 #include <exception>
 #include <filesystem>
 #include <new>
+#include <optional>
+#include <utility>
 
 #include "cli/commit.h"
 #include "cli/machine.h"
+#include "cli/nearest_word.h"
+#include "cli/progress.h"
 #include "cli/streams.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/core/memory.h"
@@ -134,12 +138,10 @@ void Console::warning(const std::string& message) const {
 
 void Console::error(const std::string& message) const { say(error_line(tool_, message)); }
 
-bool Console::shows_progress() const {
-  if (options_.quiet || options_.progress == "never") return false;
-  return options_.progress == "always" || messages_go_to_terminal();
+void Console::progress(const std::string& line, std::optional<double> part) const {
+  at_work(line, part);
+  if (options_.progress == "always" && !options_.quiet) say(fmt::format("{}:   {}\n", tool_, line));
 }
-
-void Console::progress(const std::string& line) const { say(fmt::format("{}:   {}\n", tool_, line)); }
 
 std::function<void(const std::string&)> warning_on(const Console& console) {
   return [&console](const std::string& message) { console.warning(message); };
@@ -162,6 +164,35 @@ int show_help(const CLI::App& app, const std::string& tool, const CLI::ParseErro
 
 namespace {
 
+/// Names a first word of the command line that is neither an option nor a subcommand, with what was probably meant;
+/// empty: there is none.
+std::string what_is_unknown(const CLI::App& app, int argc, char** argv, const std::string& command) {
+  std::vector<std::string> options, subcommands;
+  std::vector<const CLI::App*> apps = {&app};
+  for (const CLI::App* subcommand : app.get_subcommands()) apps.push_back(subcommand);
+  for (const CLI::App* a : apps)
+    for (const CLI::Option* o : a->get_options())
+      for (const std::string& name : o->get_lnames()) options.push_back("--" + name);
+  for (const CLI::App* subcommand : app.get_subcommands([](const CLI::App*) { return true; }))
+    subcommands.push_back(subcommand->get_name());
+  const auto tell = [&](const std::string& word, const char* what, const std::vector<std::string>& known) {
+    const std::string meant = nearest_word(word, known);
+    return fmt::format("'{}' is no {} of {}{}", word, what, command,
+                       meant.empty() ? "" : fmt::format(", did you mean '{}'?", meant));
+  };
+  bool is_first = true;
+  for (int n = 1; n < argc; ++n) {
+    const std::string whole = argv[n], word = whole.substr(0, whole.find('='));
+    if (word == "--") break;
+    if (word.starts_with("--")) {
+      if (std::find(options.begin(), options.end(), word) == options.end()) return tell(word, "option", options);
+    } else if (std::exchange(is_first, false) && !subcommands.empty() && app.get_subcommands().empty()) {
+      return tell(word, "subcommand", subcommands);
+    }
+  }
+  return {};
+}
+
 int run_to_exit_code(int argc, char** argv, const Tool& tool) {
   running_tool = tool.name;
   std::set_terminate(end_uncaught);
@@ -181,7 +212,10 @@ int run_to_exit_code(int argc, char** argv, const Tool& tool) {
   app.set_version_flag("--version", version_line(tool.name));
   app.add_flag("-q,--quiet", common.quiet, "Say nothing but warnings and errors")->group("Common");
   app.add_flag("--force", common.force, "Replace outputs that exist")->group("Common");
-  app.add_option("--progress", common.progress, "Show progress on standard error")
+  app.add_option(
+         "--progress", common.progress,
+         "Tell on standard error what a run is at while it takes long: in one line on a terminal, every ten seconds "
+         "elsewhere; always: every step in a line of its own")
       ->check(CLI::IsMember({"auto", "always", "never"}))
       ->capture_default_str()
       ->group("Common");
@@ -206,6 +240,8 @@ int run_to_exit_code(int argc, char** argv, const Tool& tool) {
       out_of_memory_line = error_line(tool.name, hexmesh::out_of_memory_message());
       std::atexit(end_by_library);
     }
+    std::optional<ProgressTeller> teller;
+    if (!tool.is_one_of_many) teller.emplace(tool.name, common);
     const int code = run();
     flush_standard_output();
     return code;
@@ -213,7 +249,9 @@ int run_to_exit_code(int argc, char** argv, const Tool& tool) {
     if (e.get_exit_code() == 0) return show_help(app, tool.name, e);
     std::string command = tool.name;
     for (const CLI::App* subcommand : app.get_subcommands()) command += " " + subcommand->get_name();
-    return fail(tool.name, exit_code(ErrorKind::usage), fmt::format("{} (see {} --help)", e.what(), command));
+    const std::string unknown = what_is_unknown(app, argc, argv, command);
+    return fail(tool.name, exit_code(ErrorKind::usage),
+                fmt::format("{} (see {} --help)", unknown.empty() ? e.what() : unknown, command));
   } catch (const Error& e) {
     const int code = fail(tool.name, exit_code(e.kind()), e.what());
     // A library that could not write a file tries once more at exit, and may not survive it.
@@ -283,7 +321,7 @@ CLI::Option* add_repeated(CLI::App& app, const std::string& name, std::vector<st
 
 std::string history_entry(const std::vector<std::string>& checksum_lines) {
   std::string out = quoted_command_line;
-  for (const std::string& line : checksum_lines) out += "\n" + hexmesh::printable_line(line);
+  for (const std::string& line : checksum_lines) out += fmt::format("\n{}", hexmesh::printable_line(line));
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,8 +31,8 @@ public:
   void note(const std::string& message) const;     ///< unless --quiet
   void warning(const std::string& message) const;  ///< always
   void error(const std::string& message) const;    ///< of a run that goes on to its exit code: one line
-  bool shows_progress() const;                     ///< on a terminal, or as --progress says
-  void progress(const std::string& line) const;
+  /// What the run is at, as at_work(); with --progress always in a line of its own.
+  void progress(const std::string& line, std::optional<double> part = {}) const;
 
 private:
   std::string tool_;

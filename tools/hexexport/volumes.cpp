@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "cli/progress.h"
 #include "cli/result_state.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/scan/image_io.h"
@@ -92,6 +93,7 @@ void write_volumes(const ExportOptions& o, const hexmesh::Result& result, ScanOf
   if (o.warped.empty() && o.segmentation.empty() && o.transform.empty() && o.transform_points.empty()) return;
   if (!o.warped.empty()) scan.get();
 
+  at_work("finding where each voxel went");
   const hexmesh::Warp warp = hexmesh::make_warp(result);
   if (!o.transform.empty() || !o.transform_points.empty()) check_consistency(result, warp, console);
   if (!o.warped.empty() || !o.segmentation.empty()) {

@@ -7,6 +7,7 @@
 #include "cli/checksum.h"
 #include "cli/json_text.h"
 #include "cli/parse.h"
+#include "cli/progress.h"
 #include "cli/run_files.h"
 #include "commands.h"
 #include "hexmesh/core/error.h"
@@ -68,6 +69,7 @@ Lattice build(const BuildOptions& o, const BuildInputs& inputs, Notes& notes, st
       throw Error(ErrorKind::usage,
                   "--intensity is given but no material follows the grey values, expected a law in "
                   "--materials");
+    at_work("building the levels");
     return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice);
   }
   if (!inputs.intensity) throw Error(ErrorKind::usage, "a material follows the grey values, expected --intensity SCAN");
@@ -75,6 +77,7 @@ Lattice build(const BuildOptions& o, const BuildInputs& inputs, Notes& notes, st
   read.push_back(checksum_line(file.name(), file.path()));
   const hexmesh::IntensityVolume intensity = hexmesh::read_intensity(file.path(), {.warn = warning_on(console)});
   const hexmesh::GreyMaterials grey{&intensity, std::move(materials.rules)};
+  at_work("building the levels");
   return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice, &grey);
 }
 
@@ -103,6 +106,7 @@ int run_build(const BuildOptions& o, const CommonOptions& common, const Console&
   if (o.cell_size > 0)
     notes.push_back(fmt::format("level {} has cells of {:g} mm", level_of_size(lattice, o.cell_size), o.cell_size));
   const double levels_done = omp_get_wtime();
+  at_work("finding the surface");
   const SurfaceMaker surfaces(o, inputs, lattice);
   lattice.surface = surfaces.make(notes);
   lattice.surface_of_voxels = surfaces.all_of_voxels();
@@ -132,9 +136,10 @@ int run_build(const BuildOptions& o, const CommonOptions& common, const Console&
 std::function<int()> declare_build(CLI::App& app, const CommonOptions& common, const Console& console) {
   const auto o = std::make_shared<BuildOptions>();
   app.add_option("labels", o->labels, "Labelled volume (NRRD, NIfTI, MetaImage); - is standard input")->required();
-  add_repeated(app, "--material", o->materials,
-               "SEGMENT:young_kpa=E,poisson=NU,density_kg_m3=RHO, or SEGMENT:none for one that only serves "
-               "boundary conditions; SEGMENT * means all others. Without it the segment's name chooses a tissue");
+  add_repeated(
+      app, "--material", o->materials,
+      "SEGMENT:young_kpa=E,poisson=NU,density_kg_m3=RHO, SEGMENT:tissue=bone, or SEGMENT:none for one that only "
+      "serves boundary conditions; SEGMENT * means all others. Without it the segment's name chooses a tissue");
   app.add_option("--materials", o->materials_file,
                  "Materials file (TOML): numbers, tissues, and laws that follow the grey values");
   app.add_option("--intensity", o->intensity,

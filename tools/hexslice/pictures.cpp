@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "cli/progress.h"
 #include "hexmesh/core/error.h"
 
 namespace hextools {
@@ -21,6 +22,9 @@ Pictures::Pictures(const std::string& folder, const std::vector<std::string>& na
 void Pictures::write(const std::string& name, const hexmesh::Canvas& picture) const {
   const auto found = std::find_if(pictures_.begin(), pictures_.end(), [&](const auto& p) { return p.first == name; });
   picture.write_png(found->second->path());
+  const std::ptrdiff_t done = found - pictures_.begin() + 1;
+  at_work(fmt::format("drawing {} pictures into '{}'", pictures_.size(), folder_),
+          static_cast<double>(done) / static_cast<double>(pictures_.size()));
 }
 
 void Pictures::commit(const Console& console) {

@@ -7,6 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "cli/parse.h"
+#include "cli/progress.h"
 #include "cli/result_state.h"
 #include "commands.h"
 #include "hexmesh/core/error.h"
@@ -140,6 +141,7 @@ int run_volume(Options& o, const CommonOptions& common, const Console& console) 
   for (const std::string& text : o.show) apply(text, result, o.volume.appearance);
   if (!o.highlight.empty()) o.volume.appearance[label_of(result, o.highlight)] = {{1, 0.85, 0.1}, 0.5};
 
+  at_work("drawing the volume");
   const double start = omp_get_wtime();
   const hexmesh::VolumeRenderer renderer(result, scan ? &*scan : nullptr, o.volume);
   const double ready = omp_get_wtime();

@@ -31,9 +31,10 @@ hexsolver::Outcome solve_motion(const hexmesh::Lattice& lattice, const hexsolver
   };
   const auto on_step = [&](const hexsolver::Motion& motion) {
     if (stream) to_stream(motion.time(), [&] { stream->add(motion); });
-    if (console.shows_progress())
-      console.progress(fmt::format("{:.4g} of {:.4g} s, kinetic energy {:.3g} N mm", motion.time(),
-                                   scene.dynamics->duration, motion.energies().kinetic));
+    const double duration = scene.dynamics->duration;
+    console.progress(fmt::format("{:.4g} of {:.4g} s, kinetic energy {:.3g} N mm", motion.time(), duration,
+                                 motion.energies().kinetic),
+                     motion.time() / duration);
   };
   return hexsolver::solve_dynamics(lattice, scene, level, on_output, on_step,
                                    [&] { return interruption.signal() == 0; });

@@ -60,7 +60,9 @@ void add_options(CLI::App& app, SolveOptions& o) {
   accuracy->check([&o](const std::string& text) { return read_accuracy(text, o); })->excludes(budget);
   budget->check(positive_number);
   add_repeated(app, "--set", o.settings, "KEY=VALUE: override a key of the scene, e.g. solve.strain=cauchy");
-  app.add_flag("--example", o.example, "Print a scene for this lattice: three places held, a fourth pulled by 40 mm");
+  app.add_flag("--example", o.example,
+               "Print a scene for this lattice: three places held, a fourth pulled by 40 mm, less where the body is "
+               "thin or small");
   CLI::Option* check =
       app.add_flag("--check", o.check, "Only say what each condition selects and whether every part is held");
   CLI::Option* plan =

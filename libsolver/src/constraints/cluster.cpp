@@ -93,6 +93,14 @@ void scale_rows(const std::vector<ConstraintPoint>& points, ConstraintCluster& c
   }
 }
 
+/// Orthonormal directions that are orthogonal to some orthonormal ones.
+MatrixXd complement(const MatrixXd& directions) {
+  MatrixXd rest = MatrixXd::Zero(directions.rows(), directions.rows() - directions.cols());
+  rest.bottomRows(rest.cols()).setIdentity();
+  rest.applyOnTheLeft(Eigen::HouseholderQR<MatrixXd>(directions).householderQ());
+  return rest;
+}
+
 /// The columns of h, the nodes of the points, and its entries.
 void fill_rows(const Mesh& mesh, const std::vector<ConstraintPoint>& points, ConstraintCluster& cluster) {
   std::map<std::int32_t, Index> column;
@@ -168,7 +176,11 @@ std::shared_ptr<const ConstraintCluster> make_cluster(const Mesh& mesh, const st
   MatrixXd directions(cluster->h.cols(), cluster->num_directions());
   directions.leftCols(cluster->kept.vectors.cols()) = cluster->kept.vectors;
   if (cluster->pressure_direction.size() > 0) directions.rightCols(1) = cluster->pressure_direction;
-  cluster->single_directions = directions.cast<float>();
+  if (2 * directions.cols() > directions.rows()) {
+    cluster->single.are_free = true;
+    directions = complement(directions);
+  }
+  cluster->single.directions = directions.cast<float>();
   return cluster;
 }
 

@@ -52,23 +52,32 @@ struct ConstraintCluster {
     for (std::size_t n = 0; n < nodes.size(); ++n) out[n] = static_cast<double>(v[3 * Eigen::Index{nodes[n]} + axis]);
   }
 
-  /// All directions held, in single precision: what takes part in V-cycles.
-  Eigen::MatrixXf single_directions;
+  /// For V-cycles, in single precision: the directions held, or those that are free where these are fewer.
+  struct {
+    Eigen::MatrixXf directions;
+    bool are_free = false;
+  } single;
 
-  /// Of each column of v, the part in the span of the directions held. Each direction is read once.
+  /// Take out of each column of v its part in the span of the directions held. Each direction is read once.
+  /// @param part  of the size of v, space to work in
   template <class Scalar>
-  void into_span(const Eigen::Ref<const MatrixOf<Scalar>>& v, Eigen::Ref<MatrixOf<Scalar>> part) const {
+  void take_out_held(Eigen::Ref<MatrixOf<Scalar>> v, Eigen::Ref<MatrixOf<Scalar>> part) const {
     const auto add_along = [&](const auto& direction) {
       for (Eigen::Index column = 0; column < v.cols(); ++column)
         part.col(column) += direction.dot(v.col(column)) * direction;
     };
     part.setZero();
     if constexpr (std::is_same_v<Scalar, float>) {
-      for (Eigen::Index n = 0; n < single_directions.cols(); ++n) add_along(single_directions.col(n));
+      for (Eigen::Index n = 0; n < single.directions.cols(); ++n) add_along(single.directions.col(n));
+      if (single.are_free) {
+        v = part;
+        return;
+      }
     } else {
       for (Eigen::Index n = 0; n < kept.vectors.cols(); ++n) add_along(kept.vectors.col(n));
       if (pressure_direction.size() > 0) add_along(pressure_direction);
     }
+    v -= part;
   }
 
   /// d = the smallest that changes H u by `misfit`, scaled, in the directions held.

@@ -177,8 +177,8 @@ void Constraints::project_out(Vector& v) const {
           for (Index a = 0; a < count; ++a) f(v[3 * Index{cluster->nodes[n]} + axes[a]], static_cast<Index>(n), a);
       };
       for_each_entry([&](Scalar value, Index n, Index a) { nodal(n, a) = value; });
-      cluster->template into_span<Scalar>(nodal, held);
-      for_each_entry([&](Scalar& value, Index n, Index a) { value -= held(n, a); });
+      cluster->template take_out_held<Scalar>(nodal, held);
+      for_each_entry([&](Scalar& value, Index n, Index a) { value = nodal(n, a); });
     }
   }
 }
@@ -197,15 +197,11 @@ void Constraints::prescribe(const std::vector<Vec3>& values) {
 void Constraints::for_each_held_entry(const std::function<void(Index, Index, double)>& f) const {
   for (int axis = 0; axis < 3; ++axis)
     for (const auto& cluster : clusters_[axis]) {
-      const MatrixXd& v = cluster->kept.vectors;
-      const VectorXd& pressure = cluster->pressure_direction;
+      MatrixXd held = cluster->kept.vectors * cluster->kept.vectors.transpose();
+      if (const VectorXd& p = cluster->pressure_direction; p.size() > 0) held += p * p.transpose();
       const auto dof = [&](Index n) { return 3 * Index{cluster->nodes[n]} + axis; };
-      for (Index a = 0; a < v.rows(); ++a)
-        for (Index b = 0; b < v.rows(); ++b) {
-          double value = v.row(a).dot(v.row(b));
-          if (pressure.size() > 0) value += pressure[a] * pressure[b];
-          f(dof(a), dof(b), value);
-        }
+      for (Index b = 0; b < held.cols(); ++b)
+        for (Index a = 0; a < held.rows(); ++a) f(dof(a), dof(b), held(a, b));
     }
 }
 

@@ -21,8 +21,9 @@ class LoadSteps {
 public:
   /// @param largest    part of the load that a step may be
   /// @param has_start  whether the first step is the whole load, from a coarser level's solution
-  LoadSteps(double largest, bool has_start)
-      : largest_(largest), step_(has_start ? 1 : largest), from_start_(has_start) {}
+  /// @param at_once    no other step is taken if that one fails
+  LoadSteps(double largest, bool has_start, bool at_once = false)
+      : largest_(largest), step_(has_start ? 1 : largest), from_start_(has_start), at_once_(at_once) {}
 
   double target() const { return std::min(1.0, reached_ + step_); }  ///< of the next step
   double reached() const { return reached_; }
@@ -45,6 +46,7 @@ public:
       step_ = std::min({2 * step_, 1 - reached_, largest_});
       return reached_ < 1;
     }
+    if (at_once_) return false;
     step_ = was_from_start ? largest_ : step_ / 2;
     linear_in_vain_ += report.linear_iterations;
     return linear_in_vain_ <= most_linear_in_vain && (was_from_start || step_ >= smallest);
@@ -63,7 +65,7 @@ private:
   static constexpr std::int64_t most_linear_in_vain = 10'000;
 
   double largest_, step_, reached_ = 0;
-  bool from_start_;
+  bool from_start_, at_once_;
   std::int64_t linear_in_vain_ = 0;
   NewtonReport total_;
 };
@@ -79,11 +81,12 @@ struct LoadedState {
 
 /// Newton's method under the loads of a level, cut back and raised in steps where it fails.
 /// @param level  has make_zero(), largest_load_step(), set_progress(), minimize(), limit_reached()
-/// @param start  of the whole load; nothing: from rest
+/// @param start    of the whole load; nothing: from rest
+/// @param at_once  from the start or not at all
 template <class Level, class Vector = typename Level::Vector>
 LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std::optional<Vector> start,
-                                        const LoadProgress& progress) {
-  LoadSteps steps(level.largest_load_step(), start.has_value());
+                                        const LoadProgress& progress, bool at_once = false) {
+  LoadSteps steps(level.largest_load_step(), start.has_value(), at_once);
   options.moves_from_rounding = true;
   std::optional<Vector> good, failed;  // the state reached, nothing at rest; one that was not
   LoadedState<Vector> out;

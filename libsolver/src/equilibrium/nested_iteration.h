@@ -60,7 +60,9 @@ private:
 
   bool has_time_for(int next) const;
   bool replaces(const Solved<Level>& next, const Solved<Level>& best);
-  void solve_level(Solved<Level>& next, const Solved<Level>& coarser);
+  /// Why a level is solved: to be the result or to lead there, or to be looked at for the error of the one before.
+  enum class Aim { result, look };
+  void solve_level(Solved<Level>& next, const Solved<Level>& coarser, Aim aim = Aim::result);
   void sharpen(Solved<Level>& next, NewtonOptions options);
   void carry_on(const Solved<Level>& coarser, Solved<Level>& next);
   void compare(Solved<Level>& next);
@@ -69,7 +71,8 @@ private:
   void add_look(double seconds);
   void find_strain();
   void compare_strains();
-  LoadedState<Vector> solve(Level& level, const NewtonOptions& options, std::optional<Vector> start) const;
+  LoadedState<Vector> solve(Level& level, const NewtonOptions& options, std::optional<Vector> start,
+                            Aim aim = Aim::result) const;
   std::optional<double> algebraic_error(const Solved<Level>& solved) const;
   void add_report(Solved<Level>& now, double seconds);
   void explain_rotation(const std::string& why, std::optional<bool> active);
@@ -157,15 +160,17 @@ bool NestedIteration<Level>::replaces(const Solved<Level>& next, const Solved<Le
 
 template <EquilibriumLevel Level>
 LoadedState<typename Level::Vector> NestedIteration<Level>::solve(Level& level, const NewtonOptions& options,
-                                                                  std::optional<Vector> start) const {
-  return solve_in_load_steps(level, options, std::move(start),
-                             [&](double load, int iteration, double residual, int linear) {
-                               if (progress_) progress_(level.level(), load, iteration, residual, linear);
-                             });
+                                                                  std::optional<Vector> start, Aim aim) const {
+  return solve_in_load_steps(
+      level, options, std::move(start),
+      [&](double load, int iteration, double residual, int linear) {
+        if (progress_) progress_(level.level(), load, iteration, residual, linear);
+      },
+      aim == Aim::look);
 }
 
 template <EquilibriumLevel Level>
-void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level>& coarser) {
+void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level>& coarser, Aim aim) {
   CoarseStart<Level> from{coarser.level.get(), &coarser.state.u, {}};
   if (chooses_cells()) from.rotating_above = angle_without_effect_;
   Vector here = next.level->make_zero();
@@ -189,7 +194,9 @@ void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level
     next.coarser.push_back(copy_of(here));
   }
   if (coarser.converged()) start = std::move(here);
-  next.state = solve(*next.level, options, std::move(start));
+  if (aim == Aim::look)  // as many as the solution took, or what easy ones take
+    options.most_linear_iterations_in_all = std::max(500, coarser.state.newton.linear_iterations);
+  next.state = solve(*next.level, options, std::move(start), aim);
   if (scene_.accuracy) sharpen(next, options);
 }
 
@@ -326,7 +333,8 @@ bool NestedIteration<Level>::looks_beyond(const Solved<Level>& best) const {
 }
 
 /// Solve the next finer level, or of graded cells of level 0 them with all but the finest halved, and compare. The
-/// largest cells are halved too.
+/// largest cells are halved too. It starts from the solution and ends where that does not lead there soon: load steps
+/// of a body that buckles took six times as long as its solution.
 template <EquilibriumLevel Level>
 void NestedIteration<Level>::look_beyond(const Solved<Level>& best) {
   const Stopwatch watch;
@@ -335,7 +343,7 @@ void NestedIteration<Level>::look_beyond(const Solved<Level>& best) {
   scene.coarser_by = best.level->level_of_largest() - finest_ - (finest_ == 0);
   try {
     finer.level = levels_.make(std::max(0, finest_ - 1), scene);
-    solve_level(finer, best);
+    solve_level(finer, best, Aim::look);
   } catch (const hexmesh::Error& e) {
     if (e.kind() != hexmesh::ErrorKind::geometry) throw;  // else of that level alone
     return;

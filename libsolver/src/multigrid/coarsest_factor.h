@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 #include "multigrid/multigrid.h"
@@ -11,7 +12,7 @@
 namespace hexsolver {
 
 /// The Cholesky factor of the coarsest level: dense up to Multigrid::most_dense degrees of freedom, which asks for
-/// memory once only, and sparse above.
+/// memory once only, or where patches fill it; else sparse.
 class CoarsestFactor {
 public:
   /// @param matrix_of  cell -> its matrix
@@ -21,14 +22,14 @@ public:
   /// @returns whether the matrix is positive definite
   template <class MatrixOf>
   bool compute(const Mesh& mesh, const MatrixOf& matrix_of, const HeldDirections* held) {
-    return mesh.num_dofs() <= Multigrid::most_dense ? compute_dense(mesh, matrix_of, held)
-                                                    : compute_sparse(mesh, matrix_of, held);
+    if (!is_dense_) is_dense_ = mesh.num_dofs() <= Multigrid::most_dense || (held && fills(*held, mesh.num_dofs()));
+    return *is_dense_ ? compute_dense(mesh, matrix_of, held) : compute_sparse(mesh, matrix_of, held);
   }
 
   template <class Vector>
   void solve(const Vector& b, Vector& x) const {
     using Scalar = typename Vector::Scalar;
-    if (dense_matrix_.size() == 0) {
+    if (!*is_dense_) {
       x = sparse_.solve(b.template cast<double>()).template cast<Scalar>();
       return;
     }
@@ -40,6 +41,13 @@ public:
 private:
   using Index = Eigen::Index;
   static constexpr double held_over_nodal = 1e6;  ///< w over the largest diagonal entry of a cell
+
+  /// Whether a patch couples so many nodes that a sparse factor is as good as full, and three times as slow.
+  static bool fills(const HeldDirections& held, std::size_t num_dofs) {
+    std::size_t entries = 0;
+    held.for_each_held_entry([&](Index, Index, double) { ++entries; });
+    return 12 * entries > num_dofs * num_dofs;
+  }
 
   /// f(row, column, block) for the blocks of the matrix of a cell, at the free nodes.
   template <class F>
@@ -100,6 +108,7 @@ private:
     return sparse_.info() == Eigen::Success;
   }
 
+  std::optional<bool> is_dense_;  ///< as the first compute() found: what is held stays
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> sparse_;
   Eigen::MatrixXd dense_matrix_;
   Eigen::LLT<Eigen::MatrixXd> dense_;
