@@ -41,6 +41,17 @@ TEST(Assign, ASegmentWithoutMaterialOrKnownTissueIsNamed) {
   EXPECT_DOUBLE_EQ(assign_materials(volume, {{"*", all}}).segments[0].material->young, 5e-3);
 }
 
+TEST(Assign, AllSegmentsWithoutMaterialAreNamedAtOnce) {
+  const LabelVolume volume = make_volume({3, 1, 1}, {1, 1, 1}, [](const Index3& v) { return v[0] + 1; });
+  const std::string all = message_of(ErrorKind::input, [&] { assign_materials(volume, {}); });
+  for (const Segment& s : volume.segments) EXPECT_NE(all.find("'" + s.name + "'"), std::string::npos) << all;
+  MaterialChoice bone;
+  bone.tissue = "bone";
+  const AssignedMaterials assigned = assign_materials(volume, {{"*", bone}});
+  EXPECT_EQ(assigned.segments.size(), 3U);
+  EXPECT_GT(assigned.segments[2].material->young, 1000) << "MPa";
+}
+
 TEST(Assign, OutOfBoundsNamesTheSegment) {
   const LabelVolume volume = one_voxel("liver");
   for (const auto& [young, poisson] : std::vector<std::pair<double, double>>{{0, 0.3}, {-1, 0.3}, {5, 0.5}, {5, -1}}) {

@@ -351,6 +351,19 @@ TEST(Formats, MoreThanTheMemoryAllowedIsRefused) {
       std::string::npos);
 }
 
+TEST(Formats, AnAtlasOfManyLabelsIsNoGreyScan) {
+  // 343 labels up to 4100 in blocks of 6 voxels, and as many values that differ from voxel to voxel.
+  const auto block = [](const Index3& v) { return v[0] / 6 + 7 * (v[1] / 6) + 49 * (v[2] / 6); };
+  const TemporaryFolder folder;
+  write_text(folder / "atlas.nrrd",
+             nrrd_bytes(make_volume({42, 42, 42}, {1, 1, 1}, [&](const Index3& v) { return 12 * block(v) + 1; })));
+  write_text(folder / "grey.nrrd", nrrd_bytes(make_volume({42, 42, 42}, {1, 1, 1}, [&](const Index3& v) {
+               return 12 * ((v[0] * 7919 + v[1] * 104729 + v[2] * 1299709) % 343) + 1;
+             })));
+  EXPECT_EQ(summarize({folder / "atlas.nrrd"})[0].segments.size(), 343U);
+  EXPECT_EQ(summarize({folder / "grey.nrrd"})[0].segments.size(), 0U);
+}
+
 TEST(Formats, SlicersOneVoxelImageIsAnEmptySegmentation) {
   const TemporaryFolder folder;
   write_text(

@@ -3,14 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <regex>
 
+#include "hexmesh/core/grid.h"
 #include "hexmesh/file/result_file.h"
 #include "tools_fixture.h"
 
 namespace test_tools {
 
+using hexmesh::Vec3;
 using namespace testing_support;
 using nlohmann::json;
 
@@ -256,6 +259,53 @@ TEST_F(Tools, AnInterruptedRunLeavesNoFile) {
   const auto before = listing();
   run("timeout -s INT 0.3 hexscan phantom liver --spacing 0.5 -o late.nrrd");
   EXPECT_EQ(listing(), before);
+}
+
+TEST_F(Tools, TheExampleOfAThinOrASmallBodyCanBeSolved) {
+  for (const auto& [solid, spacing, pull] : {std::tuple{"beam --set length=160 --set width=12 --set height=12", 2, "5"},
+                                             std::tuple{"box --set length=12 --set width=9 --set height=9", 1, "3"}}) {
+    const CommandResult r =
+        run(fmt::format("hexscan phantom {} --spacing {} -o thin.nrrd --force && hexmesh build thin.nrrd --material "
+                        "'*:tissue=liver' -o thin.hexmesh --force && "
+                        "hexsolve thin.hexmesh --example -o thin.toml --force && head -1 thin.toml && "
+                        "hexsolve -q thin.hexmesh thin.toml --level 0 -o thin.hexresult --force",
+                        solid, spacing));
+    EXPECT_EQ(r.exit_code, 0) << r.errors;
+    EXPECT_NE(r.output.find(fmt::format("pulled by {} mm", pull)), std::string::npos) << r.output;
+  }
+}
+
+TEST_F(Tools, VoxelsOfAThinSurfaceThatMissItsVolumeAreTold) {
+  // A box of 60 x 40 x 30 mm with walls of 1.4 mm; the same without its lid; and a solid one.
+  const auto box = [](double low, const Vec3& high, int first, bool inwards, int triangles) {
+    std::string points, faces;
+    for (int n = 0; n < 8; ++n)
+      points += fmt::format("v {} {} {}\n", n & 1 ? high[0] : low, n & 2 ? high[1] : low, n & 4 ? high[2] : low);
+    const std::array<std::array<int, 3>, 12> all = {{{0, 2, 1},
+                                                     {1, 2, 3},
+                                                     {4, 5, 6},
+                                                     {5, 7, 6},
+                                                     {0, 1, 4},
+                                                     {1, 5, 4},
+                                                     {2, 6, 3},
+                                                     {3, 6, 7},
+                                                     {0, 4, 2},
+                                                     {2, 4, 6},
+                                                     {1, 3, 5},
+                                                     {3, 7, 5}}};
+    for (int n = 0; n < triangles; ++n) {
+      const auto& t = all[static_cast<std::size_t>(n)];
+      faces += fmt::format("f {} {} {}\n", first + t[0], first + t[inwards ? 2 : 1], first + t[inwards ? 1 : 2]);
+    }
+    return points + faces;
+  };
+  const Vec3 outer(60, 40, 30), inner(58.6, 38.6, 28.6);
+  write_text(*folder / "wall.obj", box(0, outer, 1, false, 12) + box(1.4, inner, 9, true, 12));
+  write_text(*folder / "lid.obj", box(0, outer, 1, false, 10));
+  write_text(*folder / "solid.obj", box(0, outer, 1, false, 12));
+  EXPECT_NE(run("hexscan wall.obj --spacing 1 -o wall.nrrd").errors.find("as thin as a voxel"), std::string::npos);
+  EXPECT_NE(run("hexscan lid.obj --spacing 1 -o lid.nrrd").errors.find("follow --spacing"), std::string::npos);
+  EXPECT_EQ(run("hexscan solid.obj --spacing 1 -o solid.nrrd").errors.find("warning"), std::string::npos);
 }
 
 TEST_F(Tools, EveryExampleSceneConverges) {

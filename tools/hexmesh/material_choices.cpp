@@ -20,12 +20,16 @@ std::optional<hexmesh::Quantity>& quantity_named(const std::string& key, const s
   if (key == "poisson") return choice.poisson;
   if (key == "density_kg_m3") return choice.density_kg_m3;
   throw Error(ErrorKind::usage, fmt::format("--material '{}': unknown key '{}', expected young_kpa, poisson, "
-                                            "density_kg_m3",
+                                            "density_kg_m3, tissue",
                                             option, key));
 }
 
 void apply_setting(const std::string& setting, const std::string& option, hexmesh::MaterialChoice& choice) {
   const auto [key, text] = key_and_value(setting);
+  if (key == "tissue" && choice.tissue.empty()) {
+    choice.tissue = text;
+    return;
+  }
   std::optional<hexmesh::Quantity>& quantity = quantity_named(key, option, choice);
   const std::optional<double> value = parse_number<double>(text);
   if (!value) throw Error(ErrorKind::usage, fmt::format("--material '{}': '{}' is not a number", option, text));
@@ -33,7 +37,7 @@ void apply_setting(const std::string& setting, const std::string& option, hexmes
   quantity = *value;
 }
 
-/// "liver:young_kpa=100,poisson=0.3,density_kg_m3=1060" or "vena_cava:none".
+/// "liver:young_kpa=100,poisson=0.3,density_kg_m3=1060", "5:tissue=bone" or "vena_cava:none".
 std::pair<std::string, hexmesh::MaterialChoice> parse_material(const std::string& option) {
   const std::size_t colon = option.rfind(':');
   if (colon == std::string::npos || colon == 0)

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "hexmesh/core/error.h"
 #include "hexmesh/surface/surface_file.h"
 #include "hexmesh/surface/voxelize.h"
@@ -100,11 +102,16 @@ void report_shape(const std::string& name, const hexmesh::Voxelization& v, const
         fmt::format("surface '{}': a part with {} open edges of {} counts as a sheet and is not filled, "
                     "expected holes closed if it is a body",
                     name, open, all));
-  constexpr double lost = 0.9;
-  if (v.open_parts == 0 && ml < lost * v.enclosed_ml)
+  constexpr double most_off = 0.05;
+  if (v.open_parts > 0)
     console.warning(
-        fmt::format("surface '{}' encloses {:.4g} mL, its voxels {:.4g} mL: parts thinner than a voxel are "
-                    "lost, expected a smaller --spacing",
+        fmt::format("surface '{}': {} open parts are shells, one voxel thick: their volume, {:.4g} mL with what is "
+                    "closed, and their stiffness follow --spacing",
+                    name, v.open_parts, ml));
+  else if (v.mended_parts == 0 && std::abs(ml - v.enclosed_ml) > most_off * v.enclosed_ml)
+    console.warning(
+        fmt::format("surface '{}' encloses {:.4g} mL, its voxels {:.4g} mL: it is as thin as a voxel in places, "
+                    "expected a smaller --spacing",
                     name, v.enclosed_ml, ml));
 }
 

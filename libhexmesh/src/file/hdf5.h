@@ -36,6 +36,13 @@ private:
   Close close_;
 };
 
+/// Texts of fixed length: unlike those of variable length they lie in chunks and headers, which have checksums.
+Handle string_type(std::size_t size, H5T_cset_t characters = H5T_CSET_UTF8);
+
+/// The rows of a dataset as a part of its space.
+/// @param shape  receives theirs
+Handle rows_of(hid_t set, hsize_t first, hsize_t count, Shape& shape);
+
 template <class T>
 hid_t native_type();
 template <>
@@ -81,6 +88,8 @@ public:
     write_raw(name, native_type<T>(), values.data(), shape, sizeof(T), {compress, chunk_rows});
   }
   void write(const std::string& name, const std::vector<std::string>& values);
+  /// One text of variable length, which has no checksum: some readers take nothing else.
+  void variable_text(const std::string& name, const std::string& text);
 
   /// A dataset whose rows, along its first axis, come later by write_rows().
   template <class T>

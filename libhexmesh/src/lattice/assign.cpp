@@ -48,15 +48,40 @@ std::string source_of(const MaterialChoice& choice, const Tissue* tissue) {
 NamedRule make_rule(const std::string& segment, const MaterialChoice& choice) {
   constexpr double water = 1000;  // kg/m^3
   const Tissue* tissue = find_tissue(segment, choice);
-  if (!tissue && !(choice.young_kpa && choice.poisson))
-    throw Error(ErrorKind::input,
-                fmt::format("segment '{0}' has no material and its name no known tissue, expected --material "
-                            "'{0}:young_kpa=...,poisson=...' or '{0}:none'",
-                            segment));
   const Material m = tissue ? tissue->material : material_from_units(0, 0, water);
   return {{choice.young_kpa.value_or(m.young * 1e3), choice.poisson.value_or(m.poisson),
            choice.density_kg_m3.value_or(m.density * 1e12)},
           is_complete(choice) ? "given" : source_of(choice, tissue)};
+}
+
+}  // namespace
+
+namespace {
+
+MaterialChoice choice_for(const Segment& segment, const std::map<std::string, MaterialChoice>& choices) {
+  for (const auto& [name, asked] : choices)
+    if (name != "*" && find_segment({segment}, name)) return asked;
+  const auto all = choices.find("*");
+  return all == choices.end() ? MaterialChoice{} : all->second;
+}
+
+/// @throws Error{input} naming all segments that nothing says a material of
+void check_that_all_have_one(const std::vector<Segment>& segments,
+                             const std::map<std::string, MaterialChoice>& choices) {
+  std::vector<std::string> without;
+  for (const Segment& s : segments) {
+    const MaterialChoice choice = choice_for(s, choices);
+    if (!choice.none && !(choice.young_kpa && choice.poisson) && !find_tissue(s.name, choice))
+      without.push_back("'" + s.name + "'");
+  }
+  if (without.empty()) return;
+  const bool is_one = without.size() == 1;
+  throw Error(ErrorKind::input,
+              fmt::format("segment{} {} {} no material and {} no known tissue, expected --material "
+                          "'{}:young_kpa=...,poisson=...', ':tissue=...' or ':none'{}",
+                          is_one ? "" : "s", fmt::join(without, ", "), is_one ? "has" : "have",
+                          is_one ? "its name" : "their names", without.front().substr(1, without.front().size() - 2),
+                          is_one ? "" : " for each, or '*:...' for all of them"));
 }
 
 }  // namespace
@@ -69,14 +94,15 @@ AssignedMaterials assign_materials(const LabelVolume& volume, const std::map<std
       throw Error(ErrorKind::input,
                   fmt::format("material for unknown segment '{}', expected one of: {}", name, fmt::join(names, ", ")));
   const std::vector<std::size_t> counts = count_voxels(volume);
+  std::vector<Segment> filled;
+  for (std::size_t n = 0; n < counts.size(); ++n)
+    if (counts[n] > 0) filled.push_back(volume.segments[n]);
+  check_that_all_have_one(filled, choices);
   AssignedMaterials out;
   for (std::size_t n = 0; n < volume.segments.size(); ++n) {
     if (counts[n] == 0) continue;
     const Segment& segment = volume.segments[n];
-    const auto all = choices.find("*");
-    MaterialChoice choice = all == choices.end() ? MaterialChoice{} : all->second;
-    for (const auto& [name, asked] : choices)
-      if (find_segment({segment}, name)) choice = asked;
+    const MaterialChoice choice = choice_for(segment, choices);
     LatticeSegment entry{segment, std::nullopt, counts[n], ""};
     if (!choice.none) {
       auto [rule, source] = make_rule(segment.name, choice);

@@ -269,7 +269,8 @@ Segmentation to_segmentation(const StoredVolume& stored, const fs::path& path) {
 }
 
 bool looks_like_labels(const StoredVolume& stored) {
-  constexpr std::size_t most_labels = 256;
+  // Grey values differ from voxel to voxel; so many different ones are labels, of an atlas, only where few do.
+  constexpr std::size_t many_labels = 256;
   return std::visit(
       [](const auto& values) {
         std::vector<bool> seen(65536);
@@ -279,14 +280,14 @@ bool looks_like_labels(const StoredVolume& stored) {
           if (!(v >= 0 && v <= 65535) || static_cast<double>(static_cast<std::uint16_t>(v)) != static_cast<double>(v))
             return false;
           const auto label = static_cast<std::size_t>(v);
-          if (!seen[label] && ++different > most_labels) return false;
+          different += !seen[label];
           seen[label] = true;
           if (n > 0 && v != 0 && values[n - 1] != 0) {
             ++pairs;
             equal += v == values[n - 1];
           }
         }
-        return 2 * equal >= pairs;  // grey values differ from voxel to voxel
+        return different <= many_labels ? 2 * equal >= pairs : 4 * equal >= 3 * pairs;
       },
       stored.values);
 }

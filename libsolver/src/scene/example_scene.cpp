@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "hexmesh/core/error.h"
 #include "hexmesh/core/partition.h"
@@ -9,16 +10,22 @@
 
 namespace hexsolver {
 
+using hexmesh::as_size;
 using hexmesh::Error;
 using hexmesh::ErrorKind;
 using hexmesh::Lattice;
 
 namespace {
 
-/// The exposed faces of the largest part of voxels that are joined through faces.
-/// @param others  receives the number of other parts
-std::vector<hexmesh::ExposedFace> faces_of_largest_part(const Lattice& lattice, std::ptrdiff_t& others) {
-  std::vector<hexmesh::ExposedFace> faces = hexmesh::exposed_faces(lattice);
+/// The largest part of the voxels that are joined through faces.
+struct LargestPart {
+  std::vector<hexmesh::ExposedFace> faces;  ///< exposed ones
+  double thickness = 0;                     ///< of a ball with as much volume for its surface [mm]
+  std::ptrdiff_t others = 0;                ///< number of other parts
+};
+
+LargestPart largest_part(const Lattice& lattice) {
+  LargestPart part{hexmesh::exposed_faces(lattice)};
   const std::vector<hexmesh::VoxelClass> classes = hexmesh::classify_voxels(lattice);
   const auto is_material = [&](std::size_t n) { return classes[n] != hexmesh::VoxelClass::outside; };
   hexmesh::Partition parts(classes.size());
@@ -32,19 +39,36 @@ std::vector<hexmesh::ExposedFace> faces_of_largest_part(const Lattice& lattice, 
     }
   for (std::size_t n = 0; n < classes.size(); ++n)
     if (is_material(n)) ++size[parts.root(static_cast<std::int32_t>(n))];
-  others = std::count_if(size.begin(), size.end(), [](std::size_t n) { return n > 0; }) - 1;
+  part.others = std::count_if(size.begin(), size.end(), [](std::size_t n) { return n > 0; }) - 1;
   const auto largest = static_cast<std::int32_t>(std::max_element(size.begin(), size.end()) - size.begin());
-  std::erase_if(faces, [&](const hexmesh::ExposedFace& f) {
+  std::erase_if(part.faces, [&](const hexmesh::ExposedFace& f) {
     return parts.root(static_cast<std::int32_t>(lattice.voxels.offset(f.voxel))) != largest;
   });
-  return faces;
+  const Vec3 spacing = lattice.voxels.spacing();
+  double area = 0;
+  for (const hexmesh::ExposedFace& f : part.faces) area += spacing.prod() / spacing[f.side / 2];
+  part.thickness = 6 * static_cast<double>(size[as_size(largest)]) * spacing.prod() / area;
+  return part;
+}
+
+/// A number that people like, 1, 1.5, 2, 3, 5 or 7 times a power of ten, at most `most`.
+double round_down(double most) {
+  const double power = std::pow(10, std::floor(std::log10(most)));
+  double round = power;
+  for (const double digit : {1.5, 2.0, 3.0, 5.0, 7.0})
+    if (digit * power <= most) round = digit * power;
+  return round;
 }
 
 }  // namespace
 
 std::string example_scene(const Lattice& lattice) {
+  // The paper's 40 mm, and patches of 10 mm, are for a liver: thin and small bodies bear less.
+  constexpr double as_a_liver = 50, part_pulled = 0.4, part_held = 0.2;  // of the thickness
+  const auto [faces, thickness, others] = largest_part(lattice);
+  const double pull = thickness >= as_a_liver ? 40 : round_down(thickness * part_pulled);
+  const double radius = thickness >= as_a_liver ? 10 : round_down(thickness * part_held);
   // Extreme points of the surface, each at least three patch radii from those chosen before.
-  constexpr double radius = 10;
   struct Place {
     const char* name;
     Vec3 towards;
@@ -58,8 +82,6 @@ std::string example_scene(const Lattice& lattice) {
                                         {"lower right", {-1, 0, -1}},
                                         {"upper right", {-1, 0, 1}}}};
   std::vector<std::pair<std::string, Vec3>> chosen;
-  std::ptrdiff_t others = 0;
-  const std::vector<hexmesh::ExposedFace> faces = faces_of_largest_part(lattice, others);
   for (const Place& place : places) {
     const hexmesh::ExposedFace* best = nullptr;
     double most = 0;
@@ -76,15 +98,16 @@ std::string example_scene(const Lattice& lattice) {
     if (apart && chosen.size() < 4) chosen.emplace_back(place.name, point);
   }
   if (chosen.size() < 4)
-    throw Error(ErrorKind::geometry, fmt::format("the body is too small for four patches of {} mm", radius));
+    throw Error(ErrorKind::geometry, fmt::format("the body is too small for four patches of {:g} mm", radius));
 
-  std::string text =
-      "# Three places on the surface held, a fourth pulled by 40 mm: the displacement-driven liver experiment of\n"
+  std::string text = fmt::format(
+      "# Three places on the surface held, a fourth pulled by {:g} mm: the displacement-driven liver experiment of\n"
       "# Nesme, Faure, Payan, \"Accurate interactive animation of deformable models at arbitrary resolution\" (2010).\n"
       "# Positions are patient LPS in mm. radius_mm = 0 takes the one nearest point, as in the paper.\n"
       "[solve]\nkind = \"equilibrium\"\nstrain = \"corotational\"   # or \"cauchy\", \"green-lagrange\", \"auto\"; or "
       "law = \"neo-hookean\"\n"
-      "volumetric = \"mean\"        # or \"full\", the paper's\ntolerance = 1e-8\n";
+      "volumetric = \"mean\"        # or \"full\", the paper's\ntolerance = 1e-8\n",
+      pull);
   if (others > 0)
     text += fmt::format("islands = \"drop\"           # of the {} smaller parts those that nothing holds\n", others);
   for (std::size_t n = 1; n < 4; ++n)
@@ -92,8 +115,9 @@ std::string example_scene(const Lattice& lattice) {
                         chosen[n].first, chosen[n].second[0], chosen[n].second[1], chosen[n].second[2], radius);
   text += fmt::format(
       "\n[[displace]]\nname = \"{}\"\npoint_mm = [{:.3f}, {:.3f}, {:.3f}]\nradius_mm = {:g}\n"
-      "by_mm = [0.0, -28.284271, -28.284271]   # 40 mm to the front and down\n",
-      chosen[0].first, chosen[0].second[0], chosen[0].second[1], chosen[0].second[2], radius);
+      "by_mm = [0.0, {:.8g}, {:.8g}]   # {:g} mm to the front and down\n",
+      chosen[0].first, chosen[0].second[0], chosen[0].second[1], chosen[0].second[2], radius, -pull * std::sqrt(0.5),
+      -pull * std::sqrt(0.5), pull);
   return text;
 }
 

@@ -222,7 +222,7 @@ struct LatticeNeeds {
 hexmesh::Lattice read_lattice_for(const Scene& scene, const std::filesystem::path& path, const LatticeNeeds& needs);
 
 /// A commented scene for any lattice: the paper's liver experiment, three places on the surface held and a fourth
-/// pulled by 40 mm.
+/// pulled by 40 mm; by less where the body is thin or small.
 std::string example_scene(const hexmesh::Lattice& lattice);
 
 }  // namespace hexsolver
