@@ -137,11 +137,19 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   const Input& scene_file = files.input(o.scene, Content::text);
   Scene scene = read_scene(o, scene_file, files, console);
   if (o.stream) files.reserve_standard_output(Content::binary);
-  Output* output = solves ? files.output_if_named(o.output, Content::binary) : nullptr;
+  if (o.plan && !o.output.empty()) throw Error(ErrorKind::usage, "-o goes with a solution or --check, not with --plan");
+  Output* output = files.output_if_named(o.output, Content::binary);
   Output* report_file = files.output_if_named(o.report, Content::text);
   int level = 0;
   const hexmesh::Lattice lattice = read_lattice(o, lattice_file.path(), scene, level);
-  if (o.check) return show_check(hexsolver::check_scene(lattice, scene, level), report_file, files, console);
+  const auto history = [&] {
+    std::vector<std::string> lines = lattice.history;
+    lines.push_back(solve_history(o.lattice, lattice_file.path(), o.scene, scene_file.path(), scene));
+    return lines;
+  };
+  if (o.check)
+    return show_check(hexsolver::check_scene(lattice, scene, level), scene, report_file, output, lattice_file.path(),
+                      history(), files, console);
   if (o.plan) return show_plan(hexsolver::plan_solution(lattice, scene, level), report_file, files);
   const double read_done = omp_get_wtime();
   level = fit_into_memory(lattice, level, scene, console);
@@ -156,8 +164,7 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
           : hexsolver::solve_equilibrium(lattice, scene, level, progress_on(console, work_of(lattice, scene, level)));
 
   json summary = to_json(report, scene);
-  result.history = lattice.history;
-  result.history.push_back(solve_history(o.lattice, lattice_file.path(), o.scene, scene_file.path(), scene));
+  result.history = history();
   result.report = json_line(summary);
   result.costs = json_line(costs_of(report, read_done - start));
   const double solve_done = omp_get_wtime();

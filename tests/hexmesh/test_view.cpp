@@ -274,6 +274,35 @@ TEST(Slice, ColoursShowTheFieldAndAreNamedWhereThereIsNone) {
   }
 }
 
+TEST(Slice, AMagnifiedDisplacementHasTheColoursOfTheTrueOne) {
+  const Lattice lattice = box({12, 12, 4}, {1, 1, 1});
+  const Result r = moved(lattice, 0, 0.05 * Vec3::UnitX() * Vec3::UnitX().transpose(), {0, 0, 0});
+  SliceOptions options;
+  options.color_by = "displacement";
+  options.before = false;
+  options.pixel_mm = 0.5;
+  options.magnified = 10;
+  options.white = true;
+  const Canvas sheet = SliceRenderer(magnified(r, 10), nullptr, options).draw(plane_across(SliceAxis::axial, 1.5));
+  // As half as long again: from -0.75 to 17.25 mm, in the colours of 0 to 0.6 mm.
+  const auto pixel = [&](double x) { return sheet.at(22 + static_cast<int>((x + 12.75) / 0.5), 44 + 36); };
+  EXPECT_GT(pixel(1)[2], pixel(1)[1]);
+  EXPECT_GT(pixel(16.5)[1], pixel(16.5)[2] + 40);
+  EXPECT_EQ(pixel(-6), (Rgb{255, 255, 255})) << "paper";
+  EXPECT_EQ(sheet.at(0, 0), (Rgb{255, 255, 255}));
+}
+
+TEST(Slice, ANarrowPictureHasItsWholeCaption) {
+  const Lattice lattice = box({4, 40, 40}, {1, 1, 1});
+  const Result r = moved(lattice, 0, Mat3::Zero(), Vec3::Zero());
+  SliceOptions options;
+  options.pixel_mm = 2;
+  options.deformed = false;
+  const std::string note = "NOT CONVERGED, 0.5 of the load";
+  const Canvas sheet = SliceRenderer(r, nullptr, options).draw(plane_across(SliceAxis::axial, 1.5), note);
+  EXPECT_GE(sheet.width(), 44 + Canvas::text_width("before: axial S = 1.5 mm, " + note, 13));
+}
+
 TEST(Canvas, PicturesOfOneSheetStandInRows) {
   Canvas red(10, 6, {255, 0, 0}), blue(10, 6, {0, 0, 255});
   const Canvas sheet = contact_sheet({red, blue, red});

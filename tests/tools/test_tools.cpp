@@ -308,6 +308,24 @@ TEST_F(Tools, VoxelsOfAThinSurfaceThatMissItsVolumeAreTold) {
   EXPECT_EQ(run("hexscan solid.obj --spacing 1 -o solid.nrrd").errors.find("warning"), std::string::npos);
 }
 
+TEST_F(Tools, TheSameRunIsTheSameBytes) {
+  // A second later, with another number of threads; results are left out, as they tell what they cost.
+  const std::string chain =
+      " && cd bytes && "
+      "hexscan phantom liver --spacing 8 --intensity-out ct.nrrd -o l.nrrd && hexmesh build l.nrrd -o l.hexmesh && "
+      "hexsolve l.hexmesh ../liver.toml --level 0 -o l.hexresult && "
+      "hexexport l.hexresult --lattice l.vtu --surface l.vtp --conditions c.vtp --csv n.csv --scan ct.nrrd "
+      "--to moved.nrrd --segmentation l.seg.nrrd --transform to_rest.h5 --transform-points from_rest.nrrd && "
+      "hexexport l.hexresult --lattice l.hdf --surface l.stl && hexslice planes l.hexresult --scan ct.nrrd -o planes "
+      "&& hexslice volume l.hexresult -o volume.png && rm l.hexresult && cd ..";
+  const CommandResult r = run("mkdir bytes" + chain +
+                              " && mv bytes first && sleep 1.1 && export OMP_NUM_THREADS=1 && "
+                              "mkdir bytes" +
+                              chain + " && diff -r bytes first && ls bytes | wc -l");
+  EXPECT_EQ(r.exit_code, 0) << r.output << r.errors;
+  EXPECT_EQ(r.output, "15\n");
+}
+
 TEST_F(Tools, EveryExampleSceneConverges) {
   std::size_t scenes = 0;
   for (const auto& entry : std::filesystem::directory_iterator(HEXTOOLS_SOURCE "/examples")) {

@@ -24,6 +24,7 @@ struct Key {
 
 constexpr std::array report_keys = {Key{"kind", KeyKind::text},
                                     Key{"converged", KeyKind::flag},
+                                    Key{"is_preview", KeyKind::flag},
                                     Key{"reason", KeyKind::text},
                                     Key{"load_fraction", KeyKind::number},
                                     Key{"accuracy_missed", KeyKind::flag},
@@ -46,6 +47,9 @@ constexpr std::array report_keys = {Key{"kind", KeyKind::text},
 constexpr std::array costs_keys = {Key{"levels", KeyKind::list_of_numbers}, Key{"effects", KeyKind::list_of_numbers},
                                    Key{"seconds", KeyKind::table}, Key{"peak_memory_mb", KeyKind::number}};
 constexpr std::array condition_keys = {Key{"name", KeyKind::text}, Key{"reaction_n", KeyKind::vector}};
+constexpr std::array contact_keys = {Key{"plane", KeyKind::table}, Key{"sphere", KeyKind::table}};
+constexpr std::array obstacle_keys = {Key{"point_mm", KeyKind::vector}, Key{"normal", KeyKind::vector},
+                                      Key{"center_mm", KeyKind::vector}, Key{"radius_mm", KeyKind::number}};
 constexpr std::array level_keys = {Key{"level", KeyKind::count}, Key{"seconds", KeyKind::number},
                                    Key{"error_mm", KeyKind::table}};
 constexpr std::array balance_keys = {Key{"about_mm", KeyKind::vector}, Key{"acting", KeyKind::rows},
@@ -142,7 +146,11 @@ ResultReport report_of(const hexmesh::Result& result) {
   check(out.costs, costs_keys, "/costs");
   check_rows(report, "conditions", condition_keys, "/report");
   check_rows(report, "levels", level_keys, "/report");
-  for (const char* list : {"forces", "contacts", "effects", "warnings"})
+  check_rows(report, "contacts", contact_keys, "/report");
+  for (const json& contact : report["contacts"])
+    for (const char* shape : {"plane", "sphere"})
+      if (contact.contains(shape)) check(contact[shape], obstacle_keys, fmt::format("/report/contacts/{}", shape));
+  for (const char* list : {"forces", "effects", "warnings"})
     if (!report.contains(list)) report[list] = json::array();
   if (report.contains("balance")) {
     json& balance = report["balance"];

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "cli/result_report.h"
 #include "hexmesh/core/error.h"
@@ -34,10 +35,35 @@ void warn_of_state(const hexmesh::Result& result, const Console& console) {
                     cells));
 }
 
+bool is_preview(const hexmesh::Result& result) { return report_of(result).report.value("is_preview", false); }
+
 std::string state_note(const hexmesh::Result& result) {
   const ResultReport said = report_of(result);
+  if (is_preview(result)) return "not solved yet";
   if (!said.converged()) return fmt::format("NOT CONVERGED, {:.3g} of the load", said.load_fraction());
   return result.times.empty() ? "" : fmt::format("end, {:.4g} s", result.times.back());
+}
+
+std::vector<hexmesh::Obstacle> obstacles_of(const hexmesh::Result& result) {
+  const auto vector = [](const nlohmann::json& row, const char* key) -> hexmesh::Vec3 {
+    hexmesh::Vec3 out = hexmesh::Vec3::Constant(NAN);
+    if (const auto found = row.find(key); found != row.end())
+      for (int d = 0; d < 3; ++d)
+        if (const auto& value = (*found)[static_cast<std::size_t>(d)]; value.is_number()) out[d] = value.get<double>();
+    return out;
+  };
+  std::vector<hexmesh::Obstacle> out;
+  const nlohmann::json report = report_of(result).report;
+  for (const nlohmann::json& contact : report["contacts"]) {
+    hexmesh::Obstacle o;
+    if (contact.contains("plane"))
+      o = {vector(contact["plane"], "point_mm"), vector(contact["plane"], "normal")};
+    else if (contact.contains("sphere"))
+      o = {vector(contact["sphere"], "center_mm"), hexmesh::Vec3::Zero(),
+           ResultReport::number_in(contact["sphere"], "radius_mm", NAN)};
+    if (o.point.allFinite() && o.normal.allFinite() && std::isfinite(o.radius)) out.push_back(o);
+  }
+  return out;
 }
 
 std::optional<hexmesh::IntensityVolume> read_scan_of(const hexmesh::Result& result, const Input* file,

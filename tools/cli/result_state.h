@@ -3,9 +3,11 @@
 
 #include <filesystem>
 #include <optional>
+#include <vector>
 
 #include "cli/run_files.h"
 #include "hexmesh/result/result.h"
+#include "hexmesh/view/slice.h"
 #include "hexmesh/volume/intensity_volume.h"
 
 namespace hextools {
@@ -19,6 +21,12 @@ void warn_of_state(const hexmesh::Result& result, const Console& console);
 
 /// What a picture of a result has to say beside itself: that it is not converged, or a motion's end; else nothing.
 std::string state_note(const hexmesh::Result& result);
+
+/// Whether it shows a scene that is not solved.
+bool is_preview(const hexmesh::Result& result);
+
+/// The obstacles of its scene, where they are at the end.
+std::vector<hexmesh::Obstacle> obstacles_of(const hexmesh::Result& result);
 
 /// The scan of a result.
 /// @param file  or nullptr, for none

@@ -12,9 +12,11 @@ namespace hextools {
 class ResultSteps {
 public:
   /// @param path, result  the file and what was read from it; both must outlive this
-  ResultSteps(const std::filesystem::path& path, const hexmesh::Result& result)
+  /// @param magnified     what displacements are multiplied by
+  ResultSteps(const std::filesystem::path& path, const hexmesh::Result& result, double magnified = 1)
       : path_(path),
         result_(result),
+        magnified_(magnified),
         now_(result),
         surface_(hexmesh::CellLocator(result.voxels, result.voxels_per_cell, now_.cells), result.cell_nodes,
                  result.surface.points) {
@@ -26,6 +28,7 @@ public:
   const hexmesh::Result& at(std::size_t number) {
     hexmesh::MotionStep step = hexmesh::read_step(path_, result_, number);
     now_.displacement = std::move(step.displacement);
+    for (hexmesh::Vec3& u : now_.displacement) u *= magnified_;
     now_.velocity = std::move(step.velocity);
     surface_.interpolate({now_.displacement.front().data(), 3 * now_.displacement.size()}, now_.surface_displacement);
     return now_;
@@ -34,6 +37,7 @@ public:
 private:
   const std::filesystem::path& path_;
   const hexmesh::Result& result_;
+  double magnified_;
   hexmesh::Result now_;
   hexmesh::EmbeddedPoints surface_;
 };

@@ -118,6 +118,19 @@ const char* law_name(hexsolver::Elasticity e) {
 
 }  // namespace
 
+void add_obstacles(json& rows, const hexsolver::Scene& scene) {
+  for (std::size_t n = 0; n < scene.contacts.size() && n < rows.size(); ++n) {
+    const hexsolver::Contact& c = scene.contacts[n];
+    const hexmesh::Vec3 moved =
+        c.history ? c.history->at(scene.dynamics ? scene.dynamics->duration : 0) : hexmesh::Vec3(c.by);
+    if (const auto* plane = std::get_if<hexsolver::HalfSpace>(&c.obstacle))
+      rows[n]["plane"] = {{"point_mm", to_json(hexmesh::Vec3(plane->point + moved))},
+                          {"normal", to_json(plane->normal)}};
+    else if (const auto* ball = std::get_if<hexsolver::Ball>(&c.obstacle))
+      rows[n]["sphere"] = {{"center_mm", to_json(hexmesh::Vec3(ball->center + moved))}, {"radius_mm", ball->radius}};
+  }
+}
+
 json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   json out;
   out["kind"] = r.motion ? "dynamics" : "equilibrium";
@@ -148,6 +161,7 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   add_moments(r.forces, out["forces"]);
   out["contacts"] = to_json(r.contacts);
   add_moments(r.contacts, out["contacts"]);
+  add_obstacles(out["contacts"], scene);
   out["balance"] = to_json(r.balance);
   out["free_modes"] = json::array();
   out["dropped_cells"] = r.dropped_cells;

@@ -110,6 +110,7 @@ void check_options(PlaneOptions& o) {
   o.slice.before = o.only != "deformed";
   o.slice.deformed = o.only != "before";
   o.slice.outlines = !o.no_outlines;
+  o.slice.white = o.background == "white";
 }
 
 void add_options(CLI::App& app, PlaneOptions& o) {
@@ -133,15 +134,28 @@ void add_options(CLI::App& app, PlaneOptions& o) {
   app.add_option("--window", o.slice.window, "Width of the grey window")
       ->check(CLI::PositiveNumber)
       ->check(finite_number);
-  app.add_option("--pixel-mm", o.slice.pixel_mm, "Size of a pixel [mm]; 0 = about 420 pixels a side")
-      ->check(CLI::Range(0.0, 100.0))
+  CLI::Option* pixel = app.add_option("--pixel-mm", o.slice.pixel_mm, "Size of a pixel [mm]; 0 = as --size says")
+                           ->check(CLI::Range(0.0, 100.0))
+                           ->capture_default_str()
+                           ->check(finite_number);
+  app.add_option("--size", o.slice.size, "About how many pixels the longer side has")
+      ->check(CLI::Range(16, 8192))
       ->capture_default_str()
-      ->check(finite_number);
+      ->excludes(pixel);
+  app.add_option("--magnify", o.slice.magnified, "Show the displacement so many times larger")
+      ->check(positive_number)
+      ->capture_default_str();
+  app.add_option("--background", o.background, "Paper: black or white")
+      ->check(CLI::IsMember({"black", "white"}))
+      ->capture_default_str();
   app.add_option("--only", o.only, "Show one picture instead of two side by side: before or deformed")
       ->check(CLI::IsMember({"before", "deformed"}));
   app.add_flag("--no-outlines", o.no_outlines, "Leave out the outlines of the segments");
   app.add_flag("--lattice", o.slice.lattice, "Show the borders between the cells of the lattice");
   app.add_flag("--arrows", o.slice.arrows, "Show the displacement within the plane as arrows");
+  app.add_flag("--scene", o.slice.scene,
+               "Show what the scene says: points that are held in blue, those that are moved in red with an arrow, "
+               "obstacles in violet");
   app.add_option("--color", o.slice.color_by,
                  "Show a field in colour with a legend: displacement, or a cell field, e.g. von_mises_stress");
   app.add_flag("--contact-sheet", o.contact_sheet, "All slices of an axis in one picture");

@@ -19,6 +19,7 @@ struct PlaneOptions {
   std::optional<double> at;
   std::vector<double> normal, point;
   std::string only;
+  std::string background = "black";
   bool no_outlines = false, contact_sheet = false;
   hexmesh::SliceOptions slice;
 };

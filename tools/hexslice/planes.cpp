@@ -16,8 +16,10 @@ int run_planes(PlaneOptions& o, const CommonOptions& common, const Console& cons
   RunFiles files(common);
   const Input& input = files.input(o.input);
   const Input* scan_file = files.input_if_named(o.scan);
-  const hexmesh::Result result = read_with_surface(input.path());
+  const hexmesh::Result result = hexmesh::magnified(read_with_surface(input.path()), o.slice.magnified);
   warn_of_state(result, console);
+  if (is_preview(result) && o.only.empty()) o.slice.deformed = false;
+  if (o.slice.scene) o.slice.obstacles = obstacles_of(result);
   const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, scan_file, console);
   const hexmesh::SliceRenderer renderer(result, scan ? &*scan : nullptr, o.slice);
   const std::vector<PlaneStack> stacks = make_stacks(o, result);
@@ -40,7 +42,7 @@ int run_planes(PlaneOptions& o, const CommonOptions& common, const Console& cons
       else
         pictures.write(*name++, picture);
     }
-    if (o.contact_sheet) pictures.write(*name++, hexmesh::contact_sheet(sheet));
+    if (o.contact_sheet) pictures.write(*name++, hexmesh::contact_sheet(sheet, o.slice.white));
   }
   pictures.commit(console);
   return 0;

@@ -27,7 +27,7 @@ void fit_all_steps(const hexmesh::Result& result, ResultSteps& steps, hexmesh::S
     for (const hexmesh::Vec3& u : step.surface_displacement) largest = std::max(largest, u.norm());
   }
   slice.bounds = bounds;
-  slice.color_max = largest;
+  slice.color_max = largest / slice.magnified;
 }
 
 int run_steps(PlaneOptions& o, const CommonOptions& common, const Console& console) {
@@ -43,10 +43,11 @@ int run_steps(PlaneOptions& o, const CommonOptions& common, const Console& conso
   const hexmesh::Result result = read_with_surface(input.path());
   if (result.times.empty()) throw Error(ErrorKind::usage, "the result is no motion, expected one, or hexslice planes");
   warn_of_state(result, console);
+  if (o.slice.scene) o.slice.obstacles = obstacles_of(result);
   const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, scan_file, console);
 
   const std::filesystem::path path = input.path();
-  ResultSteps steps(path, result);
+  ResultSteps steps(path, result, o.slice.magnified);
   fit_all_steps(result, steps, o.slice);
   const hexmesh::SliceRenderer check(steps.at(0), scan ? &*scan : nullptr, o.slice);  // before a folder is made
   const hexmesh::SlicePlane plane = make_stacks(o, result).front().planes.front();
@@ -65,7 +66,7 @@ int run_steps(PlaneOptions& o, const CommonOptions& common, const Console& conso
     else
       pictures.write(names[n], picture);
   }
-  if (o.contact_sheet) pictures.write(names.front(), hexmesh::contact_sheet(sheet));
+  if (o.contact_sheet) pictures.write(names.front(), hexmesh::contact_sheet(sheet, o.slice.white));
   pictures.commit(console);
   return 0;
 }

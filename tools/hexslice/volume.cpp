@@ -40,6 +40,8 @@ struct Options {
   std::vector<std::string> show;
   std::vector<double> view, up;
   std::vector<int> size = {512};
+  std::string background = "black";
+  double magnified = 1;
   bool at_rest = false, flat = false;
   hexmesh::VolumeOptions volume;
 };
@@ -112,13 +114,16 @@ void set_view(Options& o) {
 void annotate(hexmesh::Canvas& picture, const Options& o, std::string caption, const std::string& note) {
   const Vec3 right = o.volume.view.cross(o.volume.up).normalized(), down = o.volume.view.normalized().cross(right);
   constexpr int font = 13, edge = 5;
+  const std::uint8_t grey = o.background == "white" ? 0 : 255;
+  const hexmesh::Rgb ink = {grey, grey, grey};
   const int middle_x = picture.width() / 2, middle_y = picture.height() / 2;
-  picture.text(hexmesh::orientation_letters(-right), edge, middle_y, font);
-  picture.text_ending_at(hexmesh::orientation_letters(right), picture.width() - edge, middle_y, font);
-  picture.text(hexmesh::orientation_letters(-down), middle_x, edge, font);
-  picture.text(hexmesh::orientation_letters(down), middle_x, picture.height() - font - edge, font);
+  picture.text(hexmesh::orientation_letters(-right), edge, middle_y, font, ink);
+  picture.text_ending_at(hexmesh::orientation_letters(right), picture.width() - edge, middle_y, font, ink);
+  picture.text(hexmesh::orientation_letters(-down), middle_x, edge, font, ink);
+  picture.text(hexmesh::orientation_letters(down), middle_x, picture.height() - font - edge, font, ink);
   if (!note.empty()) caption += ", " + note;
-  picture.text(caption, edge, edge, font);
+  if (o.magnified != 1 && !o.at_rest) caption += fmt::format(", displacement x {:g}", o.magnified);
+  picture.text(caption, edge, edge, font, ink);
 }
 
 int run_volume(Options& o, const CommonOptions& common, const Console& console) {
@@ -130,11 +135,12 @@ int run_volume(Options& o, const CommonOptions& common, const Console& console) 
   o.volume.width = o.size[0];
   o.volume.height = o.size.size() > 1 ? o.size[1] : o.size[0];
   o.volume.shaded = !o.flat;
+  if (o.background == "white") o.volume.background = {255, 255, 255};
   RunFiles files(common);
   const Input& input = files.input(o.input);
   const Input* scan_file = files.input_if_named(o.scan);
   Output& output = files.output(o.output, Content::binary, ".png");
-  const hexmesh::Result result = hexmesh::read_result(input.path());
+  const hexmesh::Result result = hexmesh::magnified(hexmesh::read_result(input.path()), o.magnified);
   warn_of_state(result, console);
   const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, scan_file, console);
   o.volume.appearance = hexmesh::default_appearance(result);
@@ -192,6 +198,12 @@ std::function<int()> declare_volume(CLI::App& app, const CommonOptions& common, 
   app.add_option("--window", o->volume.window, "Width of the grey window")
       ->check(CLI::PositiveNumber)
       ->check(finite_number);
+  app.add_option("--magnify", o->magnified, "Show the displacement so many times larger")
+      ->check(positive_number)
+      ->capture_default_str();
+  app.add_option("--background", o->background, "Paper: black or white")
+      ->check(CLI::IsMember({"black", "white"}))
+      ->capture_default_str();
   app.add_flag("--rest", o->at_rest, "The body at rest, in the same frame");
   app.add_flag("--flat", o->flat, "Without light on surfaces");
   app.add_flag("--linear-opacity", o->volume.linear_opacity,

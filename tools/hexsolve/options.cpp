@@ -64,7 +64,9 @@ void add_options(CLI::App& app, SolveOptions& o) {
                "Print a scene for this lattice: three places held, a fourth pulled by 40 mm, less where the body is "
                "thin or small");
   CLI::Option* check =
-      app.add_flag("--check", o.check, "Only say what each condition selects and whether every part is held");
+      app.add_flag("--check", o.check,
+                   "Only say what each condition selects and whether every part is held; with -o a result at rest that "
+                   "shows it in pictures (hexslice planes --scene)");
   CLI::Option* plan =
       app.add_flag("--plan", o.plan, "Only say which effects are on, why, and what the solution is expected to cost")
           ->excludes(check);

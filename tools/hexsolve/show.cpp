@@ -6,6 +6,7 @@
 #include "cli/json_text.h"
 #include "cli/solve_report.h"
 #include "cli/streams.h"
+#include "hexmesh/file/result_file.h"
 
 namespace hextools {
 
@@ -23,7 +24,9 @@ int show(const nlohmann::json& report, const std::string& text, Output* file, Ru
 
 }  // namespace
 
-int show_check(const hexsolver::SceneCheck& check, Output* report, RunFiles& files, const Console& console) {
+int show_check(hexsolver::SceneCheck check, const hexsolver::Scene& scene, Output* report, Output* preview,
+               const std::filesystem::path& lattice, std::vector<std::string> history, RunFiles& files,
+               const Console& console) {
   json out = {{"level", check.level},
               {"conditions", json::array()},
               {"forces", to_json(check.forces)},
@@ -32,6 +35,14 @@ int show_check(const hexsolver::SceneCheck& check, Output* report, RunFiles& fil
               {"held_cells", check.held_cells},
               {"warnings", check.warnings}};
   for (const hexsolver::ConditionReport& c : check.conditions) out["conditions"].push_back(to_json(c));
+  if (preview && check.preview) {
+    json shown = out;
+    shown["is_preview"] = true;
+    add_obstacles(shown["contacts"], scene);
+    check.preview->report = json_line(shown);
+    check.preview->history = std::move(history);
+    hexmesh::write_result(*check.preview, preview->path(), lattice);
+  }
   for (const std::string& w : check.warnings) console.warning(w);
   std::string text;
   for (const hexsolver::ConditionReport& c : check.conditions)

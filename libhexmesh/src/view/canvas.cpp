@@ -43,13 +43,30 @@ void Canvas::text_ending_at(const std::string& words, int x, int y, int size, Rg
   add_text(words, x, y, size, color, true);
 }
 
-void Canvas::add_text(const std::string& words, int x, int y, int size, Rgb color, bool ends_there) {
+namespace {
+
+/// White words; nothing if there are none to draw.
+vtkSmartPointer<vtkImageData> picture_of(const std::string& words, int size) {
   vtkNew<vtkTextProperty> style;
   style->SetFontSize(size);
   style->SetColor(1, 1, 1);
-  vtkNew<vtkImageData> image;
+  auto image = vtkSmartPointer<vtkImageData>::New();
   std::array<int, 2> dimensions{};
-  if (!vtkFreeTypeTools::GetInstance()->RenderString(style, vtkStdString(words), 72, image, dimensions.data())) return;
+  return vtkFreeTypeTools::GetInstance()->RenderString(style, vtkStdString(words), 72, image, dimensions.data())
+             ? image
+             : nullptr;
+}
+
+}  // namespace
+
+int Canvas::text_width(const std::string& words, int size) {
+  const auto image = picture_of(words, size);
+  return image ? image->GetExtent()[1] - image->GetExtent()[0] + 1 : 0;
+}
+
+void Canvas::add_text(const std::string& words, int x, int y, int size, Rgb color, bool ends_there) {
+  const auto image = picture_of(words, size);
+  if (!image) return;
   const int* extent = image->GetExtent();
   const int width = extent[1] - extent[0] + 1, height = extent[3] - extent[2] + 1;
   for (int j = 0; j < height; ++j)

@@ -19,10 +19,13 @@ constexpr double surroundings_brightness = 0.45;
 constexpr double rest_grid_mm = 10;
 constexpr double field_opacity = 0.6;
 constexpr int arrow_distance = 22;  // [pixels]
-constexpr double longest_side = 420;
 constexpr double most_pixels = 8192;
 constexpr int header = 22, gap = 6, letters = 22, font = 13, footer = 18, legend_width = 104;
-constexpr Rgb paper = {24, 24, 24}, yellow = {255, 230, 60}, lattice_color = {110, 170, 255};
+constexpr Rgb yellow = {255, 230, 60}, orange = {200, 80, 0}, lattice_color = {110, 170, 255};
+
+Rgb paper_of(const SliceOptions& o) { return o.white ? Rgb{255, 255, 255} : Rgb{24, 24, 24}; }
+Rgb ink_of(const SliceOptions& o) { return o.white ? Rgb{0, 0, 0} : Rgb{255, 255, 255}; }
+Rgb nothing_of(const SliceOptions& o) { return o.white ? Rgb{255, 255, 255} : Rgb{0, 0, 0}; }
 
 /// The frame's layout; see SliceRenderer::frame.
 int width_of(const Grid& frame) { return frame.extent()[0]; }
@@ -40,15 +43,15 @@ double round_length(double limit) {
   return power;
 }
 
-void add_scale_bar(const Grid& frame, int left, int top, Canvas& sheet) {
+void add_scale_bar(const Grid& frame, int left, int top, Rgb ink, Canvas& sheet) {
   const double pixel = frame.spacing()[0];
   const double length = round_length(width_of(frame) * pixel / 4);
   const int right = left + static_cast<int>(length / pixel);
-  for (int y = top + 7; y < top + 10; ++y) sheet.line(left, y, right, y, {255, 255, 255});
-  sheet.line(left, top + 4, left, top + 12, {255, 255, 255});
-  sheet.line(right, top + 4, right, top + 12, {255, 255, 255});
+  for (int y = top + 7; y < top + 10; ++y) sheet.line(left, y, right, y, ink);
+  sheet.line(left, top + 4, left, top + 12, ink);
+  sheet.line(right, top + 4, right, top + 12, ink);
   sheet.text(length < 1 ? fmt::format("{:g} um", 1000 * length) : fmt::format("{:g} mm", length), right + 6, top + 2,
-             font);
+             font, ink);
 }
 
 }  // namespace
@@ -89,6 +92,14 @@ SlicePlane oblique_plane(const Vec3& point, const Vec3& normal) {
   return plane;
 }
 
+Result magnified(Result result, double factor) {
+  std::vector<std::vector<Vec3>*> fields = {&result.displacement, &result.surface_displacement};
+  for (ConditionPoints& c : result.conditions) fields.push_back(&c.displacement);
+  for (std::vector<Vec3>* field : fields)
+    for (Vec3& u : *field) u *= factor;
+  return result;
+}
+
 std::string unit_of_field(const std::string& name) {
   static const std::map<std::string, std::string> units = {
       {"displacement", "mm"},  {"strain_energy_density", "N/mm^2"}, {"von_mises_stress", "MPa"},
@@ -114,7 +125,7 @@ SliceRenderer::SliceRenderer(const Result& result, const IntensityVolume* scan, 
   if (options.color_by == "displacement") {
     field_low_ = field_high_ = 0;
     for (const Vec3& u : result.surface_displacement.empty() ? result.displacement : result.surface_displacement)
-      field_high_ = std::max(field_high_, u.norm());
+      field_high_ = std::max(field_high_, u.norm() / options.magnified);
     field_high_ = options.color_max.value_or(field_high_);
   } else if (!options.color_by.empty()) {
     const auto field = result.cell_fields.find(options.color_by);
@@ -155,7 +166,7 @@ Grid SliceRenderer::frame(const SlicePlane& plane) const {
   const auto [top, bottom] = range(plane.down);
   const double margin = options_.margin_mm;
   const Vec3 size(right - left + 2 * margin, bottom - top + 2 * margin, 0);
-  const double pixel = options_.pixel_mm > 0 ? options_.pixel_mm : size.maxCoeff() / longest_side;
+  const double pixel = options_.pixel_mm > 0 ? options_.pixel_mm : size.maxCoeff() / options_.size;
   Mat3 axes;
   axes << plane.right, plane.down, plane.right.cross(plane.down);
   const Vec3 origin = axes * Vec3(left - margin, top - margin, plane.point.dot(axes.col(2)));
@@ -180,15 +191,20 @@ std::int32_t SliceRenderer::cell_at(const Vec3& rest) const {
                                  static_cast<std::int32_t>(std::lround(index[2]))});
 }
 
+std::uint8_t SliceRenderer::faded(std::uint8_t grey) const {
+  const double full = options_.white ? 255 : 0;
+  return static_cast<std::uint8_t>(full + surroundings_brightness * (grey - full));
+}
+
 double SliceRenderer::color_value(const Vec3& rest, const Vec3& displacement) const {
-  if (!field_) return displacement.norm();
+  if (!field_) return displacement.norm() / options_.magnified;
   const std::int32_t cell = cell_at(rest);
   return cell < 0 ? field_low_ : (*field_)[cell];
 }
 
 Canvas SliceRenderer::paint(const Grid& f, const DisplacementField& field, bool deformed) const {
   const int width = width_of(f), height = height_of(f);
-  Canvas canvas(width, height);
+  Canvas canvas(width, height, nothing_of(options_));
   Eigen::Index across = 0;
   f.direction().col(2).cwiseAbs().maxCoeff(&across);
   std::vector<std::uint16_t> labels(f.num_voxels());
@@ -218,8 +234,8 @@ Canvas SliceRenderer::paint(const Grid& f, const DisplacementField& field, bool 
         const bool is_base = !options_.color_by.empty();  // of another colour's meaning
         const Rgb color = is_base ? Rgb{150, 150, 150} : color_of_label_[labels[n]].value_or(Rgb{200, 200, 200});
         for (std::size_t c = 0; c < 3; ++c) pixel[c] = static_cast<std::uint8_t>(brightness * color[c]);
-      } else if (scan_ && !left_by_the_body) {
-        pixel.fill(static_cast<std::uint8_t>(surroundings_brightness * grey(value_at(*scan_, here))));
+      } else if (const double around = scan_ ? value_at(*scan_, here) : NAN; !std::isnan(around) && !left_by_the_body) {
+        pixel.fill(faded(grey(around)));
       }
       if (is_material && !options_.color_by.empty()) {
         const Rgb color = viridis((color_value(rest, step) - field_low_) / (field_high_ - field_low_));
@@ -238,14 +254,16 @@ Canvas SliceRenderer::paint(const Grid& f, const DisplacementField& field, bool 
       if (options_.outlines && differs(labels, column, row)) {
         const std::uint16_t label = std::max({labels[number_of(f, column, row)], labels[number_of(f, column + 1, row)],
                                               labels[number_of(f, column, row + 1)]});
-        canvas.at(column, row) = color_of_label_[label].value_or(Rgb{255, 255, 255});
+        canvas.at(column, row) = color_of_label_[label].value_or(ink_of(options_));
       }
     }
   if (options_.arrows) add_arrows(f, field, deformed, canvas);
+  if (options_.scene) add_scene(f, deformed, canvas);
   return canvas;
 }
 
 void SliceRenderer::add_arrows(const Grid& f, const DisplacementField& field, bool deformed, Canvas& canvas) const {
+  const Rgb color = options_.white ? orange : yellow;
   for (int row = arrow_distance / 2; row < height_of(f); row += arrow_distance)
     for (int column = arrow_distance / 2; column < width_of(f); column += arrow_distance) {
       const Vec3 step = field.values[number_of(f, column, row)].cast<double>();
@@ -255,9 +273,9 @@ void SliceRenderer::add_arrows(const Grid& f, const DisplacementField& field, bo
       const int other_column = column + static_cast<int>(std::lround(pixels[0]));
       const int other_row = row + static_cast<int>(std::lround(pixels[1]));
       if (deformed)
-        canvas.arrow(other_column, other_row, column, row, yellow);
+        canvas.arrow(other_column, other_row, column, row, color);
       else
-        canvas.arrow(column, row, other_column, other_row, yellow);
+        canvas.arrow(column, row, other_column, other_row, color);
     }
 }
 
@@ -268,14 +286,22 @@ void SliceRenderer::add_legend(Canvas& sheet, int left, int top, int height) con
     for (int x = 0; x < bar; ++x) sheet.at(left + x, top + y) = color;
   }
   constexpr int ticks = 4;
+  const Rgb ink = ink_of(options_);
+  const double of_unit = shown_unit().second;
   for (int n = 0; n <= ticks; ++n) {
     const int y = top + (height - 1) * n / ticks;
-    const double value = field_high_ + (field_low_ - field_high_) * n / ticks;
-    sheet.line(left + bar, y, left + bar + 3, y, {255, 255, 255});
+    const double value = of_unit * (field_high_ + (field_low_ - field_high_) * n / ticks);
+    sheet.line(left + bar, y, left + bar + 3, y, ink);
     const char* beyond = n == 0 && clipped_high_ ? ">= " : n == ticks && clipped_low_ ? "<= " : "";
     sheet.text(fmt::format("{}{:.3g}", beyond, value), left + bar + 6,
-               std::min(std::max(y - font / 2, top), std::max(top, top + height - font)), font);
+               std::min(std::max(y - font / 2, top), std::max(top, top + height - font)), font, ink);
   }
+}
+
+std::pair<std::string, double> SliceRenderer::shown_unit() const {
+  const std::string unit = unit_of_field(options_.color_by);
+  if (unit == "MPa" && std::max(std::abs(field_low_), std::abs(field_high_)) < 0.1) return {"kPa", 1e3};
+  return {unit, 1};
 }
 
 Canvas SliceRenderer::draw(const SlicePlane& plane, const std::string& note) const {
@@ -290,8 +316,7 @@ Canvas SliceRenderer::draw(const SlicePlane& plane, const std::string& note) con
 
   const int width = width_of(f), height = height_of(f), count = static_cast<int>(pictures.size());
   const bool has_legend = !options_.color_by.empty();
-  Canvas sheet(count * (width + 2 * letters) + (count - 1) * gap + (has_legend ? legend_width : 0),
-               height + header + 2 * letters + footer, paper);
+  const Rgb ink = ink_of(options_);
   const Vec3 view = plane.right.cross(plane.down);
   Eigen::Index across = 0;
   const bool along_axis = view.cwiseAbs().maxCoeff(&across) > 1 - 1e-12;
@@ -299,30 +324,36 @@ Canvas SliceRenderer::draw(const SlicePlane& plane, const std::string& note) con
                                  : fmt::format("{} at ({:.0f}, {:.0f}, {:.0f}) mm", plane.name, plane.point[0],
                                                plane.point[1], plane.point[2]);
   if (!note.empty()) place += ", " + note;
+  if (options_.magnified != 1) place += fmt::format(", displacement x {:g}", options_.magnified);
+  const auto caption = [&](const Picture& p) { return fmt::format("{}: {}", p.caption, place); };
+  int widest = width + 2 * letters;  // of a picture and its caption
+  for (const Picture& p : pictures) widest = std::max(widest, 2 * letters + Canvas::text_width(caption(p), font));
+  Canvas sheet(count * widest + (count - 1) * gap + (has_legend ? legend_width : 0),
+               height + header + 2 * letters + footer, paper_of(options_));
   int left = 0;
   for (const Picture& p : pictures) {
     const int x = left + letters, y = header + letters;
     sheet.paste(p.canvas, x, y);
-    sheet.text(fmt::format("{}: {}", p.caption, place), x, 5, font);
-    sheet.text(orientation_letters(-plane.right), left + 3, y + height / 2 - font / 2, font);
-    sheet.text(orientation_letters(plane.right), x + width + 3, y + height / 2 - font / 2, font);
-    sheet.text(orientation_letters(-plane.down), x + width / 2 - 4, header + 4, font);
-    sheet.text(orientation_letters(plane.down), x + width / 2 - 4, y + height + 3, font);
-    add_scale_bar(f, x, y + height + letters - 2, sheet);
-    left = x + width + letters + gap;
+    sheet.text(caption(p), x, 5, font, ink);
+    sheet.text(orientation_letters(-plane.right), left + 3, y + height / 2 - font / 2, font, ink);
+    sheet.text(orientation_letters(plane.right), x + width + 3, y + height / 2 - font / 2, font, ink);
+    sheet.text(orientation_letters(-plane.down), x + width / 2 - 4, header + 4, font, ink);
+    sheet.text(orientation_letters(plane.down), x + width / 2 - 4, y + height + 3, font, ink);
+    add_scale_bar(f, x, y + height + letters - 2, ink, sheet);
+    left += widest + gap;
   }
   if (has_legend) {
     add_legend(sheet, left, header + letters, height);
-    const std::string unit = unit_of_field(options_.color_by);
+    const std::string unit = shown_unit().first;
     std::string name = options_.color_by;
     std::replace(name.begin(), name.end(), '_', ' ');
     sheet.text_ending_at(name + (unit.empty() ? "" : " [" + unit + "]"), sheet.width() - 4,
-                         header + letters + height + 4, font);
+                         header + letters + height + 4, font, ink);
   }
   return sheet;
 }
 
-Canvas contact_sheet(const std::vector<Canvas>& pictures) {
+Canvas contact_sheet(const std::vector<Canvas>& pictures, bool white) {
   int width = 1, height = 1;
   for (const Canvas& p : pictures) {
     width = std::max(width, p.width());
@@ -331,7 +362,7 @@ Canvas contact_sheet(const std::vector<Canvas>& pictures) {
   const double count = static_cast<double>(pictures.size());
   const int columns = std::max(1, static_cast<int>(std::ceil(std::sqrt(count * height / width))));
   const int rows = static_cast<int>(std::ceil(count / columns));
-  Canvas sheet(columns * (width + gap) - gap, rows * (height + gap) - gap, {0, 0, 0});
+  Canvas sheet(columns * (width + gap) - gap, rows * (height + gap) - gap, white ? Rgb{255, 255, 255} : Rgb{0, 0, 0});
   for (int n = 0; n < static_cast<int>(pictures.size()); ++n)
     sheet.paste(pictures[n], n % columns * (width + gap), n / columns * (height + gap));
   return sheet;

@@ -235,8 +235,10 @@ template <EquilibriumLevel Level>
 void NestedIteration<Level>::compare_strains() {
   constexpr std::size_t most_cells = 2000;
   constexpr double default_part = 0.01;  // of the mean deformation, where no accuracy is asked
+  const int finest_compared =
+      std::min(first_, finest_ + 1);  // two solutions of what is solved cost more than they save
   int number = first_;
-  while (number > finest_ && num_cells(number - 1) <= most_cells) --number;
+  while (number > finest_compared && num_cells(number - 1) <= most_cells) --number;
   std::array<Solved<Level>, 2> with;
   for (const Elasticity elasticity : {Elasticity::cauchy, Elasticity::corotational}) {
     Solved<Level>& solved = with[elasticity == Elasticity::corotational];
@@ -254,12 +256,13 @@ void NestedIteration<Level>::compare_strains() {
   const Solved<Level>& deformed = with[with[1].converged() ? 1 : 0];
   const double allowed = scene_.accuracy.value_or(default_part * deformed.level->mean_deformation(deformed.state.u));
   angle_without_effect_ = std::sqrt(allowed / level.diameter());
-  const bool rotates = !with[1].converged() || change > allowed;
+  const double margin = number > finest_ ? 2 : 1;  // coarse cells bend less
+  const bool rotates = !with[1].converged() || margin * change > allowed;
   report_.elasticity = rotates ? Elasticity::corotational : Elasticity::cauchy;
   explain_rotation(
       fmt::format("solve.strain = \"auto\": on level {} rotating cells changes the displacement by {:.2g} mm "
                   "on average, {} {:.2g} mm, from where they count",
-                  number, change, rotates ? "more than" : "less than", allowed),
+                  number, change, rotates ? "more than" : "less than", allowed / margin),
       rotates);
 }
 

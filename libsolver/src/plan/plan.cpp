@@ -14,6 +14,7 @@
 #include "level/condition_reports.h"
 #include "level/grading.h"
 #include "level/islands.h"
+#include "mesh/points.h"
 
 namespace hexsolver {
 namespace {
@@ -79,6 +80,22 @@ double slower_than(int tried, const hexmesh::Lattice& lattice, const Scene& scen
   return seconds_per_cell(lattice, coarse, large) / seconds_per_cell(lattice, coarse, tried);
 }
 
+hexmesh::Result preview_of(const LevelProblem& problem) {
+  const Scene& scene = problem.scene();
+  const Progress end{1, scene.dynamics ? scene.dynamics->duration : 0};
+  hexmesh::Result out = hexmesh::rest_state(problem.cells().lattice(), problem.level());
+  out.displacement.assign(out.nodes.size(), Vec3::Zero());
+  if (!problem.cells().is_graded()) out.load = to_points(problem.load());
+  for (const Condition& c : scene.conditions) out.conditions.push_back({c.name, {}, {}, c.axes});
+  const NodeVector rest = NodeVector::Zero(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
+  add_condition_points(problem.constraints(), problem.mesh(), rest, out.conditions);
+  for (std::size_t c = 0; c < out.conditions.size(); ++c)
+    for (std::size_t p = 0; p < out.conditions[c].points.size(); ++p)
+      out.conditions[c].displacement[p] =
+          prescribed_displacement(scene.conditions[c], out.conditions[c].points[p], end);
+  return out;
+}
+
 }  // namespace
 
 SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int level) {
@@ -104,6 +121,7 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int le
   for (const LevelProblem::Load& load : problem.loads()) check.forces.push_back({load.name, load.total});
   check.held_cells = problem.num_island_cells();
   check.needs_supports = !scene.dynamics;
+  check.preview = preview_of(problem);
   return check;
 }
 

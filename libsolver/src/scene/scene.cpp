@@ -27,10 +27,14 @@ std::map<std::string, MaterialOverride> read_materials(TomlReader& tables) {
 }
 
 /// In mm/s^2.
-Vec3 read_gravity(TomlReader table) {
+Vec3 read_gravity(TomlReader table, std::vector<std::string>& warnings) {
+  constexpr double earth = 9.81, most = 50;
   const auto g = table.vector("m_s2", "three numbers [x, y, z], LPS, m/s^2");
   table.finish();
   if (!g) table.fail_here("[gravity] has no m_s2, expected m_s2 = [x, y, z]");
+  if (g->norm() > most * earth)
+    warnings.push_back(fmt::format("[gravity] m_s2 is {:.4g} m/s^2, {:.0f} times the Earth's: is it meant in mm/s^2?",
+                                   g->norm(), g->norm() / earth));
   return *g * 1e3;
 }
 
@@ -89,7 +93,8 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
   for (const TomlReader& table : reader.tables("contact"))
     scene.contacts.push_back(read_contact(table, scene.dynamics, ++number));
   check_names(scene);
-  if (auto table = reader.table("gravity", "a table written [gravity]")) scene.gravity = read_gravity(*table);
+  if (auto table = reader.table("gravity", "a table written [gravity]"))
+    scene.gravity = read_gravity(*table, scene.warnings);
   reader.finish();
   return scene;
 }

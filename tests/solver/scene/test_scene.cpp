@@ -189,6 +189,13 @@ velocity_mm_s = [0, 0, 5]
   EXPECT_EQ(still.warnings[0].find("[dynamics] has no effect"), 0U);
 }
 
+TEST(Scene, AGravityThatSmellsOfAnotherUnitIsToldOf) {
+  EXPECT_TRUE(scene_of("[gravity]\nm_s2 = [0, 0, -9.81]\n").warnings.empty());
+  const Scene in_mm = scene_of("[gravity]\nm_s2 = [0, 0, -9810]\n");
+  ASSERT_EQ(in_mm.warnings.size(), 1U);
+  EXPECT_EQ(in_mm.warnings[0], "[gravity] m_s2 is 9810 m/s^2, 1000 times the Earth's: is it meant in mm/s^2?");
+}
+
 TEST(Scene, WhatGoesWithAMotionAloneIsNamed) {
   const std::string displace = "[[displace]]\npoint_mm = [0, 0, 0]\n";
   const std::string dynamics = "[solve]\nkind = \"dynamics\"\n[dynamics]\nstep_s = 0.02\nduration_s = 1\n";

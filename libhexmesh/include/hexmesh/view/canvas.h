@@ -32,6 +32,8 @@ public:
   /// Text with its upper left corner at (x, y), in pixels of the given height.
   void text(const std::string& words, int x, int y, int size, Rgb color = {255, 255, 255});
 
+  static int text_width(const std::string& words, int size);  ///< [pixels]
+
   /// The same with its upper right corner at (x, y).
   void text_ending_at(const std::string& words, int x, int y, int size, Rgb color = {255, 255, 255});
 

@@ -34,24 +34,39 @@ SlicePlane oblique_plane(const Vec3& point, const Vec3& normal);
 /// "R", "LA", ...: where a direction points to in the patient; a second letter where it is oblique.
 std::string orientation_letters(const Vec3& direction);
 
+/// An obstacle of a scene: a plane, or a ball where it has a radius.
+struct Obstacle {
+  Vec3 point = Vec3::Zero();   ///< of the plane; centre of the ball [mm]
+  Vec3 normal = Vec3::Zero();  ///< of the plane, towards the body
+  double radius = 0;           ///< [mm]
+
+  /// How far a place is from being inside; < 0: it is [mm].
+  double depth(const Vec3& x) const { return radius > 0 ? (x - point).norm() - radius : (x - point).dot(normal); }
+};
+
 struct SliceOptions {
-  double pixel_mm = 0;                  ///< 0: such that the longer side has about 420 pixels
-  std::optional<double> level;          ///< middle of the grey window; nothing: chosen from the body's values
-  std::optional<double> window;         ///< its width
-  double margin_mm = 12;                ///< shown around the body
-  bool before = true, deformed = true;  ///< which of the two pictures; side by side where both
-  bool outlines = true;                 ///< of the segments, in their colours
-  bool lattice = false;                 ///< borders between cells
-  bool arrows = false;                  ///< the part of the displacement within the plane, from where to where
-  std::string color_by;                 ///< "displacement" [mm] or a cell field, over the scan, with a legend
-  std::optional<Bounds> bounds;         ///< what to show; nothing: the body at rest and deformed
-  std::optional<double> color_max;      ///< upper end of the colours of "displacement"; nothing: the largest there is
+  double pixel_mm = 0;  ///< 0: such that the longer side has about `size` pixels
+  int size = 420;
+  std::optional<double> level;           ///< middle of the grey window; nothing: chosen from the body's values
+  std::optional<double> window;          ///< its width
+  double margin_mm = 12;                 ///< shown around the body
+  bool before = true, deformed = true;   ///< which of the two pictures; side by side where both
+  bool outlines = true;                  ///< of the segments, in their colours
+  bool lattice = false;                  ///< borders between cells
+  bool arrows = false;                   ///< the part of the displacement within the plane, from where to where
+  bool scene = false;                    ///< points of conditions near the plane, and where those go that are moved
+  std::vector<Obstacle> obstacles = {};  ///< with `scene`, on the deformed picture if there is one
+  std::string color_by;                  ///< "displacement" [mm] or a cell field, over the scan, with a legend
+  std::optional<Bounds> bounds;          ///< what to show; nothing: the body at rest and deformed
+  bool white = false;                    ///< paper, and what surrounds the body lightened rather than darkened
+  double magnified = 1;             ///< what the result's displacement was multiplied by: captions tell, colours do not
+  std::optional<double> color_max;  ///< upper end of the colours of "displacement"; nothing: the largest there is
 };
 
 /// Draws slices of the scan before and after the deformation.
 ///
 /// A pixel at x shows the scan at the rest position X of the material that is there now (see displacement_to_rest).
-/// Places that the body left are black; the surroundings, which are not simulated, are shown where they were, darkened.
+/// Places that the body left are empty; the surroundings, which are not simulated, are shown where they were, faded.
 class SliceRenderer {
 public:
   /// @param scan  without it, the body is shown in its segments' colours with a 10 mm grid of the rest shape
@@ -71,10 +86,13 @@ private:
   Grid frame(const SlicePlane& plane) const;
   Canvas paint(const Grid& frame, const DisplacementField& to_rest, bool deformed) const;
   void add_arrows(const Grid& frame, const DisplacementField& to_rest, bool deformed, Canvas& canvas) const;
+  std::pair<std::string, double> shown_unit() const;  ///< of colours, and how many of it are one of the field's
+  void add_scene(const Grid& frame, bool deformed, Canvas& canvas) const;
   void add_legend(Canvas& sheet, int left, int top, int height) const;
   std::int32_t cell_at(const Vec3& rest) const;
   double color_value(const Vec3& rest, const Vec3& displacement) const;
   std::uint8_t grey(double value) const;
+  std::uint8_t faded(std::uint8_t grey) const;
 
   const Result& result_;
   const IntensityVolume* scan_;
@@ -90,7 +108,10 @@ private:
 };
 
 /// Pictures of one size in rows and columns.
-Canvas contact_sheet(const std::vector<Canvas>& pictures);
+Canvas contact_sheet(const std::vector<Canvas>& pictures, bool white = false);
+
+/// The same body, displaced by a multiple of what it was.
+Result magnified(Result result, double factor);
 
 /// The unit that a field of a result is stored in, "" for plain numbers.
 std::string unit_of_field(const std::string& name);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "hexmesh/result/result.h"
 #include "hexsolver/equilibrium/equilibrium.h"
 #include "hexsolver/report/report.h"
 
@@ -18,6 +19,8 @@ struct SceneCheck {
   std::size_t dropped_cells = 0, held_cells = 0;  ///< parts that nothing holds, as solve.islands allows them
   std::vector<std::string> warnings;
   bool needs_supports = true;  ///< a motion does not
+  /// The body at rest, for pictures: points of conditions with where these move them at the end, and loads.
+  std::optional<hexmesh::Result> preview;
 };
 
 /// @throws Error as solve_equilibrium

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "hexmesh/view/slice.h"
+
+namespace hexmesh {
+namespace {
+
+constexpr Rgb held_color = {60, 140, 255}, moved_color = {255, 80, 40}, obstacle_color = {230, 60, 230};
+
+/// A square of some pixels.
+void dot(Canvas& canvas, int column, int row, Rgb color) {
+  constexpr int half = 1;
+  for (int y = std::max(0, row - half); y <= std::min(canvas.height() - 1, row + half); ++y)
+    for (int x = std::max(0, column - half); x <= std::min(canvas.width() - 1, column + half); ++x)
+      canvas.at(x, y) = color;
+}
+
+Vec3 mean_of(const std::vector<Vec3>& vectors) {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& v : vectors) sum += v;
+  return sum / std::max<double>(1, static_cast<double>(vectors.size()));
+}
+
+/// Where the surfaces of obstacles cut the plane: pixels inside beside one outside.
+void draw_obstacles(const std::vector<Obstacle>& obstacles, const Grid& frame, Canvas& canvas) {
+  for (const Obstacle& o : obstacles) {
+    const auto inside = [&](int column, int row) { return o.depth(frame.position(Vec3(column, row, 0))) < 0; };
+    for (int row = 0; row + 1 < canvas.height(); ++row)
+      for (int column = 0; column + 1 < canvas.width(); ++column)
+        if (inside(column, row) != inside(column + 1, row) || inside(column, row) != inside(column, row + 1))
+          dot(canvas, column, row, obstacle_color);
+  }
+}
+
+}  // namespace
+
+/// Points within a voxel of the plane; of those that are moved one arrow for each condition, from the middle of them.
+void SliceRenderer::add_scene(const Grid& f, bool deformed, Canvas& canvas) const {
+  const double near = result_.voxels.spacing().maxCoeff();
+  const auto pixel = [&](const Vec3& x) -> std::pair<int, int> {
+    const Vec3 index = f.continuous_index(x);
+    return {static_cast<int>(std::lround(index[0])), static_cast<int>(std::lround(index[1]))};
+  };
+  if ((deformed || !options_.deformed) && options_.magnified == 1) draw_obstacles(options_.obstacles, f, canvas);
+  double largest = 0;  // points that are held move a little too, where cells cannot hold all of them
+  for (const ConditionPoints& c : result_.conditions) largest = std::max(largest, mean_of(c.displacement).norm());
+  for (const ConditionPoints& c : result_.conditions) {
+    Vec3 middle = Vec3::Zero(), step = Vec3::Zero();
+    double count = 0;
+    const bool moves = mean_of(c.displacement).norm() > 0.1 * largest;
+    for (std::size_t p = 0; p < c.points.size(); ++p) {
+      const Vec3 u = p < c.displacement.size() ? c.displacement[p] : Vec3(Vec3::Zero());
+      const Vec3 at = deformed ? Vec3(c.points[p] + u) : c.points[p];
+      if (std::abs((at - f.origin()).dot(f.direction().col(2))) > near) continue;
+      const auto [column, row] = pixel(at);
+      dot(canvas, column, row, moves ? moved_color : held_color);
+      middle += c.points[p];
+      step += u;
+      ++count;
+    }
+    if (!moves || count == 0) continue;
+    const auto [x0, y0] = pixel(middle / count);
+    const auto [x1, y1] = pixel((middle + step) / count);
+    canvas.arrow(x0, y0, x1, y1, moved_color);
+  }
+}
+
+}  // namespace hexmesh
