@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "equilibrium/choose_strain.h"
 #include "equilibrium/equilibrium_level.h"
 #include "hexmesh/core/error.h"
 #include "hexsolver/equilibrium/equilibrium.h"
@@ -70,7 +71,6 @@ private:
   void look_beyond(const Solved<Level>& best);
   void add_look(double seconds);
   void find_strain();
-  void compare_strains();
   LoadedState<Vector> solve(Level& level, const NewtonOptions& options, std::optional<Vector> start,
                             Aim aim = Aim::result) const;
   std::optional<double> algebraic_error(const Solved<Level>& solved) const;
@@ -220,50 +220,19 @@ void NestedIteration<Level>::sharpen(Solved<Level>& next, NewtonOptions options)
 template <EquilibriumLevel Level>
 void NestedIteration<Level>::find_strain() {
   try {
-    compare_strains();
+    const int level = level_to_compare_strains(levels_.num_cells, first_, finest_);
+    const StrainChoice choice = choose_strain<Level>(
+        level, level > finest_, scene_, [this](int number) { return make(number); },
+        [&](double load, int iteration, double residual, int linear) {
+          if (progress_) progress_(level, load, iteration, residual, linear);
+        });
+    report_.elasticity = choice.elasticity;
+    angle_without_effect_ = choice.angle_without_effect;
+    explain_rotation(choice.why, choice.elasticity == Elasticity::corotational);
   } catch (const hexmesh::Error& e) {
     if (e.kind() != hexmesh::ErrorKind::geometry) throw;  // else of a coarse level, which need not be fit
     explain_rotation(fmt::format("solve.strain = \"auto\": not compared: {}", e.what()), true);
   }
-}
-
-/// Solve a coarse level with and without rotations and see what they change, beside what deforms: a rigid motion that
-/// is added to all conditions makes no difference. A cell that is rotated by w, but does not
-/// rotate, takes w^2 / 2 for strain, which over the length of the body moves its end by w^2 / 2 times that: half of
-/// what is allowed, for the largest w that is left out.
-template <EquilibriumLevel Level>
-void NestedIteration<Level>::compare_strains() {
-  constexpr std::size_t most_cells = 2000;
-  constexpr double default_part = 0.01;  // of the mean deformation, where no accuracy is asked
-  const int finest_compared =
-      std::min(first_, finest_ + 1);  // two solutions of what is solved cost more than they save
-  int number = first_;
-  while (number > finest_compared && num_cells(number - 1) <= most_cells) --number;
-  std::array<Solved<Level>, 2> with;
-  for (const Elasticity elasticity : {Elasticity::cauchy, Elasticity::corotational}) {
-    Solved<Level>& solved = with[elasticity == Elasticity::corotational];
-    solved.level = make(number);
-    Vector start = solved.level->make_zero();
-    solved.level->build(elasticity, nullptr, start);
-    NewtonOptions options;
-    options.tolerance = nested_tolerance;
-    solved.state = solve(*solved.level, options, {});
-  }
-  const Level& level = *with[0].level;
-  Vector change_of_u = level.make_zero();
-  set_sum(change_of_u, with[1].state.u, -1, with[0].state.u);
-  const double change = level.size_in_material(change_of_u, true).mean;
-  const Solved<Level>& deformed = with[with[1].converged() ? 1 : 0];
-  const double allowed = scene_.accuracy.value_or(default_part * deformed.level->mean_deformation(deformed.state.u));
-  angle_without_effect_ = std::sqrt(allowed / level.diameter());
-  const double margin = number > finest_ ? 2 : 1;  // coarse cells bend less
-  const bool rotates = !with[1].converged() || margin * change > allowed;
-  report_.elasticity = rotates ? Elasticity::corotational : Elasticity::cauchy;
-  explain_rotation(
-      fmt::format("solve.strain = \"auto\": on level {} rotating cells changes the displacement by {:.2g} mm "
-                  "on average, {} {:.2g} mm, from where they count",
-                  number, change, rotates ? "more than" : "less than", allowed / margin),
-      rotates);
 }
 
 /// @param active  of a first reason; nothing: added to it
