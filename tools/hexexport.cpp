@@ -92,6 +92,10 @@ int run(const ExportOptions& o, const CommonOptions& common, const Console& cons
   const std::vector<Probe> probes = read_probes(o.probes, files);
   Output* table = o.probes.empty() ? nullptr : &files.output("-", Content::text);
   const Result result = read_input(o, input, console);
+  if (is_preview(result) && o.needs_a_solution())
+    throw Error(ErrorKind::usage,
+                "the result shows a scene that is not solved, expected a solution for all but --lattice, --surface, "
+                "--conditions and --report");
   OutputWriter out(o, result.times.size(), files, common);
   warn_of_state(result, console);
   if (table) table->write(probe_table(input.path(), result, probes));

@@ -362,6 +362,12 @@ TEST(Formats, AnAtlasOfManyLabelsIsNoGreyScan) {
              })));
   EXPECT_EQ(summarize({folder / "atlas.nrrd"})[0].segments.size(), 343U);
   EXPECT_EQ(summarize({folder / "grey.nrrd"})[0].segments.size(), 0U);
+  // A scan with a wide rim of one value, as padding or air is.
+  write_text(folder / "padded.nrrd", nrrd_bytes(make_volume({42, 42, 42}, {1, 1, 1}, [](const Index3& v) {
+               const bool is_inside = std::min({v[0], v[1], v[2]}) > 14 && std::max({v[0], v[1], v[2]}) < 28;
+               return is_inside ? 900 + (v[0] * 7919 + v[1] * 104729 + v[2] * 1299709) % 400 : 24;
+             })));
+  EXPECT_EQ(summarize({folder / "padded.nrrd"})[0].segments.size(), 0U);
 }
 
 TEST(Formats, SlicersOneVoxelImageIsAnEmptySegmentation) {

@@ -70,35 +70,6 @@ TEST_F(Outputs, ParaViewOpensTheLatticeInBothFormats) {
   EXPECT_EQ(vtu.find(fmt::format("{} {} ", result().nodes.size(), result().cells.size())), 0U) << r.output;
 }
 
-TEST_F(Outputs, ASceneIsShownBeforeItIsSolved) {
-  write_text(*folder / "ball.toml",
-             "[[fix]]\nname = \"right\"\nhalfspace = { point_mm = [-80, 0, 0], normal = [-1, 0, 0] }\n"
-             "[[displace]]\nname = \"left\"\npoint_mm = [99, -19, 7]\nradius_mm = 12\nby_mm = [0, 0, -30]\n"
-             "[[contact]]\nname = \"ball\"\nsphere = { center_mm = [-45, -75, 0], radius_mm = 25 }\n"
-             "by_mm = [0, 6, 0]\nstiffness_n_mm = 0.1\n");
-  const CommandResult r = run(
-      "hexsolve liver.hexmesh ball.toml --level 1 --check -o scene.hexresult && hexexport scene.hexresult --conditions "
-      "scene.vtp && hexslice planes scene.hexresult --scan ct.nrrd --scene --axis sagittal --at -45 -o scene && "
-      "hexslice planes scene.hexresult --scan ct.nrrd --scene --axis coronal --at -19 -o scene/coronal");
-  ASSERT_EQ(r.exit_code, 0) << r.errors;
-  const hexmesh::Result scene = hexmesh::read_result(*folder / "scene.hexresult");
-  ASSERT_EQ(scene.conditions.size(), 2U);
-  EXPECT_EQ(scene.conditions[1].displacement.at(0), Vec3(0, 0, -30)) << "where it is to go";
-  for (const Vec3& u : scene.displacement) ASSERT_EQ(u, Vec3(0, 0, 0));
-  const auto count = [](const hexmesh::Canvas& picture, const hexmesh::Rgb& color) {
-    int n = 0;
-    for (int y = 0; y < picture.height(); ++y)
-      for (int x = 0; x < picture.width(); ++x) n += picture.at(x, y) == color;
-    return n;
-  };
-  const hexmesh::Canvas across = hexmesh::read_png(*folder / "scene/sagittal_1.png");
-  const hexmesh::Canvas along = hexmesh::read_png(*folder / "scene/coronal/coronal_1.png");
-  EXPECT_GT(count(across, {230, 60, 230}), 100) << "the ball, violet";
-  EXPECT_GT(count(along, {60, 140, 255}), 50) << "what is held, blue";
-  EXPECT_GT(count(along, {255, 80, 40}), 50) << "what is moved, red";
-  EXPECT_EQ(run("hexsolve liver.hexmesh ball.toml --plan -o plan.hexresult").exit_code, 2);
-}
-
 TEST_F(Outputs, ItkMovesTheSegmentationAsItIsExported) {
   const CommandResult r =
       run("hexexport liver.hexresult --segmentation moved.seg.nrrd --transform to_rest.h5 && "

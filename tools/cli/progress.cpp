@@ -6,6 +6,8 @@
 
 #include <chrono>
 #include <cmath>
+#include <new>
+#include <system_error>
 
 #include "cli/streams.h"
 #include "hexmesh/core/printable.h"
@@ -20,7 +22,7 @@ double seconds_since(Clock::time_point then) { return std::chrono::duration<doub
 
 /// Where the run is, and where it was when a part of it was first known.
 struct Work {
-  std::string what = "starting";
+  std::string what = "at work";
   std::optional<double> part;
   double part_at_first = 0;
   Clock::time_point first;
@@ -41,6 +43,7 @@ std::optional<double> seconds_left(const Work& now) {
 }  // namespace
 
 void at_work(std::string what, std::optional<double> part) {
+  what = hexmesh::with_known_names(std::move(what));
   const std::lock_guard lock(work_mutex);
   if (part && (!work.part || *part < *work.part)) {
     work.part_at_first = *part;
@@ -68,7 +71,10 @@ ProgressTeller::ProgressTeller(std::string tool, const CommonOptions& options, d
   sigset_t all, before;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
-  thread_ = std::thread([this] { tell(); });
+  try {
+    thread_ = std::thread([this] { tell(); });
+  } catch (const std::system_error&) {  // a run without progress is better than none
+  }
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
@@ -90,21 +96,23 @@ void ProgressTeller::tell() {
   };
   std::unique_lock lock(mutex_);
   for (double wait = writes_over_ ? between_lines : silence_; !wait_for(lock, wait);) {
-    if (writes_over_) {
-      write_over(line());
-    } else if (const double left = silence_ - seconds_of_silence(); left > 0) {
-      wait = left;
-    } else {
-      say(line() + "\n");
-      wait = silence_;
+    try {
+      const double left = silence_ - seconds_of_silence();
+      if (writes_over_)
+        write_over(line());
+      else if (left <= 0)
+        say(line() + "\n");
+      if (!writes_over_) wait = left > 0 ? left : silence_;
+    } catch (const std::bad_alloc&) {  // the run may still do
     }
   }
 }
 
 std::string ProgressTeller::line() const {
   const std::lock_guard lock(work_mutex);
-  const std::string what = hexmesh::printable_line(hexmesh::with_known_names(work.what));
-  return fmt::format("{}: {}", tool_, work_line(what, seconds_since(begin_of_run), work.part, seconds_left(work)));
+  return fmt::format(
+      "{}: {}", tool_,
+      work_line(hexmesh::printable_line(work.what), seconds_since(begin_of_run), work.part, seconds_left(work)));
 }
 
 }  // namespace hextools

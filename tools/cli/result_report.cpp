@@ -46,7 +46,8 @@ constexpr std::array report_keys = {Key{"kind", KeyKind::text},
                                     Key{"warnings", KeyKind::list_of_texts}};
 constexpr std::array costs_keys = {Key{"levels", KeyKind::list_of_numbers}, Key{"effects", KeyKind::list_of_numbers},
                                    Key{"seconds", KeyKind::table}, Key{"peak_memory_mb", KeyKind::number}};
-constexpr std::array condition_keys = {Key{"name", KeyKind::text}, Key{"reaction_n", KeyKind::vector}};
+constexpr std::array condition_keys = {Key{"name", KeyKind::text}, Key{"moves", KeyKind::flag},
+                                       Key{"reaction_n", KeyKind::vector}};
 constexpr std::array contact_keys = {Key{"plane", KeyKind::table}, Key{"sphere", KeyKind::table}};
 constexpr std::array obstacle_keys = {Key{"point_mm", KeyKind::vector}, Key{"normal", KeyKind::vector},
                                       Key{"center_mm", KeyKind::vector}, Key{"radius_mm", KeyKind::number}};

@@ -25,6 +25,7 @@ hexmesh::Result read_with_surface(const std::filesystem::path& path) {
 
 void warn_of_state(const hexmesh::Result& result, const Console& console) {
   const ResultReport said = report_of(result);
+  if (is_preview(result)) console.warning("the result shows a scene that is not solved: nothing is displaced");
   if (!said.converged())
     console.warning(fmt::format("the result is not converged, it is the state at {:.3g} of the load: {}",
                                 said.load_fraction(), said.reason()));
@@ -42,6 +43,14 @@ std::string state_note(const hexmesh::Result& result) {
   if (is_preview(result)) return "not solved yet";
   if (!said.converged()) return fmt::format("NOT CONVERGED, {:.3g} of the load", said.load_fraction());
   return result.times.empty() ? "" : fmt::format("end, {:.4g} s", result.times.back());
+}
+
+std::set<std::string> moved_by(const hexmesh::Result& result) {
+  std::set<std::string> out;
+  const nlohmann::json report = report_of(result).report;
+  for (const nlohmann::json& c : report["conditions"])
+    if (c.value("moves", false)) out.insert(c.value("name", ""));
+  return out;
 }
 
 std::vector<hexmesh::Obstacle> obstacles_of(const hexmesh::Result& result) {

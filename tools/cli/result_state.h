@@ -3,6 +3,8 @@
 
 #include <filesystem>
 #include <optional>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "cli/run_files.h"
@@ -24,6 +26,9 @@ std::string state_note(const hexmesh::Result& result);
 
 /// Whether it shows a scene that is not solved.
 bool is_preview(const hexmesh::Result& result);
+
+/// Names of the conditions of its scene that move their points.
+std::set<std::string> moved_by(const hexmesh::Result& result);
 
 /// The obstacles of its scene, where they are at the end.
 std::vector<hexmesh::Obstacle> obstacles_of(const hexmesh::Result& result);

@@ -118,7 +118,12 @@ const char* law_name(hexsolver::Elasticity e) {
 
 }  // namespace
 
-void add_obstacles(json& rows, const hexsolver::Scene& scene) {
+void add_scene(json& report, const hexsolver::Scene& scene) {
+  for (std::size_t n = 0; n < scene.conditions.size() && n < report["conditions"].size(); ++n) {
+    const hexsolver::Condition& c = scene.conditions[n];
+    report["conditions"][n]["moves"] = c.by != hexmesh::Vec3::Zero() || c.turn || c.history;
+  }
+  json& rows = report["contacts"];
   for (std::size_t n = 0; n < scene.contacts.size() && n < rows.size(); ++n) {
     const hexsolver::Contact& c = scene.contacts[n];
     const hexmesh::Vec3 moved =
@@ -161,7 +166,7 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   add_moments(r.forces, out["forces"]);
   out["contacts"] = to_json(r.contacts);
   add_moments(r.contacts, out["contacts"]);
-  add_obstacles(out["contacts"], scene);
+  add_scene(out, scene);
   out["balance"] = to_json(r.balance);
   out["free_modes"] = json::array();
   out["dropped_cells"] = r.dropped_cells;
@@ -241,9 +246,9 @@ void add_costs(json& out, const SolveReport& r) {
 namespace {
 
 /// The share of a solution that is done, by cells: all of the coarser levels, and of this one as far as the residual
-/// has fallen. Nothing where that is not known, and of a level that is only looked at.
+/// has fallen. Nothing where that is not known, and of a finer level that is only looked at.
 std::optional<double> part_done(const SolveWork& work, int level, double load, double residual) {
-  if (work.cells.empty() || level < work.finest) return {};
+  if (work.cells.empty() || level < work.finest || !std::isfinite(residual)) return {};
   const double fallen = std::clamp(std::log(residual) / std::log(work.tolerance), 0.0, 1.0);
   double done = 0, all = 0;
   for (int n = work.finest; n < std::ssize(work.cells); ++n) {

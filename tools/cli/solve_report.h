@@ -31,8 +31,9 @@ nlohmann::json costs_of(const hexsolver::SolveReport& report, double read_second
 /// Likewise into a report that is not part of the result file.
 void add_costs(nlohmann::json& out, const hexsolver::SolveReport& report);
 
-/// Adds to each row of contacts where the obstacle is at the end: what pictures show.
-void add_obstacles(nlohmann::json& rows, const hexsolver::Scene& scene);
+/// Adds to a report what pictures of the scene show: which conditions move their points, and where obstacles are at the
+/// end.
+void add_scene(nlohmann::json& report, const hexsolver::Scene& scene);
 
 /// What a solution has to do, for the share that is done.
 struct SolveWork {

@@ -32,6 +32,7 @@ namespace {
 int messages = STDERR_FILENO;
 std::mutex one_at_a_time;
 std::string line_on_terminal;  ///< by write_over()
+bool is_printing = false;      ///< onto a terminal: what stands there is not to be written over
 std::chrono::steady_clock::time_point last_said = std::chrono::steady_clock::now();
 
 void put(const std::string& bytes) {
@@ -45,6 +46,14 @@ void put(const std::string& bytes) {
 void clear_line() {
   if (!line_on_terminal.empty()) put("\r\x1b[K");
   line_on_terminal.clear();
+}
+
+/// Of UTF-8.
+std::string first_characters(const std::string& text, std::size_t count) {
+  std::size_t bytes = 0;
+  for (; bytes < text.size(); ++bytes)
+    if ((static_cast<unsigned char>(text[bytes]) & 0xC0U) != 0x80U && count-- == 0) break;
+  return text.substr(0, bytes);
 }
 
 /// Of the terminal: a line that is longer could not be written over.
@@ -74,9 +83,12 @@ void say(const std::string& text) {
 }
 
 void write_over(const std::string& line) {
+  std::string shown =
+      first_characters(hexmesh::printable_line(line), columns());  // before the lock, as it takes memory
   const std::lock_guard lock(one_at_a_time);
   clear_line();
-  line_on_terminal = hexmesh::printable_line(line.substr(0, columns()));
+  if (is_printing) return;
+  line_on_terminal.swap(shown);
   put(line_on_terminal);
 }
 
@@ -85,7 +97,12 @@ double seconds_of_silence() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - last_said).count();
 }
 
-void print(const std::string& text) { hexmesh::write_standard_output(hexmesh::printable(text)); }
+void print(const std::string& text) {
+  const std::lock_guard lock(one_at_a_time);
+  clear_line();
+  is_printing = is_printing || isatty(STDOUT_FILENO) != 0;
+  hexmesh::write_standard_output(hexmesh::printable(text));
+}
 
 void print_data(const std::string& text) {
   if (isatty(STDOUT_FILENO))

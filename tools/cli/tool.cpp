@@ -164,9 +164,9 @@ int show_help(const CLI::App& app, const std::string& tool, const CLI::ParseErro
 
 namespace {
 
-/// Names a first word of the command line that is neither an option nor a subcommand, with what was probably meant;
-/// empty: there is none.
-std::string what_is_unknown(const CLI::App& app, int argc, char** argv, const std::string& command) {
+/// Names a word of the command line that was left over since it is neither an option nor a subcommand, with what was
+/// probably meant; empty: there is none.
+std::string what_is_unknown(const CLI::App& app, const std::string& command) {
   std::vector<std::string> options, subcommands;
   std::vector<const CLI::App*> apps = {&app};
   for (const CLI::App* subcommand : app.get_subcommands()) apps.push_back(subcommand);
@@ -180,16 +180,15 @@ std::string what_is_unknown(const CLI::App& app, int argc, char** argv, const st
     return fmt::format("'{}' is no {} of {}{}", word, what, command,
                        meant.empty() ? "" : fmt::format(", did you mean '{}'?", meant));
   };
-  bool is_first = true;
-  for (int n = 1; n < argc; ++n) {
-    const std::string whole = argv[n], word = whole.substr(0, whole.find('='));
-    if (word == "--") break;
-    if (word.starts_with("--")) {
-      if (std::find(options.begin(), options.end(), word) == options.end()) return tell(word, "option", options);
-    } else if (std::exchange(is_first, false) && !subcommands.empty() && app.get_subcommands().empty()) {
-      return tell(word, "subcommand", subcommands);
-    }
-  }
+  std::vector<std::string> words;  // left over
+  for (const CLI::App* a : apps)
+    for (const std::string& word : a->remaining()) words.push_back(word);
+  for (const std::string& whole : words)
+    if (const std::string word = whole.substr(0, whole.find('='));
+        word.starts_with("--") && word.size() > 2 && std::find(options.begin(), options.end(), word) == options.end())
+      return tell(word, "option", options);
+  if (!words.empty() && !subcommands.empty() && app.get_subcommands().empty())
+    return tell(words.front(), "subcommand", subcommands);
   return {};
 }
 
@@ -249,7 +248,9 @@ int run_to_exit_code(int argc, char** argv, const Tool& tool) {
     if (e.get_exit_code() == 0) return show_help(app, tool.name, e);
     std::string command = tool.name;
     for (const CLI::App* subcommand : app.get_subcommands()) command += " " + subcommand->get_name();
-    const std::string unknown = what_is_unknown(app, argc, argv, command);
+    const auto is = [&](CLI::ExitCodes code) { return e.get_exit_code() == static_cast<int>(code); };
+    const bool has_words_left = is(CLI::ExitCodes::ExtrasError) || is(CLI::ExitCodes::RequiredError);
+    const std::string unknown = has_words_left ? what_is_unknown(app, command) : "";
     return fail(tool.name, exit_code(ErrorKind::usage),
                 fmt::format("{} (see {} --help)", unknown.empty() ? e.what() : unknown, command));
   } catch (const Error& e) {

@@ -16,9 +16,11 @@ bool ExportOptions::shows_surface() const {
   return !surface.empty() || !html.empty() || !warped.empty() || !segmentation.empty();
 }
 
-bool ExportOptions::needs_a_result() const {
-  return deformed || !conditions.empty() || !csv.empty() || !deck.empty() || !report.empty() || !html.empty() ||
-         !probes.empty() || !warped.empty() || !segmentation.empty() || !transform.empty() || !transform_points.empty();
+bool ExportOptions::needs_a_result() const { return needs_a_solution() || !conditions.empty() || !report.empty(); }
+
+bool ExportOptions::needs_a_solution() const {
+  return deformed || !csv.empty() || !deck.empty() || !html.empty() || !probes.empty() || !warped.empty() ||
+         !segmentation.empty() || !transform.empty() || !transform_points.empty();
 }
 
 void add_options(CLI::App& app, ExportOptions& o) {

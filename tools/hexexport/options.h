@@ -22,6 +22,8 @@ struct ExportOptions {
   bool shows_surface() const;
   /// Whether something is asked for that only a result has.
   bool needs_a_result() const;
+  /// Likewise that only a solution has.
+  bool needs_a_solution() const;
 };
 
 void add_options(CLI::App& app, ExportOptions& o);

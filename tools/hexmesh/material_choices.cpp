@@ -26,7 +26,10 @@ std::optional<hexmesh::Quantity>& quantity_named(const std::string& key, const s
 
 void apply_setting(const std::string& setting, const std::string& option, hexmesh::MaterialChoice& choice) {
   const auto [key, text] = key_and_value(setting);
-  if (key == "tissue" && choice.tissue.empty()) {
+  if (key == "tissue") {
+    if (text.empty()) throw Error(ErrorKind::usage, fmt::format("--material '{}': the tissue has no name", option));
+    if (!choice.tissue.empty())
+      throw Error(ErrorKind::usage, fmt::format("--material '{}': tissue is given twice", option));
     choice.tissue = text;
     return;
   }

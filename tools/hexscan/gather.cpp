@@ -110,7 +110,7 @@ void report_shape(const std::string& name, const hexmesh::Voxelization& v, const
                     name, v.open_parts, ml));
   else if (v.mended_parts == 0 && std::abs(ml - v.enclosed_ml) > most_off * v.enclosed_ml)
     console.warning(
-        fmt::format("surface '{}' encloses {:.4g} mL, its voxels {:.4g} mL: it is as thin as a voxel in places, "
+        fmt::format("surface '{}' encloses {:.4g} mL, its voxels {:.4g} mL: they are coarse for it, "
                     "expected a smaller --spacing",
                     name, v.enclosed_ml, ml));
 }

@@ -153,9 +153,6 @@ void add_options(CLI::App& app, PlaneOptions& o) {
   app.add_flag("--no-outlines", o.no_outlines, "Leave out the outlines of the segments");
   app.add_flag("--lattice", o.slice.lattice, "Show the borders between the cells of the lattice");
   app.add_flag("--arrows", o.slice.arrows, "Show the displacement within the plane as arrows");
-  app.add_flag("--scene", o.slice.scene,
-               "Show what the scene says: points that are held in blue, those that are moved in red with an arrow, "
-               "obstacles in violet");
   app.add_option("--color", o.slice.color_by,
                  "Show a field in colour with a legend: displacement, or a cell field, e.g. von_mises_stress");
   app.add_flag("--contact-sheet", o.contact_sheet, "All slices of an axis in one picture");

@@ -19,7 +19,10 @@ int run_planes(PlaneOptions& o, const CommonOptions& common, const Console& cons
   const hexmesh::Result result = hexmesh::magnified(read_with_surface(input.path()), o.slice.magnified);
   warn_of_state(result, console);
   if (is_preview(result) && o.only.empty()) o.slice.deformed = false;
-  if (o.slice.scene) o.slice.obstacles = obstacles_of(result);
+  if (o.slice.scene) {
+    o.slice.obstacles = obstacles_of(result);
+    o.slice.moved = moved_by(result);
+  }
   const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, scan_file, console);
   const hexmesh::SliceRenderer renderer(result, scan ? &*scan : nullptr, o.slice);
   const std::vector<PlaneStack> stacks = make_stacks(o, result);
@@ -53,6 +56,9 @@ int run_planes(PlaneOptions& o, const CommonOptions& common, const Console& cons
 std::function<int()> declare_planes(CLI::App& app, const CommonOptions& common, const Console& console) {
   const auto o = std::make_shared<PlaneOptions>();
   add_options(app, *o);
+  app.add_flag("--scene", o->slice.scene,
+               "Show what the scene says: points that are held in blue, those that are moved in red with an arrow, "
+               "obstacles in violet");
   CLI::Option* every =
       app.add_option("--every", o->every, "A slice every so many mm")->check(CLI::PositiveNumber)->check(finite_number);
   app.add_option("--count", o->count, "Slices per axis")

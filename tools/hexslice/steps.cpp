@@ -43,7 +43,6 @@ int run_steps(PlaneOptions& o, const CommonOptions& common, const Console& conso
   const hexmesh::Result result = read_with_surface(input.path());
   if (result.times.empty()) throw Error(ErrorKind::usage, "the result is no motion, expected one, or hexslice planes");
   warn_of_state(result, console);
-  if (o.slice.scene) o.slice.obstacles = obstacles_of(result);
   const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, scan_file, console);
 
   const std::filesystem::path path = input.path();

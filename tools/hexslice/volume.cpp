@@ -153,7 +153,7 @@ int run_volume(Options& o, const CommonOptions& common, const Console& console) 
   const double ready = omp_get_wtime();
   hexmesh::Canvas picture = renderer.draw(o.at_rest ? std::vector<Vec3>{} : result.displacement);
   const double drawn = omp_get_wtime();
-  annotate(picture, o, o.at_rest ? "at rest" : "deformed", state_note(result));
+  annotate(picture, o, o.at_rest || is_preview(result) ? "at rest" : "deformed", state_note(result));
   picture.write_png(output.path());
   files.commit();
   console.note(fmt::format("{} x {} pixels, {} planes {:.3g} mm apart, {} cells: ready in {:.3f} s, drawn in {:.3f} s",

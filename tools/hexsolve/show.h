@@ -8,10 +8,10 @@ namespace hextools {
 
 /// What each condition selects and whether every part is held: --check.
 /// @param report  gets it as JSON, or nullptr; on standard output in place of the text
-/// @returns the exit code
 /// @param preview  gets the body at rest with what the scene selects, as a result for pictures; or nullptr
 /// @param lattice  the file
 /// @param history  of the lattice, and this command's
+/// @returns the exit code
 int show_check(hexsolver::SceneCheck check, const hexsolver::Scene& scene, Output* report, Output* preview,
                const std::filesystem::path& lattice, std::vector<std::string> history, RunFiles& files,
                const Console& console);

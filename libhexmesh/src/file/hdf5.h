@@ -76,7 +76,8 @@ class Reader;
 /// content is the same bytes. Names are paths; their groups are made as needed. Texts become UTF-8.
 class Writer {
 public:
-  enum class Start { anew, as_it_is };  ///< the second goes on with a file that an earlier one has closed
+  /// The second goes on with a file that an earlier one has closed; the third is read by HDF5 1.8 too.
+  enum class Start { anew, as_it_is, anew_for_all };
 
   /// @throws Error{output}
   explicit Writer(const std::filesystem::path& path, Start start = Start::anew);

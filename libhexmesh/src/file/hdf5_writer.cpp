@@ -23,11 +23,12 @@ Handle without_times(hid_t kind) {
 
 Handle open_for_writing(const std::filesystem::path& path, Writer::Start start) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  // The 1.10 layout has checksums in its indices and headers too.
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110);
-  return {start == Writer::Start::anew ? H5Fcreate(path.c_str(), H5F_ACC_TRUNC, without_times(H5P_FILE_CREATE), access)
-                                       : H5Fopen(path.c_str(), H5F_ACC_RDWR, access),
+  if (start != Writer::Start::anew_for_all)  // the 1.10 layout has checksums in its indices and headers too
+    H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110);
+  return {start == Writer::Start::as_it_is
+              ? H5Fopen(path.c_str(), H5F_ACC_RDWR, access)
+              : H5Fcreate(path.c_str(), H5F_ACC_TRUNC, without_times(H5P_FILE_CREATE), access),
           H5Fclose};
 }
 

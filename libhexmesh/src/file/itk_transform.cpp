@@ -22,7 +22,7 @@ std::vector<double> fixed_parameters(const Grid& grid) {
 void write_itk_transform(const DisplacementField& field, const std::filesystem::path& path) {
   constexpr std::size_t block = std::size_t{1} << 16;  // vectors that become double at once
   const std::string group = "/TransformGroup/0/", parameters = group + "TransformParameters";
-  hdf5::Writer file(path);
+  hdf5::Writer file(path, hdf5::Writer::Start::anew_for_all);
   file.variable_text(group + "TransformType", "DisplacementFieldTransform_double_3_3");
   const std::vector<double> fixed = fixed_parameters(field.grid);
   file.write<double>(group + "TransformFixedParameters", fixed, {fixed.size()});

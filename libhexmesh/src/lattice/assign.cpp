@@ -59,10 +59,11 @@ NamedRule make_rule(const std::string& segment, const MaterialChoice& choice) {
 namespace {
 
 MaterialChoice choice_for(const Segment& segment, const std::map<std::string, MaterialChoice>& choices) {
-  for (const auto& [name, asked] : choices)
-    if (name != "*" && find_segment({segment}, name)) return asked;
   const auto all = choices.find("*");
-  return all == choices.end() ? MaterialChoice{} : all->second;
+  MaterialChoice choice = all == choices.end() ? MaterialChoice{} : all->second;
+  for (const auto& [name, asked] : choices)
+    if (name != "*" && find_segment({segment}, name)) choice = asked;
+  return choice;
 }
 
 /// @throws Error{input} naming all segments that nothing says a material of

@@ -269,10 +269,12 @@ Segmentation to_segmentation(const StoredVolume& stored, const fs::path& path) {
 }
 
 bool looks_like_labels(const StoredVolume& stored) {
-  // Grey values differ from voxel to voxel; so many different ones are labels, of an atlas, only where few do.
+  // Grey values differ from voxel to voxel; so many different ones are labels, of an atlas, only where few do. Air or
+  // padding of one value around them says nothing.
   constexpr std::size_t many_labels = 256;
   return std::visit(
       [](const auto& values) {
+        std::vector<std::size_t> equal_pairs(65536), all_pairs(65536);  // by the value of the first voxel
         std::vector<bool> seen(65536);
         std::size_t different = 0, pairs = 0, equal = 0;
         for (std::size_t n = 0; n < values.size(); ++n) {
@@ -285,9 +287,15 @@ bool looks_like_labels(const StoredVolume& stored) {
           if (n > 0 && v != 0 && values[n - 1] != 0) {
             ++pairs;
             equal += v == values[n - 1];
+            const auto before = static_cast<std::size_t>(values[n - 1]);
+            ++all_pairs[before];
+            equal_pairs[before] += v == values[n - 1];
           }
         }
-        return different <= many_labels ? 2 * equal >= pairs : 4 * equal >= 3 * pairs;
+        if (different <= many_labels) return 2 * equal >= pairs;
+        const auto most =
+            static_cast<std::size_t>(std::max_element(all_pairs.begin(), all_pairs.end()) - all_pairs.begin());
+        return 4 * (equal - equal_pairs[most]) >= 3 * (pairs - all_pairs[most]);
       },
       stored.values);
 }

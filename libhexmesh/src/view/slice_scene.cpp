@@ -17,12 +17,6 @@ void dot(Canvas& canvas, int column, int row, Rgb color) {
       canvas.at(x, y) = color;
 }
 
-Vec3 mean_of(const std::vector<Vec3>& vectors) {
-  Vec3 sum = Vec3::Zero();
-  for (const Vec3& v : vectors) sum += v;
-  return sum / std::max<double>(1, static_cast<double>(vectors.size()));
-}
-
 /// Where the surfaces of obstacles cut the plane: pixels inside beside one outside.
 void draw_obstacles(const std::vector<Obstacle>& obstacles, const Grid& frame, Canvas& canvas) {
   for (const Obstacle& o : obstacles) {
@@ -44,12 +38,10 @@ void SliceRenderer::add_scene(const Grid& f, bool deformed, Canvas& canvas) cons
     return {static_cast<int>(std::lround(index[0])), static_cast<int>(std::lround(index[1]))};
   };
   if ((deformed || !options_.deformed) && options_.magnified == 1) draw_obstacles(options_.obstacles, f, canvas);
-  double largest = 0;  // points that are held move a little too, where cells cannot hold all of them
-  for (const ConditionPoints& c : result_.conditions) largest = std::max(largest, mean_of(c.displacement).norm());
   for (const ConditionPoints& c : result_.conditions) {
     Vec3 middle = Vec3::Zero(), step = Vec3::Zero();
     double count = 0;
-    const bool moves = mean_of(c.displacement).norm() > 0.1 * largest;
+    const bool moves = options_.moved.contains(c.name);
     for (std::size_t p = 0; p < c.points.size(); ++p) {
       const Vec3 u = p < c.displacement.size() ? c.displacement[p] : Vec3(Vec3::Zero());
       const Vec3 at = deformed ? Vec3(c.points[p] + u) : c.points[p];

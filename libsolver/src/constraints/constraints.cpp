@@ -105,6 +105,7 @@ void Constraints::make_clusters(double cutoff) {
 
 struct Constraints::Work {
   VectorXd nodal, coefficients, misfit;
+  MatrixXd held;  ///< of one cluster, where it is asked for
   /// Of the nodes of each cluster, axes as columns: clusters are worked on at once.
   template <class Scalar>
   struct ByAxis {
@@ -197,8 +198,11 @@ void Constraints::prescribe(const std::vector<Vec3>& values) {
 void Constraints::for_each_held_entry(const std::function<void(Index, Index, double)>& f) const {
   for (int axis = 0; axis < 3; ++axis)
     for (const auto& cluster : clusters_[axis]) {
-      MatrixXd held = cluster->kept.vectors * cluster->kept.vectors.transpose();
-      if (const VectorXd& p = cluster->pressure_direction; p.size() > 0) held += p * p.transpose();
+      const MatrixXd& v = cluster->kept.vectors;
+      if (work_->held.rows() < v.rows()) work_->held.resize(v.rows(), v.rows());
+      auto held = work_->held.topLeftCorner(v.rows(), v.rows());
+      held.noalias() = v * v.transpose();
+      if (const VectorXd& p = cluster->pressure_direction; p.size() > 0) held.noalias() += p * p.transpose();
       const auto dof = [&](Index n) { return 3 * Index{cluster->nodes[n]} + axis; };
       for (Index b = 0; b < held.cols(); ++b)
         for (Index a = 0; a < held.rows(); ++a) f(dof(a), dof(b), held(a, b));

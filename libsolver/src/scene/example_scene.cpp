@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "hexmesh/core/error.h"
 #include "hexmesh/core/partition.h"
@@ -83,23 +84,30 @@ std::string example_scene(const Lattice& lattice) {
                                         {"upper right", {-1, 0, 1}}}};
   std::vector<std::pair<std::string, Vec3>> chosen;
   for (const Place& place : places) {
-    const hexmesh::ExposedFace* best = nullptr;
-    double most = 0;
-    for (const hexmesh::ExposedFace& face : faces) {
-      const double along = lattice.voxels.position(hexmesh::face_index(face)).dot(place.towards);
-      if (!best || along > most + 1e-9) {
-        best = &face;
-        most = along;
-      }
-    }
-    const Vec3 point = lattice.voxels.position(hexmesh::face_index(*best));
-    const bool apart = std::all_of(chosen.begin(), chosen.end(),
-                                   [&](const auto& c) { return (c.second - point).norm() > 3 * radius; });
-    if (apart && chosen.size() < 4) chosen.emplace_back(place.name, point);
+    const auto position = [&](const hexmesh::ExposedFace& f) {
+      return lattice.voxels.position(hexmesh::face_index(f));
+    };
+    const auto room = [&](const Vec3& point) {  // to those chosen
+      double least = std::numeric_limits<double>::infinity();
+      for (const auto& c : chosen) least = std::min(least, (c.second - point).norm());
+      return least;
+    };
+    double most = -std::numeric_limits<double>::infinity();
+    for (const hexmesh::ExposedFace& f : faces) most = std::max(most, position(f).dot(place.towards));
+    std::vector<Vec3> farthest;  // flat ends have many
+    for (const hexmesh::ExposedFace& f : faces)
+      if (const Vec3 point = position(f); point.dot(place.towards) >= most - 1e-9) farthest.push_back(point);
+    Vec3 point = farthest.front();
+    if (room(point) <= 3 * radius)
+      point = *std::max_element(farthest.begin(), farthest.end(),
+                                [&](const Vec3& p, const Vec3& q) { return room(p) < room(q); });
+    if (room(point) > 3 * radius && chosen.size() < 4) chosen.emplace_back(place.name, point);
   }
   if (chosen.size() < 4)
-    throw Error(ErrorKind::geometry, fmt::format("the body is too small for four patches of {:g} mm", radius));
+    throw Error(ErrorKind::geometry, fmt::format("the body has no four places for patches of {:g} mm", radius));
 
+  const double finest = lattice.voxels.spacing().minCoeff();
+  const int decimals = std::max(3, 2 - static_cast<int>(std::floor(std::log10(finest))));
   std::string text = fmt::format(
       "# Three places on the surface held, a fourth pulled by {:g} mm: the displacement-driven liver experiment of\n"
       "# Nesme, Faure, Payan, \"Accurate interactive animation of deformable models at arbitrary resolution\" (2010).\n"
@@ -111,13 +119,14 @@ std::string example_scene(const Lattice& lattice) {
   if (others > 0)
     text += fmt::format("islands = \"drop\"           # of the {} smaller parts those that nothing holds\n", others);
   for (std::size_t n = 1; n < 4; ++n)
-    text += fmt::format("\n[[fix]]\nname = \"{}\"\npoint_mm = [{:.3f}, {:.3f}, {:.3f}]\nradius_mm = {:g}\n",
-                        chosen[n].first, chosen[n].second[0], chosen[n].second[1], chosen[n].second[2], radius);
+    text += fmt::format("\n[[fix]]\nname = \"{}\"\npoint_mm = [{:.{}f}, {:.{}f}, {:.{}f}]\nradius_mm = {:g}\n",
+                        chosen[n].first, chosen[n].second[0], decimals, chosen[n].second[1], decimals,
+                        chosen[n].second[2], decimals, radius);
   text += fmt::format(
-      "\n[[displace]]\nname = \"{}\"\npoint_mm = [{:.3f}, {:.3f}, {:.3f}]\nradius_mm = {:g}\n"
+      "\n[[displace]]\nname = \"{}\"\npoint_mm = [{:.{}f}, {:.{}f}, {:.{}f}]\nradius_mm = {:g}\n"
       "by_mm = [0.0, {:.8g}, {:.8g}]   # {:g} mm to the front and down\n",
-      chosen[0].first, chosen[0].second[0], chosen[0].second[1], chosen[0].second[2], radius, -pull * std::sqrt(0.5),
-      -pull * std::sqrt(0.5), pull);
+      chosen[0].first, chosen[0].second[0], decimals, chosen[0].second[1], decimals, chosen[0].second[2], decimals,
+      radius, -pull * std::sqrt(0.5), -pull * std::sqrt(0.5), pull);
   return text;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,7 @@ struct SliceOptions {
   bool outlines = true;                  ///< of the segments, in their colours
   bool lattice = false;                  ///< borders between cells
   bool arrows = false;                   ///< the part of the displacement within the plane, from where to where
+  std::set<std::string> moved = {};      ///< names of the conditions that move their points; the others hold them
   bool scene = false;                    ///< points of conditions near the plane, and where those go that are moved
   std::vector<Obstacle> obstacles = {};  ///< with `scene`, on the deformed picture if there is one
   std::string color_by;                  ///< "displacement" [mm] or a cell field, over the scan, with a legend
