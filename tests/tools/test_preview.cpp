@@ -10,6 +10,16 @@ namespace test_preview {
 using hexmesh::Vec3;
 using namespace testing_support;
 
+TEST_F(Tools, WordsThatAreNotKnownAreNamedWithWhatWasMeant) {
+  expect_failure("hexmesh biuld liver.nrrd", 2, {"'biuld' is no subcommand of hexmesh, did you mean 'build'?"});
+  expect_failure("hexmesh --verion", 2, {"'--verion' is no option of hexmesh, did you mean '--version'?"});
+  expect_failure("hexmesh build liver.nrrd --cellsize 3 -o x", 2, {"of hexmesh build, did you mean '--cell-size'?"});
+  // Values are no such words, whatever they look like.
+  expect_failure("hexslice --threads 2 plaens r", 2, {"'plaens' is no subcommand of hexslice, did you mean 'planes'?"});
+  expect_failure("hexmesh build liver.nrrd -o --x.hexmesh --levels zz", 2, {"zz"});
+  expect_failure("hexmesh build liver.nrrd --material 'liver:tissue=' -o x", 2, {"tissue has no name"});
+}
+
 TEST_F(Tools, ASceneIsShownBeforeItIsSolved) {
   write_text(*folder / "ball.toml",
              "[[fix]]\nname = \"right\"\nhalfspace = { point_mm = [-80, 0, 0], normal = [-1, 0, 0] }\n"
