@@ -148,8 +148,8 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
     return lines;
   };
   if (o.check)
-    return show_check(hexsolver::check_scene(lattice, scene, level), scene, report_file, output, lattice_file.path(),
-                      history(), files, console);
+    return show_check(hexsolver::check_scene(lattice, scene, level, output != nullptr), scene, report_file, output,
+                      lattice_file.path(), history(), files, console);
   if (o.plan) return show_plan(hexsolver::plan_solution(lattice, scene, level), report_file, files);
   const double read_done = omp_get_wtime();
   level = fit_into_memory(lattice, level, scene, console);

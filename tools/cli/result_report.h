@@ -13,6 +13,7 @@ struct ResultReport {
   nlohmann::json report;
   nlohmann::json costs;  ///< an object; empty where the file has none
 
+  bool is_preview() const { return report.value("is_preview", false); }  ///< of a scene that is not solved
   bool converged() const { return report.value("converged", true); }
   double load_fraction() const { return number_in(report, "load_fraction", 0); }
   std::string reason() const { return report.value("reason", ""); }

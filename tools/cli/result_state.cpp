@@ -25,7 +25,7 @@ hexmesh::Result read_with_surface(const std::filesystem::path& path) {
 
 void warn_of_state(const hexmesh::Result& result, const Console& console) {
   const ResultReport said = report_of(result);
-  if (is_preview(result)) console.warning("the result shows a scene that is not solved: nothing is displaced");
+  if (said.is_preview()) console.warning("the result shows a scene that is not solved: nothing is displaced");
   if (!said.converged())
     console.warning(fmt::format("the result is not converged, it is the state at {:.3g} of the load: {}",
                                 said.load_fraction(), said.reason()));
@@ -36,11 +36,11 @@ void warn_of_state(const hexmesh::Result& result, const Console& console) {
                     cells));
 }
 
-bool is_preview(const hexmesh::Result& result) { return report_of(result).report.value("is_preview", false); }
+bool is_preview(const hexmesh::Result& result) { return report_of(result).is_preview(); }
 
 std::string state_note(const hexmesh::Result& result) {
   const ResultReport said = report_of(result);
-  if (is_preview(result)) return "not solved yet";
+  if (said.is_preview()) return "not solved yet";
   if (!said.converged()) return fmt::format("NOT CONVERGED, {:.3g} of the load", said.load_fraction());
   return result.times.empty() ? "" : fmt::format("end, {:.4g} s", result.times.back());
 }

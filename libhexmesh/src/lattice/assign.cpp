@@ -54,10 +54,6 @@ NamedRule make_rule(const std::string& segment, const MaterialChoice& choice) {
           is_complete(choice) ? "given" : source_of(choice, tissue)};
 }
 
-}  // namespace
-
-namespace {
-
 MaterialChoice choice_for(const Segment& segment, const std::map<std::string, MaterialChoice>& choices) {
   const auto all = choices.find("*");
   MaterialChoice choice = all == choices.end() ? MaterialChoice{} : all->second;

@@ -25,7 +25,7 @@ constexpr Rgb yellow = {255, 230, 60}, orange = {200, 80, 0}, lattice_color = {1
 
 Rgb paper_of(const SliceOptions& o) { return o.white ? Rgb{255, 255, 255} : Rgb{24, 24, 24}; }
 Rgb ink_of(const SliceOptions& o) { return o.white ? Rgb{0, 0, 0} : Rgb{255, 255, 255}; }
-Rgb nothing_of(const SliceOptions& o) { return o.white ? Rgb{255, 255, 255} : Rgb{0, 0, 0}; }
+Rgb nothing_of(bool white) { return white ? Rgb{255, 255, 255} : Rgb{0, 0, 0}; }
 
 /// The frame's layout; see SliceRenderer::frame.
 int width_of(const Grid& frame) { return frame.extent()[0]; }
@@ -204,7 +204,7 @@ double SliceRenderer::color_value(const Vec3& rest, const Vec3& displacement) co
 
 Canvas SliceRenderer::paint(const Grid& f, const DisplacementField& field, bool deformed) const {
   const int width = width_of(f), height = height_of(f);
-  Canvas canvas(width, height, nothing_of(options_));
+  Canvas canvas(width, height, nothing_of(options_.white));
   Eigen::Index across = 0;
   f.direction().col(2).cwiseAbs().maxCoeff(&across);
   std::vector<std::uint16_t> labels(f.num_voxels());
@@ -362,7 +362,7 @@ Canvas contact_sheet(const std::vector<Canvas>& pictures, bool white) {
   const double count = static_cast<double>(pictures.size());
   const int columns = std::max(1, static_cast<int>(std::ceil(std::sqrt(count * height / width))));
   const int rows = static_cast<int>(std::ceil(count / columns));
-  Canvas sheet(columns * (width + gap) - gap, rows * (height + gap) - gap, white ? Rgb{255, 255, 255} : Rgb{0, 0, 0});
+  Canvas sheet(columns * (width + gap) - gap, rows * (height + gap) - gap, nothing_of(white));
   for (int n = 0; n < static_cast<int>(pictures.size()); ++n)
     sheet.paste(pictures[n], n % columns * (width + gap), n / columns * (height + gap));
   return sheet;

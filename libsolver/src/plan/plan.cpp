@@ -98,7 +98,7 @@ hexmesh::Result preview_of(const LevelProblem& problem) {
 
 }  // namespace
 
-SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int level) {
+SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int level, bool with_preview) {
   SceneCheck check;
   check.level = level;
   check.warnings = check_single_points(scene);
@@ -121,7 +121,7 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int le
   for (const LevelProblem::Load& load : problem.loads()) check.forces.push_back({load.name, load.total});
   check.held_cells = problem.num_island_cells();
   check.needs_supports = !scene.dynamics;
-  check.preview = preview_of(problem);
+  if (with_preview) check.preview = preview_of(problem);
   return check;
 }
 

@@ -20,11 +20,12 @@ struct SceneCheck {
   std::vector<std::string> warnings;
   bool needs_supports = true;  ///< a motion does not
   /// The body at rest, for pictures: points of conditions with where these move them at the end, and loads.
+  /// Nothing if it was not asked for.
   std::optional<hexmesh::Result> preview;
 };
 
 /// @throws Error as solve_equilibrium
-SceneCheck check_scene(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+SceneCheck check_scene(const hexmesh::Lattice& lattice, const Scene& scene, int level, bool with_preview = false);
 
 /// What a solution is expected to cost.
 struct SolvePlan {
