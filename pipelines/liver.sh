@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The displacement-driven liver experiment of Nesme, Faure and Payan (2010), on the bundled phantom or on any scan:
-# three places on the surface held, a fourth pulled by 40 mm, E = 100 kPa, nu = 0.3 and 0.4, coarse to fine.
+# three places on the surface held, a fourth pulled by 40 mm, coarse to fine.
 set -euo pipefail
 . "$(dirname "$0")/common.sh"
 
@@ -12,16 +12,18 @@ usage: liver.sh [options] -o FOLDER
   --ct FILE         grey values for the pictures (default: the phantom's, or a grid for a scan without)
   --scene FILE      scene instead of the example one, which picks its places from the organ's extremes
   --levels "3 2 1"  mechanical levels, coarse to fine (default: 3 2 1)
-  --poisson "0.3"   Poisson's ratios (default: 0.3 0.4)
+  --young KPA       Young's modulus (default: 3, a healthy liver's)
+  --poisson "0.45"  Poisson's ratios (default: 0.45)
+  --paper           the paper's E = 100 kPa, nu = 0.3 and 0.4
   --points          hold and pull single points as in the paper instead of patches of 10 mm
   --force           replace files that exist
 TEXT
 }
 
-scan='' segment=() ct='' scene='' levels='3 2 1' poissons='0.3 0.4' radius='' force=() out=''
+scan='' segment=() ct='' scene='' levels='3 2 1' young=3 poissons='0.45' radius='' force=() out=''
 while [ $# -gt 0 ]; do
   case $1 in
-    --scan | --segment | --ct | --scene | --levels | --poisson | -o)
+    --scan | --segment | --ct | --scene | --levels | --young | --poisson | -o)
       [ $# -gt 1 ] || { echo "liver.sh: $1 needs a value" >&2; usage >&2; exit 2; }
       case $1 in
         --scan) scan=$(file_name "$2") ;;
@@ -29,10 +31,12 @@ while [ $# -gt 0 ]; do
         --ct) ct=$(file_name "$2") ;;
         --scene) scene=$(file_name "$2") ;;
         --levels) levels=$2 ;;
+        --young) young=$2 ;;
         --poisson) poissons=$2 ;;
         -o) out=$(file_name "$2") ;;
       esac
       shift ;;
+    --paper) young=100 poissons='0.3 0.4' ;;
     --points) radius=0 ;;
     --force) force=(--force) ;;
     -h | --help) usage; exit 0 ;;
@@ -70,7 +74,7 @@ if [ -n "$radius" ]; then
   for which in fix.0 fix.1 fix.2 displace.0; do settings+=(--set "$which.radius_mm=$radius"); done
 fi
 for nu in $poissons; do
-  material=(--material "*:young_kpa=100,poisson=$nu")
+  material=(--material "*:young_kpa=$young,poisson=$nu")
   lattice=$out/nu$nu.hexmesh
   hexmesh build "$out/labels.nrrd" "${material[@]}" "${force[@]}" -o "$lattice"
   if [ -z "$scene" ]; then
@@ -97,7 +101,7 @@ done
 
 # The same once more as one pipe, nothing written in between.
 nu=${poissons%% *} level=${levels%% *}
-read_scan - 2>/dev/null | hexmesh -q build - --material "*:young_kpa=100,poisson=$nu" -o - |
+read_scan - 2>/dev/null | hexmesh -q build - --material "*:young_kpa=$young,poisson=$nu" -o - |
   hexsolve -q - "$scene" --level "$level" "${settings[@]}" -o - | hexexport - --lattice "$out/pipe.vtu" "${force[@]}"
 
 cat "$table"

@@ -14,6 +14,7 @@
 #include "hexmesh/file/result_file.h"
 #include "hexmesh/file/vtkhdf.h"
 #include "hexmesh/surface/surface_file.h"
+#include "hexmesh/view/obstacle.h"
 #include "hexmesh/view/vtk_export.h"
 
 namespace {
@@ -75,6 +76,9 @@ void write_all(const ExportOptions& o, const Result& result, const Input& input,
   out.write(o.conditions, [&](const path& file) {
     hexmesh::write_conditions_vtp(result, condition_forces(result), configuration, file);
   });
+  out.write(o.obstacles, [&](const path& file) {
+    hexmesh::write_obstacles_vtp(obstacles_of(result), hexmesh::bounds_of(result), file);
+  });
   out.write_text(o.csv, [&] { return nodes_csv(result); });
   out.write(o.deck, [&](const path& file) { write_deck(result, file); });
   out.write_text(o.report, [&] { return o.report.ends_with(".csv") ? report_csv(result) : report_json(result); });
@@ -95,7 +99,9 @@ int run(const ExportOptions& o, const CommonOptions& common, const Console& cons
   if (is_preview(result) && o.needs_a_solution())
     throw Error(ErrorKind::usage,
                 "the result shows a scene that is not solved, expected a solution for all but --lattice, --surface, "
-                "--conditions and --report");
+                "--conditions, --obstacles and --report");
+  if (!o.obstacles.empty() && obstacles_of(result).empty())
+    throw Error(ErrorKind::usage, "the scene of the result has no obstacles, expected some for --obstacles");
   OutputWriter out(o, result.times.size(), files, common);
   warn_of_state(result, console);
   if (table) table->write(probe_table(input.path(), result, probes));

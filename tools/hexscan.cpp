@@ -11,9 +11,11 @@ int main(int argc, char** argv) {
        "hexscan phantom liver --spacing 4 -o liver.nrrd",
        [o](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
          const auto run_conversion = declare_conversion(app, o, common, console);
-         CLI::App* phantom = app.add_subcommand("phantom", "Make a phantom instead of reading a scan");
+         CLI::App* phantom = add_subcommand(app, "phantom", "Make a phantom instead of reading a scan",
+                                            "hexscan phantom liver --spacing 4 -o liver.nrrd --intensity-out ct.nrrd");
          const auto run_phantom = declare_phantom(*phantom, o, common, console);
-         CLI::App* info = app.add_subcommand("info", "Say what inputs hold: grid, orientation, segments, warnings");
+         CLI::App* info = add_subcommand(app, "info", "Say what inputs hold: grid, orientation, segments, warnings",
+                                         "hexscan info liver.nrrd");
          const auto run_info = declare_info(*info, o, common, console);
          return [=] { return phantom->parsed() ? run_phantom() : info->parsed() ? run_info() : run_conversion(); };
        }});

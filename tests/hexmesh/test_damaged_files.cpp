@@ -70,7 +70,8 @@ std::string content(const Result& r) {
   l.levels = {level};
   std::string text = content(l) + r.report + std::to_string(r.level);
   for (const CellNodes& n : r.cell_nodes) text.append(reinterpret_cast<const char*>(n.data()), sizeof(n));
-  for (const auto& points : {r.nodes, r.displacement, r.velocity, r.surface_displacement}) text += content(points);
+  for (const auto& points : {r.nodes, r.displacement, r.velocity, r.contact_force, r.surface_displacement})
+    text += content(points);
   for (const auto& [name, values] : r.cell_fields) {
     text += name;
     for (const double v : values) text += std::to_string(v);
@@ -122,6 +123,7 @@ TEST(DamagedFiles, ResultsAreRefusedOrReadRight) {
   damage("result", folder, [](const auto& path) {
     const Result read = read_result(path);
     const MotionStep step = read_step(path, read, 0);
-    return content(read) + content(step.displacement) + content(step.velocity) + std::to_string(read.times.at(0));
+    return content(read) + content(step.displacement) + content(step.velocity) + content(step.contact_force) +
+           std::to_string(step.cell_fields.at("fill").back()) + std::to_string(read.times.at(0));
   });
 }

@@ -284,8 +284,11 @@ TEST(ResultFile, KeepsTheStepsOfAMotion) {
   r.report = "{}";
   ResultWriter writer(folder / "a");
   for (int n = 0; n < 3; ++n) {
-    const std::vector<double> u(36, n), v(36, 10 + n);
-    writer.add_step(0.25 * n, u, v);
+    const std::vector<double> density(2, 0.5 * n);
+    writer.add_step(0.25 * n, {std::vector<Vec3>(12, Vec3::Constant(n)),
+                               std::vector<Vec3>(12, Vec3::Constant(10 + n)),
+                               std::vector<Vec3>(12, Vec3::Constant(20 + n)),
+                               {{"fill", density}}});
   }
   writer.finish(r);
   const Result back = read_result(folder / "a");
@@ -294,6 +297,8 @@ TEST(ResultFile, KeepsTheStepsOfAMotion) {
   const MotionStep step = read_step(folder / "a", back, 2);
   EXPECT_EQ(step.displacement, std::vector<Vec3>(12, Vec3(2, 2, 2)));
   EXPECT_EQ(step.velocity, std::vector<Vec3>(12, Vec3(12, 12, 12)));
+  EXPECT_EQ(step.contact_force, std::vector<Vec3>(12, Vec3(22, 22, 22)));
+  EXPECT_EQ(step.cell_fields.at("fill"), std::vector<double>(2, 1));
 }
 
 TEST(OutputFile, AppearsOnlyWhenCommitted) {

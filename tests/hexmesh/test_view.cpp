@@ -292,6 +292,47 @@ TEST(Slice, AMagnifiedDisplacementHasTheColoursOfTheTrueOne) {
   EXPECT_EQ(sheet.at(0, 0), (Rgb{255, 255, 255}));
 }
 
+TEST(Slice, LinesMoveWithTheMaterialAndOnlyWhereAskedFor) {
+  const Lattice lattice = box({24, 24, 4}, {1, 1, 1});
+  const Result r = moved(lattice, 0, Mat3::Zero(), {3, 0, 0});
+  SliceOptions options;
+  options.before = options.outlines = false;
+  options.pixel_mm = 0.5;
+  const auto pixel = [](const Canvas& sheet, double x) {
+    return sheet.at(22 + static_cast<int>((x + 12.5) / 0.5), 44 + 36);
+  };
+  const SlicePlane plane = plane_across(SliceAxis::axial, 1.5);
+  const Canvas none = SliceRenderer(r, nullptr, options).draw(plane);
+  options.grid_mm = 10;
+  const Canvas lines = SliceRenderer(r, nullptr, options).draw(plane);
+  for (const double at : {13.0, 23.0}) {  // at rest 10 and 20 mm
+    EXPECT_GT(pixel(none, at)[0], 2 * pixel(lines, at)[0]);
+    EXPECT_EQ(pixel(none, at + 3), pixel(lines, at + 3));
+  }
+}
+
+TEST(Slice, ColoursOfTwoStatesAreThoseOfBoth) {
+  const ColorRange both = joined({1, 3, false, true}, {2, 5, false, false});
+  EXPECT_EQ(both.low, 1);
+  EXPECT_EQ(both.high, 5);
+  EXPECT_FALSE(both.goes_below);
+  EXPECT_TRUE(both.goes_above);
+}
+
+TEST(Canvas, WordsTakeTheRoomThatTheySay) {
+  for (const char* words : {"x", "von mises stress [kPa]", "a caption that is rather long, at 0.125 s"}) {
+    const int width = Canvas::text_width(words, 13);
+    Canvas canvas(width + 20, 30);
+    canvas.text(words, 0, 5, 13);
+    int last = 0;
+    for (int y = 0; y < canvas.height(); ++y)
+      for (int x = 0; x < canvas.width(); ++x)
+        if (canvas.at(x, y)[0] > 0) last = std::max(last, x);
+    EXPECT_LE(last, width);
+    EXPECT_GE(last, width - 4) << words;
+  }
+}
+
 TEST(Slice, ANarrowPictureHasItsWholeCaption) {
   const Lattice lattice = box({4, 40, 40}, {1, 1, 1});
   const Result r = moved(lattice, 0, Mat3::Zero(), Vec3::Zero());

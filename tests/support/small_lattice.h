@@ -32,8 +32,10 @@ inline void write_small_result(const std::filesystem::path& path) {
   result.costs = "{}";
   result.velocity.assign(result.nodes.size(), Vec3(4, 5, 6));
   ResultWriter writer(path);
-  writer.add_step(0.5, {result.displacement.front().data(), 3 * result.nodes.size()},
-                  {result.velocity.front().data(), 3 * result.nodes.size()});
+  writer.add_step(0.5, {result.displacement,
+                        result.velocity,
+                        {result.nodes.size(), Vec3(7, 8, 9)},
+                        {{"fill", std::vector<double>(result.cells.size(), 0.25)}}});
   writer.finish(result);
 }
 

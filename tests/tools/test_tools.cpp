@@ -341,7 +341,7 @@ TEST_F(Tools, EveryExampleSceneConverges) {
 TEST(Demo, TheLiverExperimentRunsFromScanToPictures) {
   const TemporaryFolder folder;
   const CommandResult r =
-      shell("'" HEXTOOLS_SOURCE "/pipelines/liver.sh' --levels '3 2' -o '" + folder.path("demo") + "'");
+      shell("'" HEXTOOLS_SOURCE "/pipelines/liver.sh' --paper --levels '3 2' -o '" + folder.path("demo") + "'");
   ASSERT_EQ(r.exit_code, 0) << r.errors;
   for (const char* file : {"demo/pictures-nu0.3/axial_2.png", "demo/pictures-nu0.4/sagittal_1.png",
                            "demo/nu0.3-level2.vtu", "demo/nu0.4-level2.vtp", "demo/pipe.vtu", "demo/summary.txt"})

@@ -48,7 +48,8 @@ constexpr std::array costs_keys = {Key{"levels", KeyKind::list_of_numbers}, Key{
                                    Key{"seconds", KeyKind::table}, Key{"peak_memory_mb", KeyKind::number}};
 constexpr std::array condition_keys = {Key{"name", KeyKind::text}, Key{"moves", KeyKind::flag},
                                        Key{"reaction_n", KeyKind::vector}};
-constexpr std::array contact_keys = {Key{"plane", KeyKind::table}, Key{"sphere", KeyKind::table}};
+constexpr std::array contact_keys = {Key{"name", KeyKind::text}, Key{"plane", KeyKind::table},
+                                     Key{"sphere", KeyKind::table}};
 constexpr std::array obstacle_keys = {Key{"point_mm", KeyKind::vector}, Key{"normal", KeyKind::vector},
                                       Key{"center_mm", KeyKind::vector}, Key{"radius_mm", KeyKind::number}};
 constexpr std::array level_keys = {Key{"level", KeyKind::count}, Key{"seconds", KeyKind::number},

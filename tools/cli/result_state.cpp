@@ -65,11 +65,12 @@ std::vector<hexmesh::Obstacle> obstacles_of(const hexmesh::Result& result) {
   const nlohmann::json report = report_of(result).report;
   for (const nlohmann::json& contact : report["contacts"]) {
     hexmesh::Obstacle o;
+    o.name = contact.value("name", "");
     if (contact.contains("plane"))
-      o = {vector(contact["plane"], "point_mm"), vector(contact["plane"], "normal")};
+      o = {vector(contact["plane"], "point_mm"), vector(contact["plane"], "normal").normalized(), 0, o.name};
     else if (contact.contains("sphere"))
       o = {vector(contact["sphere"], "center_mm"), hexmesh::Vec3::Zero(),
-           ResultReport::number_in(contact["sphere"], "radius_mm", NAN)};
+           ResultReport::number_in(contact["sphere"], "radius_mm", NAN), o.name};
     if (o.point.allFinite() && o.normal.allFinite() && std::isfinite(o.radius)) out.push_back(o);
   }
   return out;

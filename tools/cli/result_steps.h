@@ -8,7 +8,7 @@
 
 namespace hextools {
 
-/// The result of a motion as it was at each of its steps; of the cell fields those that do not change.
+/// The result of a motion as it was at each of its steps; of the cell fields those that steps have, or do not change.
 class ResultSteps {
 public:
   /// @param path, result  the file and what was read from it; both must outlive this
@@ -30,6 +30,8 @@ public:
     now_.displacement = std::move(step.displacement);
     for (hexmesh::Vec3& u : now_.displacement) u *= magnified_;
     now_.velocity = std::move(step.velocity);
+    now_.contact_force = std::move(step.contact_force);
+    for (auto& [name, values] : step.cell_fields) now_.cell_fields[name] = std::move(values);
     surface_.interpolate({now_.displacement.front().data(), 3 * now_.displacement.size()}, now_.surface_displacement);
     return now_;
   }

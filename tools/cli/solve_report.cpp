@@ -73,7 +73,8 @@ json to_json(const hexsolver::MotionReport& motion) {
                     {"loads_n_mm", r.energies.loads},
                     {"work_n_mm", r.work},
                     {"work_uncertainty_n_mm", r.work_uncertainty},
-                    {"momentum_n_s", to_json(r.momentum)}});
+                    {"momentum_n_s", to_json(r.momentum)},
+                    {"contacts", hextools::to_json(r.contacts)}});
   return {{"steps", motion.steps},
           {"substeps", motion.substeps},
           {"failed_substeps", motion.failed_substeps},
@@ -330,8 +331,8 @@ void summarize(const SolveReport& r, const Console& console) {
                              c.points, c.deepest_mm, c.force_n[0], c.force_n[1], c.force_n[2]));
   if (const hexsolver::ErrorEstimate& e = l.error; e.mean_mm)
     console.note(fmt::format(
-        "estimated error of the cells' size: mean {:.2g} mm, largest {:.2g} mm; of the equations: {:.1g} mm",
-        *e.mean_mm, e.max_mm.value_or(0), e.algebraic_mm.value_or(0)));
+        "estimated error of the cells' size: mean {:.2g} mm, largest {}; of the equations: {:.1g} mm", *e.mean_mm,
+        e.max_mm ? fmt::format("{:.2g} mm", *e.max_mm) : "unknown", e.algebraic_mm.value_or(0)));
   else if (!r.motion)
     console.note(fmt::format("the error of the cells' size is unknown: {}", why_unknown(r)));
   console.note(fmt::format("strain energy {:.6g} N mm, smallest Jacobian {:.3g}, {} inverted voxels, volume {:+.2g} %",

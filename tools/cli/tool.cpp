@@ -164,6 +164,27 @@ int show_help(const CLI::App& app, const std::string& tool, const CLI::ParseErro
 
 namespace {
 
+/// What help ends with.
+std::string footer_with(const std::string& example) {
+  return "Example:\n  " + example +
+         "\n\nExit codes: 0 ok, 2 usage, 3 bad input, 4 geometry or supports, 5 not converged, 6 output, 70 a bug "
+         "of ours.\nUnits: mm, N, patient LPS; keys of scenes and materials name theirs.";
+}
+
+constexpr const char* common_options = "Common";
+
+/// Help of a subcommand has the options of the tool too, which it takes as well.
+class Help : public CLI::Formatter {
+public:
+  std::string make_subcommands(const CLI::App* app, CLI::AppFormatMode mode) const override {
+    std::string out;
+    if (const CLI::App* tool = app->get_parent())
+      out = make_group(common_options, false,
+                       tool->get_options([](const CLI::Option* o) { return o->get_group() == common_options; }));
+    return out + CLI::Formatter::make_subcommands(app, mode);
+  }
+};
+
 /// Names a word of the command line that was left over since it is neither an option nor a subcommand, with what was
 /// probably meant; empty: there is none.
 std::string what_is_unknown(const CLI::App& app, const std::string& command) {
@@ -204,24 +225,23 @@ int run_to_exit_code(int argc, char** argv, const Tool& tool) {
   CommonOptions common;
   const Console console(tool.name, common);
   CLI::App app(tool.description, tool.name);
-  app.footer("Example:\n  " + tool.example +
-             "\n\nExit codes: 0 ok, 2 usage, 3 bad input, 4 geometry or supports, 5 not converged, 6 output, 70 a bug "
-             "of ours.\nUnits: mm, N, patient LPS; keys of scenes and materials name theirs.");
+  app.formatter(std::make_shared<Help>());
+  app.footer(footer_with(tool.example));
   app.fallthrough();
   app.set_version_flag("--version", version_line(tool.name));
-  app.add_flag("-q,--quiet", common.quiet, "Say nothing but warnings and errors")->group("Common");
-  app.add_flag("--force", common.force, "Replace outputs that exist")->group("Common");
+  app.add_flag("-q,--quiet", common.quiet, "Say nothing but warnings and errors")->group(common_options);
+  app.add_flag("--force", common.force, "Replace outputs that exist")->group(common_options);
   app.add_option(
          "--progress", common.progress,
          "Tell on standard error what a run is at while it takes long: in one line on a terminal, every ten seconds "
          "elsewhere; always: every step in a line of its own")
       ->check(CLI::IsMember({"auto", "always", "never"}))
       ->capture_default_str()
-      ->group("Common");
+      ->group(common_options);
   app.add_option("--threads", common.threads, "Threads to use; 0 = all processors. Results do not depend on it")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str()
-      ->group("Common");
+      ->group(common_options);
   if (!tool.is_one_of_many)
     app.add_option(
            "--max-memory", common.max_memory_mb,
@@ -229,7 +249,7 @@ int run_to_exit_code(int argc, char** argv, const Tool& tool) {
            "where it takes a quarter and 64 MB more; hexsolve takes longer first; default: four fifths of the "
            "machine's")
         ->check(positive_number)
-        ->group("Common");
+        ->group(common_options);
   try {
     const std::function<int()> run = tool.declare(app, common, console);
     app.parse(argc, argv);
@@ -277,13 +297,20 @@ int run_tool(int argc, char** argv, const Tool& tool) {
   return code;
 }
 
+CLI::App* add_subcommand(CLI::App& app, const std::string& name, const std::string& description,
+                         const std::string& example) {
+  CLI::App* added = app.add_subcommand(name, description);
+  added->footer(footer_with(example));
+  return added;
+}
+
 std::function<Declare> declare_subcommands(std::vector<Subcommand> subcommands) {
   return [subcommands = std::move(subcommands)](CLI::App& app, const CommonOptions& common,
                                                 const Console& console) -> std::function<int()> {
     app.require_subcommand(1);
     std::vector<std::pair<const CLI::App*, std::function<int()>>> runs;
     for (const Subcommand& subcommand : subcommands) {
-      CLI::App* added = app.add_subcommand(subcommand.name, subcommand.description);
+      CLI::App* added = add_subcommand(app, subcommand.name, subcommand.description, subcommand.example);
       runs.emplace_back(added, subcommand.declare(*added, common, console));
     }
     return [runs = std::move(runs)] {

@@ -61,8 +61,13 @@ int run_tool(int argc, char** argv, const Tool& tool);
 struct Subcommand {
   std::string name;
   std::string description;
+  std::string example;  ///< as Tool::example
   Declare* declare;
 };
+
+/// A subcommand whose help shows its own example, and the options that it shares with the tool.
+CLI::App* add_subcommand(CLI::App& app, const std::string& name, const std::string& description,
+                         const std::string& example);
 
 /// The `declare` of a tool that does nothing but its subcommands, of which each call names one.
 std::function<Declare> declare_subcommands(std::vector<Subcommand> subcommands);

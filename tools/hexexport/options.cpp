@@ -16,7 +16,9 @@ bool ExportOptions::shows_surface() const {
   return !surface.empty() || !html.empty() || !warped.empty() || !segmentation.empty();
 }
 
-bool ExportOptions::needs_a_result() const { return needs_a_solution() || !conditions.empty() || !report.empty(); }
+bool ExportOptions::needs_a_result() const {
+  return needs_a_solution() || !conditions.empty() || !obstacles.empty() || !report.empty();
+}
 
 bool ExportOptions::needs_a_solution() const {
   return deformed || !csv.empty() || !deck.empty() || !html.empty() || !probes.empty() || !warped.empty() ||
@@ -36,6 +38,7 @@ void add_options(CLI::App& app, ExportOptions& o) {
                  "shape alone (.stl, .obj, .ply)");
   app.add_option("--conditions", o.conditions,
                  "The points that conditions hold (.vtp): name, displacement [mm], reaction [N]");
+  app.add_option("--obstacles", o.obstacles, "The obstacles of the scene, where they are at the end (.vtp): name");
   app.add_option("--csv", o.csv, "node,x,y,z,ux,uy,uz [mm, LPS] of the lattice nodes (.csv)");
   add_repeated(app, "--probe", o.probes,
                "x,y,z [mm, LPS] at rest, or a markup file: where these points go, as CSV on standard output");

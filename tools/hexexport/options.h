@@ -11,7 +11,7 @@ namespace hextools {
 /// What hexexport is asked for: names of files to write, empty where not asked for.
 struct ExportOptions {
   std::string input;
-  std::string lattice, surface, conditions, csv, deck, report, html;
+  std::string lattice, surface, conditions, obstacles, csv, deck, report, html;
   std::vector<std::string> probes;
   std::string scan, warped, segmentation, grid, transform, transform_points;
   int level = -1;

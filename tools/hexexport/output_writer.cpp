@@ -32,6 +32,7 @@ OutputWriter::OutputWriter(const ExportOptions& o, std::size_t num_steps, RunFil
   declare_series(o.lattice, endings::lattice, num_steps);
   declare_series(o.surface, endings::surface, num_steps);
   declare(o.conditions, endings::conditions, Content::binary);
+  declare(o.obstacles, endings::obstacles, Content::binary);
   declare(o.csv, endings::csv, Content::text);
   declare(o.deck, endings::deck, Content::text);
   declare(o.report, endings::report, Content::text);

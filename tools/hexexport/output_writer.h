@@ -18,6 +18,7 @@ namespace endings {
 inline const Endings lattice = {".vtu", ".hdf"};
 inline const Endings surface = {".vtp", ".stl", ".obj", ".ply"};
 inline const Endings conditions = {".vtp"};
+inline const Endings obstacles = {".vtp"};
 inline const Endings csv = {".csv"};
 inline const Endings deck = {".inp"};
 inline const Endings report = {".json", ".csv"};

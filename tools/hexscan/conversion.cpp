@@ -118,7 +118,7 @@ int run_conversion(const ScanOptions& o, const CommonOptions& common, const Cons
   Output* output = labels_wanted ? volume_if_named(o.output, files) : nullptr;
   Output* intensity_output = volume_if_named(o.intensity_output, files);
 
-  hexmesh::ReadOptions options = read_options(o, console);
+  hexmesh::ReadOptions options = read_options(o, files, console);
   std::optional<hexmesh::IntensityVolume> intensity;
   if (scan) {
     std::optional<Grid> stored;
@@ -167,6 +167,7 @@ std::function<int()> declare_conversion(CLI::App& app, const std::shared_ptr<Sca
                  "where they overlap");
   add_repeated(app, "--input", o->named_inputs,
                "NAME=FILE: all that the file holds as one segment of that name; these come after the other inputs");
+  add_label_names(app, *o);
   add_repeated(app, "--segment", o->segments,
                "Keep only this segment: NAME, LABEL or terminology code (SCT:10200004), with =NAME to name it; "
                "may be given often");
@@ -178,6 +179,9 @@ std::function<int()> declare_conversion(CLI::App& app, const std::shared_ptr<Sca
   app.add_option("--series", o->series, "SeriesInstanceUID, or its end, where DICOM files hold several");
   app.add_option("--spacing", o->spacing, "Edge of the cubic voxels of surfaces and lines [mm]")
       ->check(CLI::Range(1e-6, 1000.0));
+  app.add_option("--scale", o->scale, "Multiply the coordinates of surfaces and lines: 1000 where they are in metres")
+      ->check(CLI::Range(1e-6, 1e6))
+      ->capture_default_str();
   CLI::Option* roi = app.add_option("--roi-mm", o->roi, "Zone of interest x0,x1,y0,y1,z0,z1 in LPS [mm]");
   app.add_option("--roi-markup", o->roi_markup, "Zone of interest: a 3D Slicer ROI (.mrk.json)")->excludes(roi);
   app.add_option("--margin", o->margin,

@@ -42,10 +42,29 @@ struct Parts {
   std::vector<std::string> shape_names;
 };
 
-Parts read_parts(const Sources& sources, const hexmesh::ReadOptions& options) {
+/// Multiplies all coordinates, and warns of what is hardly in mm.
+void scale(hexmesh::Shape& shape, double factor, const std::string& name, const Console& console) {
+  for (hexmesh::Vec3& p : shape.surface.points) p *= factor;
+  for (auto& line : shape.lines)
+    for (hexmesh::Vec3& p : line) p *= factor;
+  hexmesh::Vec3 low = hexmesh::Vec3::Constant(INFINITY), high = -low;
+  for (const hexmesh::Vec3& p : shape.surface.points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  constexpr double smallest_organ = 1;
+  if (const double size = (high - low).maxCoeff(); size >= 0 && size < smallest_organ)
+    console.warning(
+        fmt::format("surface '{}' is {:.3g} mm large, expected coordinates in mm (--scale 1000 where they "
+                    "are in metres)",
+                    name, size));
+}
+
+Parts read_parts(const ScanOptions& o, const Sources& sources, const hexmesh::ReadOptions& options,
+                 const Console& console) {
   Parts out;
   const auto add_shape = [&](const std::string& name, const std::filesystem::path& path) {
-    out.shapes.push_back(hexmesh::read_shape(path));
+    scale(out.shapes.emplace_back(hexmesh::read_shape(path)), o.scale, name, console);
     out.shape_names.push_back(name);
   };
   std::vector<std::filesystem::path> dicom;
@@ -119,7 +138,7 @@ void report_shape(const std::string& name, const hexmesh::Voxelization& v, const
 
 Segmentation gather(const ScanOptions& o, const Sources& sources, const hexmesh::ReadOptions& options,
                     const Console& console) {
-  Parts parts = read_parts(sources, options);
+  Parts parts = read_parts(o, sources, options, console);
   const std::vector<Grid> around = grids_of_shapes(o, parts);
   Segmentation out = parts.volumes.empty() ? Segmentation{around.front(), {}, {}}
                                            : hexmesh::join(std::move(parts.volumes), around, options.warn);

@@ -10,9 +10,9 @@ namespace {
 
 int run_info(const ScanOptions& o, bool as_json, const CommonOptions& common, const Console& console) {
   std::vector<std::string> warnings;
-  hexmesh::ReadOptions options = read_options(o, console);
-  options.warn = [&](const std::string& message) { warnings.push_back(hexmesh::with_known_names(message)); };
   RunFiles files(common);
+  hexmesh::ReadOptions options = read_options(o, files, console);
+  options.warn = [&](const std::string& message) { warnings.push_back(hexmesh::with_known_names(message)); };
   std::vector<std::filesystem::path> paths;
   for (const std::string& input : o.inputs) paths.push_back(files.input(input).path());
   if (paths.empty()) throw hexmesh::Error(hexmesh::ErrorKind::usage, "no input, expected a file or folder");
@@ -29,6 +29,7 @@ std::function<int()> declare_info(CLI::App& app, const std::shared_ptr<ScanOptio
                                   const Console& console) {
   const auto as_json = std::make_shared<bool>(false);
   app.add_option("inputs", o->inputs, "Any input of hexscan, or a scan")->required();
+  add_label_names(app, *o);
   app.add_flag("--json", *as_json, "As JSON");
   return [=, &common, &console] { return run_info(*o, *as_json, common, console); };
 }

@@ -36,13 +36,19 @@ json to_json(const ScanSummary& s) {
   }
   if (s.range) out["range"] = {s.range->first, s.range->second};
   if (s.layers > 0) out["layers"] = s.layers;
-  for (const hexmesh::SegmentSummary& segment : s.segments)
+  for (const hexmesh::SegmentSummary& segment : s.segments) {
+    json box;
+    if (segment.box)
+      for (int d = 0; d < 3; ++d)
+        for (const double bound : {segment.box->low[d], segment.box->high[d]}) box.push_back(bound);
     out["segments"].push_back({{"label", segment.segment.label},
                                {"name", segment.segment.name},
                                {"voxels", segment.voxels},
                                {"volume_ml", static_cast<double>(segment.voxels) * s.grid->voxel_volume() / 1000},
+                               {"box_mm", box},
                                {"color", segment.segment.color},
                                {"terminology", segment.segment.terminology}});
+  }
   return out;
 }
 
@@ -56,6 +62,14 @@ std::string code_of(const std::string& terminology) {
   std::getline(triplet, code, '^');
   std::getline(triplet, meaning, '^');
   return terminology.empty() || code.empty() ? "" : fmt::format(" ({}:{} {})", scheme, code, meaning);
+}
+
+/// ", x 12.0 to 88.5, y ..., z ... mm"
+std::string box_text(const hexmesh::SegmentSummary& segment) {
+  if (!segment.box) return "";
+  const auto& [low, high] = *segment.box;
+  return fmt::format(", x {:.1f} to {:.1f}, y {:.1f} to {:.1f}, z {:.1f} to {:.1f} mm", low[0], high[0], low[1],
+                     high[1], low[2], high[2]);
 }
 
 std::string to_text(const ScanSummary& s) {
@@ -76,9 +90,9 @@ std::string to_text(const ScanSummary& s) {
   if (s.range) out += fmt::format("  grey values: {:g} to {:g}\n", s.range->first, s.range->second);
   if (s.layers > 1) out += fmt::format("  layers: {}\n", s.layers);
   for (const hexmesh::SegmentSummary& segment : s.segments)
-    out += fmt::format("  segment {} '{}': {} voxels, {:.4g} mL{}\n", segment.segment.label, segment.segment.name,
+    out += fmt::format("  segment {} '{}': {} voxels, {:.4g} mL{}{}\n", segment.segment.label, segment.segment.name,
                        segment.voxels, static_cast<double>(segment.voxels) * s.grid->voxel_volume() / 1000,
-                       code_of(segment.segment.terminology));
+                       box_text(segment), code_of(segment.segment.terminology));
   return out;
 }
 

@@ -111,12 +111,13 @@ void check_options(PlaneOptions& o) {
   o.slice.deformed = o.only != "before";
   o.slice.outlines = !o.no_outlines;
   o.slice.white = o.background == "white";
+  o.slice.legend = !o.contact_sheet;
 }
 
 void add_options(CLI::App& app, PlaneOptions& o) {
   app.add_option("result", o.input, "Result file of hexsolve; - is standard input")->required();
   app.add_option("--scan", o.scan,
-                 "Grey values (NRRD, NIfTI, MetaImage, DICOM folder); without it a 10 mm grid is drawn");
+                 "Grey values (NRRD, NIfTI, MetaImage, DICOM folder); without it each segment has its colour");
   CLI::Option* axis = app.add_option("--axis", o.axes, "axial, coronal or sagittal; may be given again [default: all]")
                           ->check(CLI::IsMember({"axial", "coronal", "sagittal"}))
                           ->allow_extra_args(false);
@@ -153,9 +154,11 @@ void add_options(CLI::App& app, PlaneOptions& o) {
   app.add_flag("--no-outlines", o.no_outlines, "Leave out the outlines of the segments");
   app.add_flag("--lattice", o.slice.lattice, "Show the borders between the cells of the lattice");
   app.add_flag("--arrows", o.slice.arrows, "Show the displacement within the plane as arrows");
+  app.add_option("--grid", o.slice.grid_mm, "Show lines that move with the material, so far apart [mm]")
+      ->check(positive_number);
   app.add_option("--color", o.slice.color_by,
                  "Show a field in colour with a legend: displacement, or a cell field, e.g. von_mises_stress");
-  app.add_flag("--contact-sheet", o.contact_sheet, "All slices of an axis in one picture");
+  app.add_flag("--contact-sheet", o.contact_sheet, "All slices of an axis in one picture, with one legend");
   app.add_option("-o,--output", o.output, "Folder for the pictures")->required();
 }
 

@@ -45,7 +45,7 @@ int run_planes(PlaneOptions& o, const CommonOptions& common, const Console& cons
       else
         pictures.write(*name++, picture);
     }
-    if (o.contact_sheet) pictures.write(*name++, hexmesh::contact_sheet(sheet, o.slice.white));
+    if (o.contact_sheet) pictures.write(*name++, renderer.contact_sheet(sheet));
   }
   pictures.commit(console);
   return 0;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include "cli/progress.h"
 #include "cli/result_state.h"
 #include "cli/result_steps.h"
 #include "commands.h"
+#include "film.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/result_file.h"
 #include "pictures.h"
@@ -16,27 +18,47 @@ using hexmesh::Canvas;
 using hexmesh::Error;
 using hexmesh::ErrorKind;
 
+struct StepOptions {
+  PlaneOptions planes;
+  int pictures_per_second = 25;
+};
+
 /// One frame and one scale of colours for all pictures: the body wherever it gets.
 void fit_all_steps(const hexmesh::Result& result, ResultSteps& steps, hexmesh::SliceOptions& slice) {
   hexmesh::Bounds bounds = hexmesh::bounds_of(result);
-  double largest = 0;
   for (std::size_t n = 0; n < result.times.size(); ++n) {
     const hexmesh::Result& step = steps.at(n);
     const hexmesh::Bounds b = hexmesh::bounds_of(step);
     bounds = {bounds.low.cwiseMin(b.low), bounds.high.cwiseMax(b.high)};
-    for (const hexmesh::Vec3& u : step.surface_displacement) largest = std::max(largest, u.norm());
+    if (slice.color_by.empty()) continue;
+    const hexmesh::ColorRange colors = hexmesh::color_range(step, slice.color_by, slice.magnified);
+    slice.colors = slice.colors ? hexmesh::joined(*slice.colors, colors) : colors;
   }
   slice.bounds = bounds;
-  slice.color_max = largest / slice.magnified;
 }
 
-int run_steps(PlaneOptions& o, const CommonOptions& common, const Console& console) {
+/// @throws Error{usage} where options ask for more than one plane
+void check_step_options(PlaneOptions& o) {
   check_options(o);
   if (o.axes.empty() && o.normal.empty()) o.axes = {"coronal"};
   if (!o.normal.empty() && o.point.empty())
     throw Error(ErrorKind::usage, "--normal is given without --point, expected the one plane to show");
   if (o.axes.size() > 1) throw Error(ErrorKind::usage, "steps are shown in one plane, expected one --axis");
+  if (o.contact_sheet && is_film_name(o.output))
+    throw Error(ErrorKind::usage, fmt::format("-o is the film '{}', expected a folder for a contact sheet", o.output));
   o.count = 1;
+}
+
+std::vector<std::string> names_of_pictures(const PlaneOptions& o, std::size_t count) {
+  if (o.contact_sheet) return {"steps.png"};
+  std::vector<std::string> names;
+  for (std::size_t n = 0; n < count; ++n) names.push_back(fmt::format("step_{:04}.png", n));
+  return names;
+}
+
+int run_steps(StepOptions& options, const CommonOptions& common, const Console& console) {
+  PlaneOptions& o = options.planes;
+  check_step_options(o);
   RunFiles files(common);
   const Input& input = files.input(o.input);
   const Input* scan_file = files.input_if_named(o.scan);
@@ -51,30 +73,49 @@ int run_steps(PlaneOptions& o, const CommonOptions& common, const Console& conso
   const hexmesh::SliceRenderer check(steps.at(0), scan ? &*scan : nullptr, o.slice);  // before a folder is made
   const hexmesh::SlicePlane plane = make_stacks(o, result).front().planes.front();
 
-  std::vector<std::string> names;
-  if (o.contact_sheet) names.push_back("steps.png");
-  for (std::size_t n = 0; n < result.times.size() && !o.contact_sheet; ++n)
-    names.push_back(fmt::format("step_{:04}.png", n));
-  Pictures pictures(o.output, names, files, common);
+  std::optional<Film> film;
+  std::optional<Pictures> pictures;
+  Output* film_file = nullptr;
+  const std::vector<std::string> names = names_of_pictures(o, result.times.size());
+  if (is_film_name(o.output)) {
+    film_file = &files.output(o.output, Content::binary, std::filesystem::path(o.output).extension());
+    film.emplace(o.output);
+  } else {
+    pictures.emplace(o.output, names, files, common);
+  }
   std::vector<Canvas> sheet;
   for (std::size_t n = 0; n < result.times.size(); ++n) {
     const hexmesh::SliceRenderer renderer(steps.at(n), scan ? &*scan : nullptr, o.slice);
     Canvas picture = renderer.draw(plane, fmt::format("{:.4g} s", result.times[n]));
     if (o.contact_sheet)
       sheet.push_back(std::move(picture));
+    else if (film)
+      film->add(picture);
     else
-      pictures.write(names[n], picture);
+      pictures->write(names[n], picture);
+    at_work("drawing pictures", static_cast<double>(n + 1) / static_cast<double>(result.times.size()));
   }
-  if (o.contact_sheet) pictures.write(names.front(), hexmesh::contact_sheet(sheet, o.slice.white));
-  pictures.commit(console);
+  if (film) {
+    film->write(film_file->path(), options.pictures_per_second);
+    files.commit();
+    console.note(fmt::format("wrote {} pictures as the film {}", result.times.size(), o.output));
+    return 0;
+  }
+  if (o.contact_sheet) pictures->write(names.front(), check.contact_sheet(sheet));
+  pictures->commit(console);
   return 0;
 }
 
 }  // namespace
 
 std::function<int()> declare_steps(CLI::App& app, const CommonOptions& common, const Console& console) {
-  const auto o = std::make_shared<PlaneOptions>();
-  add_options(app, *o);
+  const auto o = std::make_shared<StepOptions>();
+  add_options(app, o->planes);
+  app.get_option("--output")
+      ->description("Folder for the pictures, or a film (.mp4, .webm, .gif), which takes the program ffmpeg");
+  app.add_option("--fps", o->pictures_per_second, "Pictures a second of a film")
+      ->check(CLI::Range(1, 120))
+      ->capture_default_str();
   return [o, &common, &console] { return run_steps(*o, common, console); };
 }
 

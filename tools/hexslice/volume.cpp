@@ -42,7 +42,7 @@ struct Options {
   std::vector<int> size = {512};
   std::string background = "black";
   double magnified = 1;
-  bool at_rest = false, flat = false;
+  bool at_rest = false, flat = false, translucent = false;
   hexmesh::VolumeOptions volume;
 };
 
@@ -143,7 +143,7 @@ int run_volume(Options& o, const CommonOptions& common, const Console& console) 
   const hexmesh::Result result = hexmesh::magnified(hexmesh::read_result(input.path()), o.magnified);
   warn_of_state(result, console);
   const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(result, scan_file, console);
-  o.volume.appearance = hexmesh::default_appearance(result);
+  o.volume.appearance = hexmesh::default_appearance(result, o.translucent || !o.highlight.empty());
   for (const std::string& text : o.show) apply(text, result, o.volume.appearance);
   if (!o.highlight.empty()) o.volume.appearance[label_of(result, o.highlight)] = {{1, 0.85, 0.1}, 0.5};
 
@@ -193,7 +193,9 @@ std::function<int()> declare_volume(CLI::App& app, const CommonOptions& common, 
       ->capture_default_str();
   add_repeated(app, "--show", o->show,
                "SEGMENT:opacity=0.05,color=0.8/0.3/0.2: how a segment looks; * is every segment, opacity 0 hides it");
-  app.add_option("--highlight", o->highlight, "A segment to show bright and dense, e.g. tumour");
+  app.add_flag("--translucent", o->translucent, "Segments let others be seen through them");
+  app.add_option("--highlight", o->highlight,
+                 "A segment to show bright and dense, e.g. tumour; the others are translucent");
   app.add_option("--level", o->volume.level, "Middle of the grey window, in the scan's unit")->check(finite_number);
   app.add_option("--window", o->volume.window, "Width of the grey window")
       ->check(CLI::PositiveNumber)

@@ -26,7 +26,7 @@ hexsolver::Outcome solve_motion(const hexmesh::Lattice& lattice, const hexsolver
   };
   if (streams) to_stream(0, [&] { stream.emplace(lattice); });
   const auto on_output = [&](const hexsolver::Motion& motion) {
-    if (writer) writer->add_step(motion.time(), values_of(motion.displacement()), values_of(motion.velocity()));
+    if (writer) writer->add_step(motion.time(), motion.state());
     if (stream && motion.counts().steps == 0) to_stream(0, [&] { stream->add(motion); });
   };
   const auto on_step = [&](const hexsolver::Motion& motion) {

@@ -122,6 +122,7 @@ void validate(const Reader& file, const Result& r) {
   check_values(file, "/displacement", r.displacement, most_displacement);
   check_values(file, "/velocity", r.velocity, most_velocity);
   check_values(file, "/load", r.load, most_load);
+  check_values(file, "/contact_force", r.contact_force, most_load);
   check_times(file, r.times);
   for (const auto& [name, values] : r.cell_fields)
     check_values(file, "/cell_fields/" + name, std::span<const double>(values), most_field);
@@ -133,6 +134,9 @@ void validate(const Reader& file, const Result& r) {
 void validate(const Reader& file, const std::string& name, const MotionStep& step) {
   check_values(file, name + "/displacement", step.displacement, most_displacement);
   check_values(file, name + "/velocity", step.velocity, most_velocity);
+  check_values(file, name + "/contact_force", step.contact_force, most_load);
+  for (const auto& [field, values] : step.cell_fields)
+    check_values(file, fmt::format("{}/cell_fields/{}", name, field), std::span<const double>(values), most_field);
 }
 
 void check_name(const Reader& file, const std::string& dataset, const std::string& name) {

@@ -9,17 +9,33 @@
 namespace hexmesh {
 namespace {
 
+constexpr const char* step_field_names = "/step_field_names";
+
 std::string step_group(std::size_t number) { return fmt::format("/steps/{}", number); }
+
+std::string field_name(const std::string& name) { return "/cell_fields/" + name; }
+
+std::vector<std::string> names_of(const std::map<std::string, std::vector<double>>& fields) {
+  std::vector<std::string> names;
+  for (const auto& [name, values] : fields) names.push_back(name);
+  return names;
+}
 
 }  // namespace
 
 ResultWriter::ResultWriter(const std::filesystem::path& path) : file_(std::make_unique<hdf5::Writer>(path)) {}
 ResultWriter::~ResultWriter() = default;
 
-void ResultWriter::add_step(double time, std::span<const double> displacement, std::span<const double> velocity) {
+void ResultWriter::add_step(double time, const MotionStep& state) {
   const std::string group = step_group(times_.size());
-  file_->write(group + "/displacement", displacement, {displacement.size() / 3, 3});
-  file_->write(group + "/velocity", velocity, {velocity.size() / 3, 3});
+  hdf5::write_points(*file_, group + "/displacement", state.displacement);
+  hdf5::write_points(*file_, group + "/velocity", state.velocity);
+  if (!state.contact_force.empty()) hdf5::write_points(*file_, group + "/contact_force", state.contact_force);
+  if (times_.empty()) file_->write(step_field_names, names_of(state.cell_fields));
+  for (const auto& [name, values] : state.cell_fields) {
+    const std::vector<float> single(values.begin(), values.end());
+    file_->write<float>(group + field_name(name), single, {single.size()});
+  }
   times_.push_back(time);
 }
 
@@ -33,11 +49,9 @@ void write_level(hdf5::Writer& file, const Result& result) {
 
 /// What does not grow with the body.
 void write_texts_and_conditions(hdf5::Writer& file, const Result& result) {
-  std::vector<std::string> names;
-  for (const auto& [name, values] : result.cell_fields) names.push_back(name);
-  file.write("/cell_field_names", names);
+  file.write("/cell_field_names", names_of(result.cell_fields));
 
-  names.clear();
+  std::vector<std::string> names;
   for (const ConditionPoints& c : result.conditions) {
     const std::string group = fmt::format("/conditions/{}", names.size());
     names.push_back(c.name);
@@ -72,8 +86,6 @@ void write_start(hdf5::Writer& file, const Result& result, const std::filesystem
   for (const char* name : {"/surface/points", "/surface/triangles", "/surface/segment"}) file.copy(from, name);
 }
 
-std::string field_name(const std::string& name) { return "/cell_fields/" + name; }
-
 std::span<const double> values_of(const std::vector<Vec3>& points) {
   return {points.empty() ? nullptr : points.front().data(), 3 * points.size()};
 }
@@ -98,6 +110,7 @@ void ResultWriter::finish(const Result& result, const std::filesystem::path& lat
   hdf5::write_points(file, "/displacement", result.displacement);
   hdf5::write_points(file, "/velocity", result.velocity);
   if (!result.load.empty()) hdf5::write_points(file, "/load", result.load);
+  if (!result.contact_force.empty()) hdf5::write_points(file, "/contact_force", result.contact_force);
   file.write<double>("/times", times_, {times_.size()});
 
   for (const auto& [name, values] : result.cell_fields) file.write<double>(field_name(name), values, {values.size()});
@@ -192,6 +205,7 @@ Result read_result(const std::filesystem::path& path) {
   if (!r.velocity.empty() && r.velocity.size() != r.nodes.size())
     file.fail(fmt::format("/velocity has {} rows, expected none or {}", r.velocity.size(), r.nodes.size()));
   if (file.has("/load")) r.load = hdf5::read_points(file, "/load", r.nodes.size());
+  if (file.has("/contact_force")) r.contact_force = hdf5::read_points(file, "/contact_force", r.nodes.size());
   r.times = file.read<double>("/times", {0});
   r.segment = file.read<std::uint16_t>("/mesh/segment", {r.cells.size()});
   for (const std::string& name : file.read_strings("/cell_field_names")) {
@@ -214,7 +228,17 @@ MotionStep read_step(const std::filesystem::path& path, const Result& result, st
   const hdf5::Reader file(path, "result");
   const std::string group = step_group(number);
   MotionStep step{hdf5::read_points(file, group + "/displacement", result.nodes.size()),
-                  hdf5::read_points(file, group + "/velocity", result.nodes.size())};
+                  hdf5::read_points(file, group + "/velocity", result.nodes.size()),
+                  {}};
+  if (file.has(group + "/contact_force"))
+    step.contact_force = hdf5::read_points(file, group + "/contact_force", result.nodes.size());
+  if (file.has(step_field_names))
+    for (const std::string& name : file.read_strings(step_field_names)) {
+      if (!result.cell_fields.contains(name))
+        file.fail(fmt::format("has '{}' in '{}', expected names of '/cell_field_names'", name, step_field_names));
+      const auto single = file.read<float>(group + field_name(name), {result.cells.size()});
+      step.cell_fields[name] = {single.begin(), single.end()};
+    }
   hdf5::validate(file, group, step);
   return step;
 }

@@ -42,6 +42,7 @@ void write_vtkhdf(const Result& result, bool deformed, const std::filesystem::pa
   if (!result.displacement.empty()) hdf5::write_points(file, "/VTKHDF/PointData/displacement", result.displacement);
   if (!result.velocity.empty()) hdf5::write_points(file, "/VTKHDF/PointData/velocity", result.velocity);
   if (!result.load.empty()) hdf5::write_points(file, "/VTKHDF/PointData/load", result.load);
+  if (!result.contact_force.empty()) hdf5::write_points(file, "/VTKHDF/PointData/contact_force", result.contact_force);
   file.write<std::uint16_t>("/VTKHDF/CellData/segment", result.segment, {result.segment.size()});
   for (const auto& [name, values] : result.cell_fields)
     file.write<double>("/VTKHDF/CellData/" + name, values, {values.size()});

@@ -62,7 +62,7 @@ void write_image(const Grid& grid, const std::vector<Pixel>& values, const Keys&
 Segmentation read_segmentation(const std::vector<fs::path>& paths, const ReadOptions& options) {
   const fs::path& path = paths.front();
   if (paths.size() > 1 || is_dicom(path)) return read_dicom(paths, options);
-  return reorient_to_lps(to_segmentation(read_stored(path, options), path));
+  return reorient_to_lps(to_segmentation(read_stored(path, options), path, options.names));
 }
 
 LabelVolume read_labels(const fs::path& path, const ReadOptions& options) {

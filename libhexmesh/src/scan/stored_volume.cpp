@@ -192,7 +192,7 @@ std::vector<std::vector<std::uint16_t>> layers_of(const StoredVolume& stored, co
       stored.values);
 }
 
-void name_unnamed(Segmentation& segmentation) {
+void name_unnamed(Segmentation& segmentation, const LabelTable& names) {
   std::vector<bool> known(65536), occurs(65536);
   for (const LayeredSegment& s : segmentation.segments) known[s.value] = true;
   for (const std::uint16_t label : segmentation.layers[0]) occurs[label] = true;
@@ -200,7 +200,11 @@ void name_unnamed(Segmentation& segmentation) {
     if (occurs[label] && !known[label]) {
       const auto value = static_cast<std::uint16_t>(label);
       const std::uint16_t own = free_label(segmentation, value);
-      segmentation.segments.push_back({{own, fmt::format("label_{}", label), distinct_color(label)}, 0, value});
+      const auto found = names.find(value);
+      const LabelMeaning meaning = found == names.end()
+                                       ? LabelMeaning{fmt::format("label_{}", label), distinct_color(label - 1U)}
+                                       : found->second;
+      segmentation.segments.push_back({{own, meaning.name, meaning.color, ""}, 0, value});
     }
   std::stable_sort(segmentation.segments.begin(), segmentation.segments.end(),
                    [](const LayeredSegment& a, const LayeredSegment& b) { return a.segment.label < b.segment.label; });
@@ -245,7 +249,7 @@ IntensityVolume to_intensity(const StoredVolume& stored, const fs::path& path) {
   return out;
 }
 
-Segmentation to_segmentation(const StoredVolume& stored, const fs::path& path) {
+Segmentation to_segmentation(const StoredVolume& stored, const fs::path& path, const LabelTable& names) {
   const std::vector<SlicerSegment> named = slicer_segments(stored.keys);
   if (!named.empty() && stored.grid.num_voxels() == 1)
     refuse(path,
@@ -264,7 +268,7 @@ Segmentation to_segmentation(const StoredVolume& stored, const fs::path& path) {
     segment.label = free_label(out, static_cast<std::uint16_t>(s.value));
     out.segments.push_back({segment, static_cast<std::size_t>(s.layer), static_cast<std::uint16_t>(s.value)});
   }
-  if (out.layers.size() == 1) name_unnamed(out);
+  if (out.layers.size() == 1) name_unnamed(out, names);
   return out;
 }
 

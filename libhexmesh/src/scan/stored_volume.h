@@ -33,9 +33,9 @@ StoredVolume read_stored(const std::filesystem::path& path, const ReadOptions& o
 /// @throws Error{input} where a voxel has several
 IntensityVolume to_intensity(const StoredVolume& stored, const std::filesystem::path& path);
 
-/// As segments, named where the file names them (.seg.nrrd).
+/// As segments, named where the file names them (.seg.nrrd), or else as a table does.
 /// @throws Error{input} where a value is no label
-Segmentation to_segmentation(const StoredVolume& stored, const std::filesystem::path& path);
+Segmentation to_segmentation(const StoredVolume& stored, const std::filesystem::path& path, const LabelTable& names);
 
 /// Whether every value is a whole number from 0 to 65535 and at most 256 of them differ: labels rather than grey
 /// values.

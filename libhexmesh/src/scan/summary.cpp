@@ -10,6 +10,7 @@
 
 #include "dicom.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/geometry/shape_functions.h"
 #include "stored_volume.h"
 
 namespace hexmesh {
@@ -17,11 +18,47 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// The box of the voxels from one index to another [mm].
+SegmentSummary::Box box_of(const Grid& grid, const Index3& first, const Index3& last) {
+  SegmentSummary::Box out{Vec3::Constant(INFINITY), Vec3::Constant(-INFINITY)};
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 index;
+    for (int d = 0; d < 3; ++d) index[d] = corner_bit(corner, d) == 1 ? last[d] + 0.5 : first[d] - 0.5;
+    const Vec3 position = grid.position(index);
+    out = {out.low.cwiseMin(position), out.high.cwiseMax(position)};
+  }
+  return out;
+}
+
 void add_segments(ScanSummary& to, const Segmentation& segmentation) {
   to.grid = segmentation.grid;
   to.layers = segmentation.layers.size();
-  const std::vector<std::size_t> counts = count_voxels(segmentation);
-  for (std::size_t s = 0; s < counts.size(); ++s) to.segments.push_back({segmentation.segments[s].segment, counts[s]});
+  constexpr std::size_t num_values = 65536;
+  struct Found {
+    std::size_t voxels = 0;
+    Index3 first, last;
+  };
+  for (const LayeredSegment& s : segmentation.segments) to.segments.push_back({s.segment, 0, {}});
+  for (std::size_t layer = 0; layer < segmentation.layers.size(); ++layer) {
+    std::vector<Found> found(num_values);
+    const std::vector<std::uint16_t>& values = segmentation.layers[layer];
+    for (std::size_t n = 0; n < values.size(); ++n) {
+      if (values[n] == 0) continue;
+      Found& f = found[values[n]];
+      const Index3 v = segmentation.grid.index(n);
+      if (f.voxels++ == 0) f.first = f.last = v;
+      for (std::size_t d = 0; d < 3; ++d) {
+        f.first[d] = std::min(f.first[d], v[d]);
+        f.last[d] = std::max(f.last[d], v[d]);
+      }
+    }
+    for (std::size_t s = 0; s < segmentation.segments.size(); ++s) {
+      const Found& f = found[segmentation.segments[s].value];
+      if (segmentation.segments[s].layer != layer || f.voxels == 0) continue;
+      to.segments[s].voxels = f.voxels;
+      to.segments[s].box = box_of(segmentation.grid, f.first, f.last);
+    }
+  }
 }
 
 ScanSummary of_volume(const fs::path& path, const ReadOptions& options) {
@@ -29,7 +66,7 @@ ScanSummary of_volume(const fs::path& path, const ReadOptions& options) {
   ScanSummary out{stored.format, path.string(), {}, stored.grid};
   const bool named = stored.keys.contains("Segment0_ID") || stored.keys.contains("Segment0_Name");
   if (named || looks_like_labels(stored)) {
-    add_segments(out, to_segmentation(stored, path));
+    add_segments(out, to_segmentation(stored, path, options.names));
   } else if (stored.components == 1) {
     std::visit(
         [&](const auto& values) {

@@ -52,9 +52,9 @@ vtkSmartPointer<vtkImageData> picture_of(const std::string& words, int size) {
   style->SetColor(1, 1, 1);
   auto image = vtkSmartPointer<vtkImageData>::New();
   std::array<int, 2> dimensions{};
-  return vtkFreeTypeTools::GetInstance()->RenderString(style, vtkStdString(words), 72, image, dimensions.data())
-             ? image
-             : nullptr;
+  vtkFreeTypeTools& tools = *vtkFreeTypeTools::GetInstance();
+  tools.ScaleToPowerTwoOff();  // no wider than the words
+  return tools.RenderString(style, vtkStdString(words), 72, image, dimensions.data()) ? image : nullptr;
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace hexmesh {
 namespace {
 
 constexpr double surroundings_brightness = 0.45;
-constexpr double rest_grid_mm = 10;
+constexpr double line_pixels = 1.2, line_brightness = 0.35;  // of what is below
 constexpr double field_opacity = 0.6;
 constexpr int arrow_distance = 22;  // [pixels]
 constexpr double most_pixels = 8192;
@@ -34,6 +34,16 @@ int height_of(const Grid& frame) { return frame.extent()[1]; }
 std::size_t number_of(const Grid& frame, int column, int row) { return frame.offset({column, row, 0}); }
 
 Vec3 pixel_center(const Grid& frame, int column, int row) { return frame.position(Vec3(column, row, 0)); }
+
+/// Whether a place is on a line of a grid that is fixed to the rest shape.
+/// @param across    the axis nearest to the plane's normal: across it there would be whole planes of lines
+/// @param distance  of the lines, as `width` [mm]
+bool is_on_line(const Vec3& rest, Eigen::Index across, double distance, double width) {
+  const Vec3 lines = rest / distance;
+  Vec3 from_line = (lines - lines.array().round().matrix()).cwiseAbs() * distance;
+  from_line[across] = width;
+  return from_line.minCoeff() < width / 2;
+}
 
 /// The largest of 1, 2, 5, 10, ... mm that is at most `limit`.
 double round_length(double limit) {
@@ -56,42 +66,6 @@ void add_scale_bar(const Grid& frame, int left, int top, Rgb ink, Canvas& sheet)
 
 }  // namespace
 
-std::string orientation_letters(const Vec3& direction) {
-  constexpr std::array<std::array<char, 2>, 3> names = {{{'R', 'L'}, {'A', 'P'}, {'I', 'S'}}};  // towards -, +
-  std::array<std::size_t, 3> order = {0, 1, 2};
-  const Vec3 d = direction.normalized();
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return std::abs(d[a]) > std::abs(d[b]); });
-  std::string out;
-  for (const std::size_t axis : order) {
-    const double part = d[axis];
-    if (out.empty() || std::abs(part) > 0.26) out += names[axis][part > 0 ? 1 : 0];  // sin 15 degrees
-  }
-  return out;
-}
-
-SlicePlane plane_across(SliceAxis axis, double position) {
-  const auto across = static_cast<Eigen::Index>(axis);
-  SlicePlane plane;
-  plane.name = axis == SliceAxis::axial ? "axial" : axis == SliceAxis::coronal ? "coronal" : "sagittal";
-  plane.point = position * Vec3::Unit(across);
-  plane.right = axis == SliceAxis::sagittal ? Vec3::UnitY() : Vec3::UnitX();
-  plane.down = axis == SliceAxis::axial ? Vec3(Vec3::UnitY()) : Vec3(-Vec3::UnitZ());
-  return plane;
-}
-
-SlicePlane oblique_plane(const Vec3& point, const Vec3& normal) {
-  Eigen::Index nearest = 0;
-  normal.cwiseAbs().maxCoeff(&nearest);
-  const SlicePlane like = plane_across(static_cast<SliceAxis>(nearest), 0);
-  Vec3 view = normal.normalized();
-  if (view.dot(like.right.cross(like.down)) < 0) view = -view;
-  SlicePlane plane{"oblique", point, {}, {}};
-  plane.down = (like.down - like.down.dot(view) * view).normalized();
-  plane.right = plane.down.cross(view);
-  return plane;
-}
-
 Result magnified(Result result, double factor) {
   std::vector<std::vector<Vec3>*> fields = {&result.displacement, &result.surface_displacement};
   for (ConditionPoints& c : result.conditions) fields.push_back(&c.displacement);
@@ -109,6 +83,30 @@ std::string unit_of_field(const std::string& name) {
   return unit == units.end() ? "" : unit->second;
 }
 
+ColorRange color_range(const Result& result, const std::string& color_by, double magnified) {
+  if (color_by == "displacement") {
+    ColorRange out{0, 0};
+    for (const Vec3& u : result.surface_displacement.empty() ? result.displacement : result.surface_displacement)
+      out.high = std::max(out.high, u.norm() / magnified);
+    return out;
+  }
+  const auto field = result.cell_fields.find(color_by);
+  if (field == result.cell_fields.end()) {
+    std::vector<std::string> names = {"displacement"};
+    for (const auto& [name, values] : result.cell_fields) names.push_back(name);
+    throw Error(ErrorKind::usage,
+                fmt::format("no field '{}' in the result, expected one of: {}", color_by, fmt::join(names, ", ")));
+  }
+  std::vector<double> sorted = field->second;
+  std::sort(sorted.begin(), sorted.end());
+  const double low = sorted[sorted.size() / 100], high = sorted[sorted.size() - 1 - sorted.size() / 100];
+  return {low, high, sorted.front() < low, sorted.back() > high};
+}
+
+ColorRange joined(const ColorRange& a, const ColorRange& b) {
+  return {std::min(a.low, b.low), std::max(a.high, b.high), a.goes_below || b.goes_below, a.goes_above || b.goes_above};
+}
+
 SliceRenderer::SliceRenderer(const Result& result, const IntensityVolume* scan, const SliceOptions& options)
     : result_(result),
       scan_(scan),
@@ -122,29 +120,12 @@ SliceRenderer::SliceRenderer(const Result& result, const IntensityVolume* scan, 
     has_material_[s.segment.label] = s.material.has_value();
   }
 
-  if (options.color_by == "displacement") {
-    field_low_ = field_high_ = 0;
-    for (const Vec3& u : result.surface_displacement.empty() ? result.displacement : result.surface_displacement)
-      field_high_ = std::max(field_high_, u.norm() / options.magnified);
-    field_high_ = options.color_max.value_or(field_high_);
-  } else if (!options.color_by.empty()) {
-    const auto field = result.cell_fields.find(options.color_by);
-    if (field == result.cell_fields.end()) {
-      std::vector<std::string> names = {"displacement"};
-      for (const auto& [name, values] : result.cell_fields) names.push_back(name);
-      throw Error(ErrorKind::usage, fmt::format("no field '{}' in the result, expected one of: {}", options.color_by,
-                                                fmt::join(names, ", ")));
-    }
-    field_ = &field->second;
-    std::vector<double> sorted = *field_;
-    std::sort(sorted.begin(), sorted.end());
-    field_low_ = sorted[sorted.size() / 100];
-    field_high_ = sorted[sorted.size() - 1 - sorted.size() / 100];
-    clipped_low_ = sorted.front() < field_low_;
-    clipped_high_ = sorted.back() > field_high_;
+  if (!options.color_by.empty()) {
+    const ColorRange own = color_range(result, options.color_by, options.magnified);
+    colors_ = options.colors.value_or(own);
+    if (!(colors_.high > colors_.low)) colors_.high = colors_.low + 1;
+    if (options.color_by != "displacement") field_ = &result.cell_fields.at(options.color_by);
   }
-  if (!(field_high_ > field_low_)) field_high_ = field_low_ + 1;
-
   for (const SliceAxis axis : {SliceAxis::axial, SliceAxis::coronal, SliceAxis::sagittal})
     frame(plane_across(axis, 0));  // throws where pixels are too small
   if (scan) window_ = grey_window(result, *scan, options.level, options.window);
@@ -199,7 +180,7 @@ std::uint8_t SliceRenderer::faded(std::uint8_t grey) const {
 double SliceRenderer::color_value(const Vec3& rest, const Vec3& displacement) const {
   if (!field_) return displacement.norm() / options_.magnified;
   const std::int32_t cell = cell_at(rest);
-  return cell < 0 ? field_low_ : (*field_)[cell];
+  return cell < 0 ? colors_.low : (*field_)[cell];
 }
 
 Canvas SliceRenderer::paint(const Grid& f, const DisplacementField& field, bool deformed) const {
@@ -226,22 +207,21 @@ Canvas SliceRenderer::paint(const Grid& f, const DisplacementField& field, bool 
       if (labels[n] != 0 && scan_) {
         pixel.fill(grey(value_at(*scan_, rest)));
       } else if (labels[n] != 0) {
-        // Lines of the two axes that run most within the plane; across the third there would be whole planes of them.
-        const Vec3 lines = rest / rest_grid_mm;
-        Vec3 from_line = (lines - lines.array().round().matrix()).cwiseAbs() * rest_grid_mm;
-        from_line[across] = rest_grid_mm;
-        const double brightness = from_line.minCoeff() < 0.6 ? 0.35 : 0.9;
+        constexpr double flat = 0.9;
         const bool is_base = !options_.color_by.empty();  // of another colour's meaning
         const Rgb color = is_base ? Rgb{150, 150, 150} : color_of_label_[labels[n]].value_or(Rgb{200, 200, 200});
-        for (std::size_t c = 0; c < 3; ++c) pixel[c] = static_cast<std::uint8_t>(brightness * color[c]);
+        for (std::size_t c = 0; c < 3; ++c) pixel[c] = static_cast<std::uint8_t>(flat * color[c]);
       } else if (const double around = scan_ ? value_at(*scan_, here) : NAN; !std::isnan(around) && !left_by_the_body) {
         pixel.fill(faded(grey(around)));
       }
       if (is_material && !options_.color_by.empty()) {
-        const Rgb color = viridis((color_value(rest, step) - field_low_) / (field_high_ - field_low_));
+        const Rgb color = viridis((color_value(rest, step) - colors_.low) / (colors_.high - colors_.low));
         for (std::size_t c = 0; c < 3; ++c)
           pixel[c] = static_cast<std::uint8_t>(field_opacity * color[c] + (1 - field_opacity) * pixel[c]);
       }
+      if (labels[n] != 0 && options_.grid_mm > 0 &&
+          is_on_line(rest, across, options_.grid_mm, line_pixels * f.spacing()[0]))
+        for (std::uint8_t& channel : pixel) channel = static_cast<std::uint8_t>(line_brightness * channel);
     }
   // Borders: pixels that differ from the one to the right or below.
   const auto differs = [&](const auto& what, int column, int row) {
@@ -279,28 +259,34 @@ void SliceRenderer::add_arrows(const Grid& f, const DisplacementField& field, bo
     }
 }
 
-void SliceRenderer::add_legend(Canvas& sheet, int left, int top, int height) const {
-  constexpr int bar = 14;
+Canvas SliceRenderer::legend(int height) const {
+  constexpr int bar = 14, edge = 4;
+  const auto [unit, of_unit] = shown_unit();
+  std::string title = options_.color_by + (unit.empty() ? "" : " [" + unit + "]");
+  std::replace(title.begin(), title.end(), '_', ' ');
+  Canvas out(std::max(legend_width, Canvas::text_width(title, font) + 2 * edge), height + font + 2 * edge,
+             paper_of(options_));
   for (int y = 0; y < height; ++y) {
     const Rgb color = viridis(1 - static_cast<double>(y) / std::max(1, height - 1));
-    for (int x = 0; x < bar; ++x) sheet.at(left + x, top + y) = color;
+    for (int x = 0; x < bar; ++x) out.at(x, y) = color;
   }
   constexpr int ticks = 4;
   const Rgb ink = ink_of(options_);
-  const double of_unit = shown_unit().second;
   for (int n = 0; n <= ticks; ++n) {
-    const int y = top + (height - 1) * n / ticks;
-    const double value = of_unit * (field_high_ + (field_low_ - field_high_) * n / ticks);
-    sheet.line(left + bar, y, left + bar + 3, y, ink);
-    const char* beyond = n == 0 && clipped_high_ ? ">= " : n == ticks && clipped_low_ ? "<= " : "";
-    sheet.text(fmt::format("{}{:.3g}", beyond, value), left + bar + 6,
-               std::min(std::max(y - font / 2, top), std::max(top, top + height - font)), font, ink);
+    const int y = (height - 1) * n / ticks;
+    const double value = of_unit * (colors_.high + (colors_.low - colors_.high) * n / ticks);
+    out.line(bar, y, bar + 3, y, ink);
+    const char* beyond = n == 0 && colors_.goes_above ? ">= " : n == ticks && colors_.goes_below ? "<= " : "";
+    out.text(fmt::format("{}{:.3g}", beyond, value), bar + 6, std::clamp(y - font / 2, 0, std::max(0, height - font)),
+             font, ink);
   }
+  out.text(title, 0, height + edge, font, ink);
+  return out;
 }
 
 std::pair<std::string, double> SliceRenderer::shown_unit() const {
   const std::string unit = unit_of_field(options_.color_by);
-  if (unit == "MPa" && std::max(std::abs(field_low_), std::abs(field_high_)) < 0.1) return {"kPa", 1e3};
+  if (unit == "MPa" && std::max(std::abs(colors_.low), std::abs(colors_.high)) < 0.1) return {"kPa", 1e3};
   return {unit, 1};
 }
 
@@ -315,12 +301,14 @@ Canvas SliceRenderer::draw(const SlicePlane& plane, const std::string& note) con
   if (options_.deformed) pictures.push_back({paint(f, displacement_to_rest(result_, f), true), "deformed"});
 
   const int width = width_of(f), height = height_of(f), count = static_cast<int>(pictures.size());
-  const bool has_legend = !options_.color_by.empty();
+  std::optional<Canvas> beside;
+  if (options_.legend && !options_.color_by.empty()) beside = legend(height);
   const Rgb ink = ink_of(options_);
   const Vec3 view = plane.right.cross(plane.down);
   Eigen::Index across = 0;
   const bool along_axis = view.cwiseAbs().maxCoeff(&across) > 1 - 1e-12;
-  std::string place = along_axis ? fmt::format("{} {} = {:.1f} mm", plane.name, "LPS"[across], plane.point[across])
+  std::string place = along_axis ? fmt::format("{} {} = {:.1f} mm", plane.name, "LPS"[across],
+                                               std::round(10 * plane.point[across]) / 10 + 0.0)
                                  : fmt::format("{} at ({:.0f}, {:.0f}, {:.0f}) mm", plane.name, plane.point[0],
                                                plane.point[1], plane.point[2]);
   if (!note.empty()) place += ", " + note;
@@ -328,7 +316,7 @@ Canvas SliceRenderer::draw(const SlicePlane& plane, const std::string& note) con
   const auto caption = [&](const Picture& p) { return fmt::format("{}: {}", p.caption, place); };
   int widest = width + 2 * letters;  // of a picture and its caption
   for (const Picture& p : pictures) widest = std::max(widest, 2 * letters + Canvas::text_width(caption(p), font));
-  Canvas sheet(count * widest + (count - 1) * gap + (has_legend ? legend_width : 0),
+  Canvas sheet(count * widest + (count - 1) * gap + (beside ? beside->width() : 0),
                height + header + 2 * letters + footer, paper_of(options_));
   int left = 0;
   for (const Picture& p : pictures) {
@@ -342,14 +330,7 @@ Canvas SliceRenderer::draw(const SlicePlane& plane, const std::string& note) con
     add_scale_bar(f, x, y + height + letters - 2, ink, sheet);
     left += widest + gap;
   }
-  if (has_legend) {
-    add_legend(sheet, left, header + letters, height);
-    const std::string unit = shown_unit().first;
-    std::string name = options_.color_by;
-    std::replace(name.begin(), name.end(), '_', ' ');
-    sheet.text_ending_at(name + (unit.empty() ? "" : " [" + unit + "]"), sheet.width() - 4,
-                         header + letters + height + 4, font, ink);
-  }
+  if (beside) sheet.paste(*beside, left, header + letters);
   return sheet;
 }
 
@@ -365,6 +346,17 @@ Canvas contact_sheet(const std::vector<Canvas>& pictures, bool white) {
   Canvas sheet(columns * (width + gap) - gap, rows * (height + gap) - gap, nothing_of(white));
   for (int n = 0; n < static_cast<int>(pictures.size()); ++n)
     sheet.paste(pictures[n], n % columns * (width + gap), n / columns * (height + gap));
+  return sheet;
+}
+
+Canvas SliceRenderer::contact_sheet(const std::vector<Canvas>& pictures) const {
+  const Canvas all = hexmesh::contact_sheet(pictures, options_.white);
+  if (options_.color_by.empty()) return all;
+  const int around = header + 2 * letters + footer;
+  const Canvas beside = legend(std::max(1, std::min(all.height(), pictures.front().height()) - around));
+  Canvas sheet(all.width() + gap + beside.width(), all.height(), paper_of(options_));
+  sheet.paste(all, 0, 0);
+  sheet.paste(beside, all.width() + gap, header + letters);
   return sheet;
 }
 

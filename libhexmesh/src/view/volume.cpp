@@ -31,13 +31,16 @@ Canvas over(const BlendedPicture& picture, const Rgb& background) {
 
 }  // namespace
 
-std::map<std::uint16_t, Appearance> default_appearance(const Result& result) {
+std::map<std::uint16_t, Appearance> default_appearance(const Result& result, bool see_through) {
   std::map<std::uint16_t, Appearance> out;
   std::size_t most = 0;
   for (const LatticeSegment& s : result.segments)
     if (s.material) most = std::max(most, s.num_voxels);
   for (const LatticeSegment& s : result.segments)
-    if (s.material) out[s.segment.label] = {s.segment.color, s.num_voxels == most ? 0.05 : 0.25};
+    if (s.material)
+      out[s.segment.label] = {s.segment.color, !see_through           ? opaque
+                                               : s.num_voxels == most ? translucent
+                                                                      : 5 * translucent};
   return out;
 }
 

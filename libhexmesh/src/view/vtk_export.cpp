@@ -7,11 +7,14 @@
 #include <vtkCellType.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
+#include <vtkIdList.h>
 #include <vtkIntArray.h>
 #include <vtkNew.h>
+#include <vtkPlaneSource.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
+#include <vtkSphereSource.h>
 #include <vtkStringArray.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkUnsignedShortArray.h>
@@ -19,12 +22,14 @@
 #include <vtkXMLPolyDataWriter.h>
 #include <vtkXMLUnstructuredGridWriter.h>
 
+#include <Eigen/Geometry>
 #include <map>
 
 #include "hexmesh/core/error.h"
 #include "hexmesh/core/printable.h"
 #include "hexmesh/file/text_file.h"
 #include "hexmesh/view/canvas.h"
+#include "hexmesh/view/obstacle.h"
 
 namespace hexmesh {
 namespace {
@@ -84,7 +89,8 @@ void add_notes(vtkDataSet& set, const Result& result) {
   vtkNew<vtkStringArray> units;
   units->SetName("units");
   units->InsertNextValue(
-      "mm, N, MPa, s; patient LPS; displacement in mm; velocity in mm/s; load, reaction in N; strain_energy_density in "
+      "mm, N, MPa, s; patient LPS; displacement in mm; velocity in mm/s; load, contact_force, reaction in N; "
+      "strain_energy_density in "
       "N/mm^2; "
       "von_mises_stress, pressure, smoothed_pressure, young_modulus in MPa; rotation_degrees in degrees; all else 1");
   set.GetFieldData()->AddArray(units);
@@ -123,6 +129,7 @@ void write_vtu(const Result& result, Configuration configuration, const std::fil
   set_points(*grid, result.nodes, result.displacement, configuration);
   if (!result.velocity.empty()) add_vectors(*grid, "velocity", result.velocity);
   if (!result.load.empty()) add_vectors(*grid, "load", result.load);
+  if (!result.contact_force.empty()) add_vectors(*grid, "contact_force", result.contact_force);
   vtkNew<vtkCellArray> cells;
   cells->AllocateEstimate(static_cast<vtkIdType>(result.cells.size()), 8);
   for (const auto& nodes : result.cell_nodes) {
@@ -186,6 +193,58 @@ void write_conditions_vtp(const Result& result, const std::vector<ConditionForce
   add_vectors(*set, "reaction", reaction);
   add_vectors(*set, "axes", axes);
   add_notes(*set, result);
+  write<vtkXMLPolyDataWriter>(*set, path);
+}
+
+void write_obstacles_vtp(const std::vector<Obstacle>& obstacles, const Bounds& body,
+                         const std::filesystem::path& path) {
+  const Vec3 middle = (body.low + body.high) / 2;
+  const double half = (body.high - body.low).norm() / 2;
+  vtkNew<vtkPolyData> set;
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  vtkNew<vtkCellArray> faces;
+  vtkNew<vtkIntArray> numbers;
+  numbers->SetName("obstacle");
+  vtkNew<vtkStringArray> names;
+  names->SetName("name");
+  for (std::size_t n = 0; n < obstacles.size(); ++n) {
+    const Obstacle& o = obstacles[n];
+    vtkNew<vtkPlaneSource> plane;
+    vtkNew<vtkSphereSource> ball;
+    vtkPolyDataAlgorithm* shape = plane;
+    if (o.radius > 0) {
+      constexpr int around = 48;
+      ball->SetCenter(o.point[0], o.point[1], o.point[2]);
+      ball->SetRadius(o.radius);
+      ball->SetThetaResolution(around);
+      ball->SetPhiResolution(around / 2);
+      shape = ball;
+    } else {
+      const Vec3 across = o.normal.unitOrthogonal(), along = o.normal.cross(across);
+      const Vec3 corner = middle - o.depth(middle) * o.normal - half * (across + along);
+      const Vec3 next = corner + 2 * half * across, last = corner + 2 * half * along;
+      plane->SetOrigin(corner[0], corner[1], corner[2]);
+      plane->SetPoint1(next[0], next[1], next[2]);
+      plane->SetPoint2(last[0], last[1], last[2]);
+    }
+    shape->Update();
+    vtkPolyData& made = *shape->GetOutput();
+    const vtkIdType first = points->GetNumberOfPoints();
+    for (vtkIdType p = 0; p < made.GetNumberOfPoints(); ++p) points->InsertNextPoint(made.GetPoint(p));
+    for (vtkIdType f = 0; f < made.GetNumberOfCells(); ++f) {
+      vtkNew<vtkIdList> corners;
+      made.GetCellPoints(f, corners);
+      for (vtkIdType c = 0; c < corners->GetNumberOfIds(); ++c) corners->SetId(c, first + corners->GetId(c));
+      faces->InsertNextCell(corners);
+      numbers->InsertNextValue(static_cast<int>(n));
+      names->InsertNextValue(o.name);
+    }
+  }
+  set->SetPoints(points);
+  set->SetPolys(faces);
+  set->GetCellData()->AddArray(numbers);
+  set->GetCellData()->AddArray(names);
   write<vtkXMLPolyDataWriter>(*set, path);
 }
 

@@ -292,7 +292,10 @@ Segmentation reorient_to_lps(Segmentation segmentation) {
 
 std::array<double, 3> distinct_color(std::size_t n) {
   const double hue = std::fmod(0.02 + 0.618034 * static_cast<double>(n), 1.0) * 6;
-  const auto channel = [&](double shift) { return std::clamp(std::abs(std::fmod(hue + shift, 6) - 3) - 1, 0.15, 0.9); };
+  const auto channel = [&](double shift) {
+    constexpr double least = 0.42, most = 0.82;  // far from saturated
+    return least + (most - least) * std::clamp(std::abs(std::fmod(hue + shift, 6) - 3) - 1, 0.0, 1.0);
+  };
   return {channel(0), channel(4), channel(2)};
 }
 

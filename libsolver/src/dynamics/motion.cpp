@@ -52,7 +52,18 @@ void Motion::set_state(const NodeVector& u, const NodeVector& v) {
   else
     integrator_->set_state(u, v);
 }
+hexmesh::MotionStep Motion::state() const {
+  const LevelProblem& problem = integrator_->problem();
+  const NodeVector& u = integrator_->displacement();
+  hexmesh::MotionStep out{to_points(displacement()), to_points(velocity()), contact_forces(problem, u)};
+  if (problem.scene().dynamics->fields_in_every_state)
+    out.cell_fields = changing_fields(problem.cells(), problem.elastic(), u);
+  return out;
+}
 const Motion::Counts& Motion::counts() const { return integrator_->counts(); }
+std::vector<ContactReport> Motion::contacts() const {
+  return contact_reports(integrator_->problem(), integrator_->displacement());
+}
 const std::string* Motion::ball_inside() const { return integrator_->ball_inside(); }
 
 void Motion::explain(std::vector<Effect>& effects) const {
@@ -89,7 +100,8 @@ namespace {
 constexpr double gain_to_tell = 1e-8;
 
 MotionReport::Row row_of(const Motion& motion) {
-  return {motion.time(), motion.energies(), motion.work(), motion.work_uncertainty(), motion.momentum()};
+  return {motion.time(),     motion.energies(), motion.work(), motion.work_uncertainty(),
+          motion.momentum(), motion.contacts()};
 }
 
 /// How a motion went, and why it ended.

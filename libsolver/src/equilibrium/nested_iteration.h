@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "equilibrium/choose_strain.h"
@@ -61,6 +62,7 @@ private:
 
   bool has_time_for(int next) const;
   bool replaces(const Solved<Level>& next, const Solved<Level>& best);
+  bool carries_less(Solved<Level>& last);
   /// Why a level is solved: to be the result or to lead there, or to be looked at for the error of the one before.
   enum class Aim { result, look };
   void solve_level(Solved<Level>& next, const Solved<Level>& coarser, Aim aim = Aim::result);
@@ -88,6 +90,7 @@ private:
   Stopwatch clock_;
   std::vector<std::string> level_warnings_;  ///< of the last level that counts
   ErrorEstimator estimator_;
+  std::optional<double> carried_;    ///< part of the load that the last level reached, if it failed
   double angle_without_effect_ = 0;  ///< of cells that need not rotate, with strain = "auto" [rad]
 };
 
@@ -134,6 +137,7 @@ Solved<Level> NestedIteration<Level>::run() {
     if (scene_.is_open_ended()) level_warnings_ = std::move(warnings);
     add_report(next, watch.seconds());
     best = std::move(next);
+    if (carries_less(best)) break;
   }
   if (looks_beyond(best)) look_beyond(best);
   report_.solve_seconds = solve.seconds();
@@ -156,6 +160,23 @@ bool NestedIteration<Level>::replaces(const Solved<Level>& next, const Solved<Le
   report_.warnings.push_back(fmt::format("level {} is not used: {}", next.level->level(),
                                          newton.interrupted ? "it was begun and the budget ended it" : newton.reason));
   return false;
+}
+
+/// Whether finer levels are not worth a try: two in a row fail, the finer one at no more load. Spaces are nested, so a
+/// finer level gives way to less.
+template <EquilibriumLevel Level>
+bool NestedIteration<Level>::carries_less(Solved<Level>& last) {
+  constexpr std::size_t least_cells = 50;  // fewer say little
+  if (last.converged() || last.level->num_cells() < least_cells) {
+    carried_.reset();
+    return false;
+  }
+  const double reached = last.state.load_fraction;
+  const std::optional<double> before = std::exchange(carried_, reached);
+  if (!before || reached > *before || last.level->level() == finest_) return false;
+  last.state.newton.reason += fmt::format(
+      "; the level before stopped at {:.3g}: finer cells give way to less, no finer level was tried", *before);
+  return true;
 }
 
 template <EquilibriumLevel Level>

@@ -23,6 +23,7 @@ void add_surface_and_conditions(const LevelProblem& problem, const NodeVector& u
   const Mesh& mesh = problem.mesh();
   if (!problem.scene().dynamics && !problem.cells().is_graded())
     r.load = to_points(problem.load());  // in a motion each state would have its own
+  r.contact_force = contact_forces(problem, u);
 
   if (!r.surface.points.empty()) move_surface(r);
   for (const Condition& c : problem.scene().conditions) r.conditions.push_back({c.name, {}, {}, c.axes});
@@ -43,18 +44,21 @@ void add_measures(CellMeasures& measures, CellFields& fields) {
   fields["smoothed_pressure"] = std::move(measures.smoothed_pressure);
 }
 
+void add_energy(const ElasticCells& elastic, const NodeVector& u, CellFields& fields) {
+  std::vector<double>& density = fields["strain_energy_density"];
+  for (std::size_t c = 0; c < elastic.mesh().num_cells(); ++c)
+    density.push_back(elastic.cell_energy(c, u) / elastic.model(c).volume);
+}
+
 void report_conditions(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u, SolveReport& report) {
   NodeVector gradient, magnitude;
   problem.potential().gradient(u, gradient, magnitude);
   for (const LevelProblem::Load& load : problem.loads()) report.forces.push_back({load.name, load.total});
-  for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
-    const PenaltyContact::State state = problem.contacts()[c]->state(u);
-    report.contacts.push_back(
-        {problem.scene().contacts[c].name, state.points, state.deepest, state.nearest, state.force});
-    if (state.points == 0 && !problem.scene().dynamics)
+  report.contacts = contact_reports(problem, u);
+  for (const ContactReport& c : report.contacts)
+    if (c.points == 0 && !problem.scene().dynamics)
       report.warnings.push_back(fmt::format("{} touches nothing: the nearest surface point is {:.3g} mm away",
-                                            problem.contacts()[c]->name(), state.nearest));
-  }
+                                            "contact '" + c.name + "'", c.nearest_mm));
   const Arms arms(lattice, report.elasticity);
   report_constraints(problem.constraints(), problem.scene(), problem.mesh(), u, gradient, arms, report);
   std::vector<BalanceReport::Row> loads;
@@ -83,10 +87,8 @@ Result state_of_cells(const MeshCells& cells, const ElasticCells& elastic, const
                       CellFields fields) {
   const Mesh& mesh = elastic.mesh();
   Result r = hexmesh::rest_state(cells.lattice(), cells.level());
-  std::vector<double>& density = fields["strain_energy_density"];
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-    density.push_back(elastic.cell_energy(c, u) / elastic.model(c).volume);
   add_measures(measures, fields);
+  add_energy(elastic, u, fields);
   if (!cells.is_graded()) {
     r.cell_fields.merge(fields);
     r.displacement = to_points(u);
@@ -100,6 +102,34 @@ Result state_of_cells(const MeshCells& cells, const ElasticCells& elastic, const
   on_level.tell(u, of_level);
   r.displacement = to_points(of_level);
   return r;
+}
+
+CellFields changing_fields(const MeshCells& cells, const ElasticCells& elastic, const NodeVector& u) {
+  CellMeasures measures = measure_cells(elastic, u);
+  CellFields fields;
+  add_measures(measures, fields);
+  add_energy(elastic, u, fields);
+  for (const char* constant : {"young_modulus", "poisson_ratio"}) fields.erase(constant);
+  if (!cells.is_graded()) return fields;
+  const OnLevel on_level(cells, elastic.mesh());
+  for (auto& [name, values] : fields) values = on_level.values(values);
+  return fields;
+}
+
+std::vector<ContactReport> contact_reports(const LevelProblem& problem, const NodeVector& u) {
+  std::vector<ContactReport> out;
+  for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
+    const PenaltyContact::State state = problem.contacts()[c]->state(u);
+    out.push_back({problem.scene().contacts[c].name, state.points, state.deepest, state.nearest, state.force});
+  }
+  return out;
+}
+
+std::vector<Vec3> contact_forces(const LevelProblem& problem, const NodeVector& u) {
+  if (problem.contacts().empty() || problem.cells().is_graded()) return {};
+  NodeVector gradient = NodeVector::Zero(u.size()), magnitude = gradient;
+  for (const PenaltyContact* contact : problem.contacts()) contact->add_gradient(u, gradient, magnitude);
+  return to_points(NodeVector(-gradient));
 }
 
 Outcome make_result(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u, SolveReport report) {

@@ -20,6 +20,15 @@ using CellFields = std::map<std::string, std::vector<double>>;
 hexmesh::Result state_of_cells(const MeshCells& cells, const ElasticCells& elastic, const NodeVector& u,
                                CellMeasures measures, CellFields fields = {});
 
+/// What each obstacle does, without moments.
+std::vector<ContactReport> contact_reports(const LevelProblem& problem, const NodeVector& u);
+
+/// Forces of obstacles on the nodes [N]; empty without, and of graded cells, whose nodes are not those of a level.
+std::vector<Vec3> contact_forces(const LevelProblem& problem, const NodeVector& u);
+
+/// The fields of cells that change with their state, as state_of_cells has them.
+CellFields changing_fields(const MeshCells& cells, const ElasticCells& elastic, const NodeVector& u);
+
 /// Add to each effect the seconds that the terms of a potential took for it.
 void add_effect_seconds(const Potential& potential, SolveReport& report);
 

@@ -92,6 +92,7 @@ Dynamics read_dynamics(TomlReader table, const std::filesystem::path& folder) {
   const auto step = table.number("step_s", 1e-9, most_seconds, "a time of 1e-9 to 1e9 s");
   const auto duration = table.number("duration_s", 1e-9, most_seconds, "a time of 1e-9 to 1e9 s");
   if (auto v = table.integer("output_every", 1, 1000000000, "a number of steps, 1 to 1e9")) d.output_every = *v;
+  if (auto v = table.choice<bool>("output_fields", {{"all", true}, {"end", false}})) d.fields_in_every_state = *v;
   if (auto v = table.choice<Integrator>("integrator",
                                         {{"implicit-euler", Integrator::implicit_euler}, {"bdf2", Integrator::bdf2}}))
     d.integrator = *v;

@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "hexmesh/result/result.h"
@@ -24,8 +23,8 @@ public:
   explicit ResultWriter(const std::filesystem::path& path);
   ~ResultWriter();
 
-  /// @param displacement, velocity  (x, y, z) of node 0, of node 1, ...
-  void add_step(double time, std::span<const double> displacement, std::span<const double> velocity);
+  /// @param state  its fields are those of every step
+  void add_step(double time, const MotionStep& state);
 
   /// @param result   its times are those of the steps added
   /// @param lattice  the file that voxels and surface are copied from; empty: those of `result`

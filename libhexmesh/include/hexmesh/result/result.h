@@ -32,6 +32,7 @@ struct Result {
   std::vector<Vec3> displacement;      ///< per node [mm]; empty at rest
   std::vector<Vec3> velocity;          ///< per node [mm/s]; empty if nothing moves
   std::vector<Vec3> load;              ///< per node, of forces and gravity [N]; empty without or in a motion
+  std::vector<Vec3> contact_force;     ///< per node, of obstacles [N]; empty without
   std::vector<std::uint16_t> segment;  ///< label of each cell
   std::map<std::string, std::vector<double>> cell_fields;  ///< e.g. fill [1], strain_energy_density [N/mm^2]
   TriangleSurface surface;                                 ///< rest positions; see surface_of_voxels
@@ -52,7 +53,9 @@ void move_surface(Result& result);
 
 /// A state of a motion.
 struct MotionStep {
-  std::vector<Vec3> displacement, velocity;  ///< per node [mm], [mm/s]
+  std::vector<Vec3> displacement, velocity;                     ///< per node [mm], [mm/s]
+  std::vector<Vec3> contact_force;                              ///< as Result's
+  std::map<std::string, std::vector<double>> cell_fields = {};  ///< of Result's those that change; may be none
 };
 
 }  // namespace hexmesh

@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "hexmesh/scan/label_table.h"
 #include "hexmesh/volume/segmentation.h"
 
 namespace hexmesh {
@@ -13,6 +14,7 @@ namespace hexmesh {
 /// How inputs are read.
 struct ReadOptions {
   double fraction = 0.5;  ///< a FRACTIONAL DICOM SEG: at least this share of a voxel belongs to the segment
+  LabelTable names;       ///< of labels that the file itself does not name
   std::string series;     ///< SeriesInstanceUID, or its end, where a folder holds several
   std::size_t max_memory = std::numeric_limits<std::size_t>::max();  ///< for the voxels of one input [bytes]
   std::optional<Grid> reference;  ///< as stored: where contours and sparse frames go, instead of the scan beside them

@@ -9,6 +9,10 @@ namespace hexmesh {
 struct SegmentSummary {
   Segment segment;
   std::size_t voxels = 0;
+  struct Box {
+    Vec3 low, high;
+  };
+  std::optional<Box> box;  ///< of its voxels, LPS [mm]; nothing where there are none
 };
 
 /// One thing found in an input: a volume, a DICOM series, a DICOM segmentation.

@@ -9,7 +9,7 @@
 #include "hexmesh/lattice/locator.h"
 #include "hexmesh/view/canvas.h"
 #include "hexmesh/view/grey_window.h"
-#include "hexmesh/warp/bounds.h"
+#include "hexmesh/view/obstacle.h"
 #include "hexmesh/warp/displacement_field.h"
 
 namespace hexmesh {
@@ -35,15 +35,21 @@ SlicePlane oblique_plane(const Vec3& point, const Vec3& normal);
 /// "R", "LA", ...: where a direction points to in the patient; a second letter where it is oblique.
 std::string orientation_letters(const Vec3& direction);
 
-/// An obstacle of a scene: a plane, or a ball where it has a radius.
-struct Obstacle {
-  Vec3 point = Vec3::Zero();   ///< of the plane; centre of the ball [mm]
-  Vec3 normal = Vec3::Zero();  ///< of the plane, towards the body
-  double radius = 0;           ///< [mm]
-
-  /// How far a place is from being inside; < 0: it is [mm].
-  double depth(const Vec3& x) const { return radius > 0 ? (x - point).norm() - radius : (x - point).dot(normal); }
+/// Which values the ends of the colours stand for.
+struct ColorRange {
+  double low = 0, high = 1;
+  bool goes_below = false, goes_above = false;  ///< whether there are values beyond
 };
+
+/// The range that shows a field well: displacements from 0 to the largest; of a field of the cells, all but the lowest
+/// and highest hundredth.
+/// @param color_by   "displacement" or a cell field
+/// @param magnified  what the result's displacement was multiplied by
+/// @throws Error{usage} where there is no such field, naming those that there are
+ColorRange color_range(const Result& result, const std::string& color_by, double magnified = 1);
+
+/// The range that shows both.
+ColorRange joined(const ColorRange& a, const ColorRange& b);
 
 struct SliceOptions {
   double pixel_mm = 0;  ///< 0: such that the longer side has about `size` pixels
@@ -58,11 +64,13 @@ struct SliceOptions {
   std::set<std::string> moved = {};      ///< names of the conditions that move their points; the others hold them
   bool scene = false;                    ///< points of conditions near the plane, and where those go that are moved
   std::vector<Obstacle> obstacles = {};  ///< with `scene`, on the deformed picture if there is one
+  double grid_mm = 0;                    ///< distance of lines that move with the material; 0: none
   std::string color_by;                  ///< "displacement" [mm] or a cell field, over the scan, with a legend
+  bool legend = true;                    ///< beside each picture; a contact sheet has one for all
   std::optional<Bounds> bounds;          ///< what to show; nothing: the body at rest and deformed
   bool white = false;                    ///< paper, and what surrounds the body lightened rather than darkened
-  double magnified = 1;             ///< what the result's displacement was multiplied by: captions tell, colours do not
-  std::optional<double> color_max;  ///< upper end of the colours of "displacement"; nothing: the largest there is
+  double magnified = 1;  ///< what the result's displacement was multiplied by: captions tell, colours do not
+  std::optional<ColorRange> colors;  ///< nothing: as color_range() says
 };
 
 /// Draws slices of the scan before and after the deformation.
@@ -71,9 +79,8 @@ struct SliceOptions {
 /// Places that the body left are empty; the surroundings, which are not simulated, are shown where they were, faded.
 class SliceRenderer {
 public:
-  /// @param scan  without it, the body is shown in its segments' colours with a 10 mm grid of the rest shape
-  /// @throws Error{usage} where options.color_by is no field of the result, naming those that there are, or where
-  ///   options.pixel_mm makes pictures larger than 8192 pixels
+  /// @param scan  without it, the body is shown in its segments' colours
+  /// @throws Error{usage} as color_range(), or where options.pixel_mm makes pictures larger than 8192 pixels
   SliceRenderer(const Result& result, const IntensityVolume* scan, const SliceOptions& options);
 
   /// Extent of what is shown along a direction [mm].
@@ -84,13 +91,16 @@ public:
   /// @throws Error{usage} where the plane is oblique and its picture too large
   Canvas draw(const SlicePlane& plane, const std::string& note = "") const;
 
+  /// Pictures of one size in rows and columns, with one legend if there are colours.
+  Canvas contact_sheet(const std::vector<Canvas>& pictures) const;
+
 private:
   Grid frame(const SlicePlane& plane) const;
   Canvas paint(const Grid& frame, const DisplacementField& to_rest, bool deformed) const;
   void add_arrows(const Grid& frame, const DisplacementField& to_rest, bool deformed, Canvas& canvas) const;
   std::pair<std::string, double> shown_unit() const;  ///< of colours, and how many of it are one of the field's
   void add_scene(const Grid& frame, bool deformed, Canvas& canvas) const;
-  void add_legend(Canvas& sheet, int left, int top, int height) const;
+  Canvas legend(int height) const;  ///< of a bar of that height
   std::int32_t cell_at(const Vec3& rest) const;
   double color_value(const Vec3& rest, const Vec3& displacement) const;
   std::uint8_t grey(double value) const;
@@ -105,8 +115,7 @@ private:
   Bounds bounds_;
   GreyWindow window_;
   const std::vector<double>* field_ = nullptr;  ///< of color_by, if it is one of the cells
-  double field_low_ = 0, field_high_ = 1;
-  bool clipped_low_ = false, clipped_high_ = false;  ///< whether there are values beyond
+  ColorRange colors_;
 };
 
 /// Pictures of one size in rows and columns.

@@ -15,10 +15,12 @@ namespace hexmesh {
 /// The number of planes that opacities are given for.
 inline constexpr int reference_planes = 101;
 
+inline constexpr double opaque = 0.5, translucent = 0.05;  ///< opacities of one of them that look so
+
 /// How a segment looks.
 struct Appearance {
   std::array<double, 3> color = {0.8, 0.5, 0.4};  ///< RGB, each in [0, 1]
-  double opacity = 0.05;                          ///< of one of `reference_planes` planes, in [0, 1]
+  double opacity = opaque;                        ///< of one of `reference_planes` planes, in [0, 1]
 };
 
 struct VolumeOptions {
@@ -36,9 +38,9 @@ struct VolumeOptions {
   std::map<std::uint16_t, Appearance> appearance;  ///< by label; others as default_appearance says
 };
 
-/// Each segment with material in its colour, translucent; what is smaller than the largest one five times as opaque.
-/// Segments without material have no cells and are not seen.
-std::map<std::uint16_t, Appearance> default_appearance(const Result& result);
+/// Each segment with material in its colour, opaque; or translucent, and what is smaller than the largest one five
+/// times as opaque. Segments without material have no cells and are not seen.
+std::map<std::uint16_t, Appearance> default_appearance(const Result& result, bool see_through = false);
 
 struct VolumeTexture;
 struct VolumeCamera;

@@ -11,8 +11,8 @@ namespace hexmesh {
 enum class Configuration { rest, deformed };
 
 /// The mechanical level as hexahedra (.vtu, VTK XML): point data `displacement` [mm] unless at rest, `velocity`
-/// [mm/s] of a motion, `load` [N] of forces and gravity at rest; cell data `segment` (label), `segment_color` (RGB, 0
-/// to 255) and every cell field of the result; field data `segments` and `units`.
+/// [mm/s] of a motion, `load` [N] of forces and gravity at rest, `contact_force` [N] of obstacles; cell data `segment`
+/// (label), `segment_color` (RGB, 0 to 255) and every cell field of the result; field data `segments` and `units`.
 /// @param path  ends in .vtu
 /// @throws Error{output}
 void write_vtu(const Result& result, Configuration configuration, const std::filesystem::path& path);

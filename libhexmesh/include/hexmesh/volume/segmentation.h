@@ -82,7 +82,7 @@ IntensityVolume place_on(const IntensityVolume& volume, const Grid& grid);
 
 Segmentation reorient_to_lps(Segmentation segmentation);
 
-/// Colours that are easy to tell apart, for segments that have none.
+/// Sober colours that are easy to tell apart, for segments that have none.
 std::array<double, 3> distinct_color(std::size_t n);
 
 }  // namespace hexmesh

@@ -58,6 +58,9 @@ public:
   const std::vector<hexmesh::CellNodes>& cell_nodes() const;
   const Index3& voxels_per_cell() const;
 
+  /// The state as files keep it; with stresses and strains if the scene asks for them in every state.
+  hexmesh::MotionStep state() const;
+
   /// Go on from another state, at the time reached.
   void set_state(const NodeVector& displacement, const NodeVector& velocity);
 
@@ -74,6 +77,7 @@ public:
   };
   const Counts& counts() const;
 
+  std::vector<ContactReport> contacts() const;       ///< of each obstacle, without moments
   const std::string* ball_inside() const;            ///< name of an obstacle that has gone through the surface, or null
   void explain(std::vector<Effect>& effects) const;  ///< with strain = "auto": how many cells rotate
 

@@ -110,6 +110,7 @@ struct MotionReport {
     double work = 0;               ///< given by supports, moving obstacles and changing forces since the start [N mm]
     double work_uncertainty = 0;   ///< by how much more that may be [N mm]
     Vec3 momentum = Vec3::Zero();  ///< [N s]
+    std::vector<ContactReport> contacts;  ///< without moments
   };
   std::vector<Row> rows;    ///< one per output
   int steps = 0;            ///< of the size asked

@@ -149,6 +149,7 @@ struct Dynamics {
   double step = 0;      ///< [s]
   double duration = 0;  ///< [s]
   int output_every = 1;
+  bool fields_in_every_state = true;  ///< states that are kept have stresses and strains; else the last has
   Integrator integrator = Integrator::implicit_euler;
   StepSolver solver = StepSolver::multigrid;
   int solver_iterations = 0;     ///< of each Newton step; 0 = as many as solve.tolerance takes

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "film.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <fstream>
+#include <vector>
+
+#include "hexmesh/core/error.h"
+
+namespace hextools {
+namespace {
+
+using hexmesh::Error;
+using hexmesh::ErrorKind;
+
+constexpr std::array film_endings = {".mp4", ".webm", ".gif"};
+constexpr int no_program = 127;
+
+/// Runs a program found on the PATH, with what it says in a file.
+/// @returns its exit code; no_program where there is none
+int run_program(std::vector<std::string> words, const std::filesystem::path& said) {
+  std::vector<char*> arguments;
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, said.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
+  pid_t process = 0;
+  const int failed = posix_spawnp(&process, arguments.front(), &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (failed != 0) return no_program;
+  int status = 0;
+  while (waitpid(process, &status, 0) < 0)
+    if (errno != EINTR) return no_program;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+}  // namespace
+
+bool is_film_name(const std::string& name) {
+  return std::any_of(film_endings.begin(), film_endings.end(), [&](const char* e) { return name.ends_with(e); });
+}
+
+Film::Film(std::string name) : name_(std::move(name)), folder_(hexmesh::temporary_place()) {
+  if (run_program({"ffmpeg", "-version"}, folder_.path() / "said") != 0)
+    throw Error(ErrorKind::output,
+                fmt::format("'{}' takes the program ffmpeg, which cannot be run, expected it on the PATH, or a folder "
+                            "for pictures",
+                            name_));
+}
+
+void Film::add(const hexmesh::Canvas& picture) {
+  if (count_ == 0) {  // most formats want even numbers
+    width_ = picture.width() + picture.width() % 2;
+    height_ = picture.height() + picture.height() % 2;
+  }
+  hexmesh::Canvas frame(width_, height_, picture.at(0, 0));
+  frame.paste(picture, 0, 0);
+  frame.write_png(folder_.path() / fmt::format("{:06}.png", count_++));
+}
+
+void Film::write(const std::filesystem::path& path, int pictures_per_second) const {
+  const std::filesystem::path said = folder_.path() / "said";
+  std::vector<std::string> words = {"ffmpeg",     "-loglevel",
+                                    "error",      "-y",
+                                    "-framerate", fmt::format("{}", pictures_per_second),
+                                    "-i",         (folder_.path() / "%06d.png").string(),
+                                    "-bitexact",  "-map_metadata",
+                                    "-1"};
+  // A GIF has 256 colours: those of this film.
+  const std::vector<std::string> looks =
+      path.extension() == ".gif" ? std::vector<std::string>{"-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse"}
+                                 : std::vector<std::string>{"-pix_fmt", "yuv420p"};
+  words.insert(words.end(), looks.begin(), looks.end());
+  words.push_back(path.string());
+  if (run_program(words, said) == 0) return;
+  std::string line;
+  std::getline(std::ifstream(said), line);
+  throw Error(ErrorKind::output, fmt::format("cannot make '{}': ffmpeg says '{}'", name_, line));
+}
+
+}  // namespace hextools
