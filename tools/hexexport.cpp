@@ -16,6 +16,7 @@
 #include "hexmesh/surface/surface_file.h"
 #include "hexmesh/view/obstacle.h"
 #include "hexmesh/view/vtk_export.h"
+#include "hexmesh/warp/extension.h"
 
 namespace {
 
@@ -40,6 +41,22 @@ Result read_input(const ExportOptions& o, const Input& input, const Console& con
   if (level >= count) throw Error(ErrorKind::input, fmt::format("level is {}, expected 0 to {}", level, count - 1));
   console.note(fmt::format("level {} of 0 to {}", level, count - 1));
   return hexmesh::rest_state(hexmesh::read_lattice(input.path(), {level}), level);
+}
+
+/// As people look at it: nodes beyond the material follow it, and slivers do not set the scale of stresses; what was
+/// solved goes along as *_raw.
+Result to_look_at(const Result& result, const hexmesh::NodeExtension& extension) {
+  Result out = result;
+  if (extension.is_empty()) return out;
+  out.displacement_raw = result.displacement;
+  out.displacement = extension.extended(std::move(out.displacement));
+  out.velocity = extension.extended(std::move(out.velocity));
+  for (const char* name : {"von_mises_stress", "pressure", "strain_energy_density"})
+    if (const auto field = result.cell_fields.find(name); field != result.cell_fields.end()) {
+      out.cell_fields[std::string(name) + "_raw"] = field->second;
+      out.cell_fields[name] = extension.without_slivers(field->second);
+    }
+  return out;
 }
 
 void write_lattice(const Result& result, Configuration configuration, const path& file) {
@@ -69,8 +86,11 @@ std::string made_by(const Input& input, const Input* scan) {
 void write_all(const ExportOptions& o, const Result& result, const Input& input, const Input* scan_file,
                const Input* grid, const OutputWriter& out, const Console& console) {
   const Configuration configuration = o.deformed ? Configuration::deformed : Configuration::rest;
-  out.write_steps(o.lattice, result, input.path(),
-                  [&](const Result& step, const path& file) { write_lattice(step, configuration, file); });
+  std::optional<hexmesh::NodeExtension> extension;
+  if (!o.lattice.empty()) extension.emplace(result);
+  out.write_steps(o.lattice, result, input.path(), [&](const Result& step, const path& file) {
+    write_lattice(to_look_at(step, *extension), configuration, file);
+  });
   out.write_steps(o.surface, result, input.path(),
                   [&](const Result& step, const path& file) { write_surface(step, configuration, file); });
   out.write(o.conditions, [&](const path& file) {

@@ -16,6 +16,7 @@
 #include "hexmesh/volume/resample.h"
 #include "lattice_report.h"
 #include "material_choices.h"
+#include "segments/segment_reader.h"
 #include "surface_maker.h"
 
 namespace hextools {
@@ -27,10 +28,7 @@ using hexmesh::Lattice;
 using nlohmann::json;
 
 BuildInputs inputs_of(const BuildOptions& o, RunFiles& files) {
-  BuildInputs inputs{&files.input(o.labels),
-                     files.input_if_named(o.materials_file, Content::text),
-                     files.input_if_named(o.intensity),
-                     {}};
+  BuildInputs inputs{files.input_if_named(o.materials_file, Content::text), files.input_if_named(o.intensity), {}};
   for (const std::string& text : o.embedded) {
     const auto [segment, file] = parse_pair("--embed", text, "SEGMENT=FILE");
     inputs.embedded.emplace_back(segment, &files.input(file));
@@ -38,10 +36,10 @@ BuildInputs inputs_of(const BuildOptions& o, RunFiles& files) {
   return inputs;
 }
 
-hexmesh::LabelVolume read_voxels(const BuildOptions& o, const Input& file, Notes& notes, std::vector<std::string>& read,
-                                 const Console& console) {
-  read.push_back(checksum_line(file.name(), file.path()));
-  hexmesh::LabelVolume labels = hexmesh::read_labels(file.path(), {.warn = warning_on(console)});
+hexmesh::LabelVolume read_voxels(const BuildOptions& o, const SegmentReader& segments, Notes& notes,
+                                 std::vector<std::string>& read) {
+  for (const Input* file : segments.files()) read.push_back(checksum_line(file->name(), file->path()));
+  hexmesh::LabelVolume labels = segments.read();
   if (o.cell_size == 0) return labels;
   const auto volume = [](const hexmesh::LabelVolume& v) {
     std::size_t count = 0;
@@ -58,25 +56,30 @@ hexmesh::LabelVolume read_voxels(const BuildOptions& o, const Input& file, Notes
   return labels;
 }
 
-Lattice build(const BuildOptions& o, const BuildInputs& inputs, Notes& notes, std::vector<std::string>& read,
-              const Console& console) {
+Lattice build(const BuildOptions& o, const BuildInputs& inputs, SegmentReader& segments, Notes& notes,
+              std::vector<std::string>& read) {
   const auto choices = material_choices(o, inputs.materials, read);
-  const hexmesh::LabelVolume labels = read_voxels(o, *inputs.labels, notes, read, console);
+  std::optional<hexmesh::IntensityVolume> intensity;
+  if (inputs.intensity) {
+    std::optional<hexmesh::Grid> stored;
+    intensity = hexmesh::read_intensity(inputs.intensity->path(), segments.options(), &stored);
+    segments.set_reference(stored);
+  }
+  const hexmesh::LabelVolume labels = read_voxels(o, segments, notes, read);
   hexmesh::AssignedMaterials materials = hexmesh::assign_materials(labels, choices);
   notes.insert(notes.end(), materials.notes.begin(), materials.notes.end());
   if (materials.rules.empty()) {
-    if (inputs.intensity)
+    if (inputs.intensity && !segments.has_dicom())
       throw Error(ErrorKind::usage,
                   "--intensity is given but no material follows the grey values, expected a law in "
                   "--materials");
     at_work("building the levels");
     return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice);
   }
-  if (!inputs.intensity) throw Error(ErrorKind::usage, "a material follows the grey values, expected --intensity SCAN");
+  if (!intensity) throw Error(ErrorKind::usage, "a material follows the grey values, expected --intensity SCAN");
   const Input& file = *inputs.intensity;
   read.push_back(checksum_line(file.name(), file.path()));
-  const hexmesh::IntensityVolume intensity = hexmesh::read_intensity(file.path(), {.warn = warning_on(console)});
-  const hexmesh::GreyMaterials grey{&intensity, std::move(materials.rules)};
+  const hexmesh::GreyMaterials grey{&*intensity, std::move(materials.rules)};
   at_work("building the levels");
   return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice, &grey);
 }
@@ -97,12 +100,13 @@ hexmesh::MatrixStorage storage_named(const std::string& name) {
 int run_build(const BuildOptions& o, const CommonOptions& common, const Console& console) {
   const double start = omp_get_wtime();
   RunFiles files(common);
+  SegmentReader segments(o.segments, files, console);
   const BuildInputs inputs = inputs_of(o, files);
   Output& output = files.output(o.output, Content::binary);
   Output* report_file = files.output_if_named(o.report, Content::text);
   Notes notes;
   std::vector<std::string> read;  // checksum lines
-  Lattice lattice = build(o, inputs, notes, read, console);
+  Lattice lattice = build(o, inputs, segments, notes, read);
   if (o.cell_size > 0)
     notes.push_back(fmt::format("level {} has cells of {:g} mm", level_of_size(lattice, o.cell_size), o.cell_size));
   const double levels_done = omp_get_wtime();
@@ -135,15 +139,17 @@ int run_build(const BuildOptions& o, const CommonOptions& common, const Console&
 
 std::function<int()> declare_build(CLI::App& app, const CommonOptions& common, const Console& console) {
   const auto o = std::make_shared<BuildOptions>();
-  app.add_option("labels", o->labels, "Labelled volume (NRRD, NIfTI, MetaImage); - is standard input")->required();
+  add_segment_options(app, o->segments);
   add_repeated(
       app, "--material", o->materials,
       "SEGMENT:young_kpa=E,poisson=NU,density_kg_m3=RHO, SEGMENT:tissue=bone, or SEGMENT:none for one that only "
       "serves boundary conditions; SEGMENT * means all others. Without it the segment's name chooses a tissue");
   app.add_option("--materials", o->materials_file,
                  "Materials file (TOML): numbers, tissues, and laws that follow the grey values");
-  app.add_option("--intensity", o->intensity,
-                 "Scan whose grey values the laws of --materials follow (NRRD, NIfTI, MetaImage)");
+  app.add_option(
+      "--intensity", o->intensity,
+      "Scan whose grey values the laws of --materials follow, or that contours were drawn on (NRRD, NIfTI, MetaImage, "
+      "DICOM folder)");
   app.add_option("--levels", o->lattice.num_levels, "Number of levels; 0 = until at most 16 cells are left")
       ->check(CLI::Range(0, 20))
       ->capture_default_str();

@@ -7,12 +7,14 @@
 
 #include "cli/run_files.h"
 #include "hexmesh/lattice/lattice.h"
+#include "segments/segment_options.h"
 
 namespace hextools {
 
 /// What hexmesh build is asked for.
 struct BuildOptions {
-  std::string labels, output, report, materials_file, intensity;
+  SegmentOptions segments;
+  std::string output, report, materials_file, intensity;
   std::vector<std::string> materials, surfaces, embedded;
   hexmesh::LatticeOptions lattice;
   double cell_size = 0;
@@ -21,8 +23,7 @@ struct BuildOptions {
 
 /// What it reads.
 struct BuildInputs {
-  const Input* labels = nullptr;
-  const Input* materials = nullptr;  ///< or none, as those after it
+  const Input* materials = nullptr;  ///< or none, as the next
   const Input* intensity = nullptr;
   std::vector<std::pair<std::string, const Input*>> embedded;  ///< segments' surfaces
 };

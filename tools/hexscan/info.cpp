@@ -4,6 +4,7 @@
 #include "hexmesh/file/temporary_file.h"
 #include "options.h"
 #include "scan_report.h"
+#include "segments/segment_reader.h"
 
 namespace hextools {
 namespace {

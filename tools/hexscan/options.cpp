@@ -9,22 +9,6 @@
 
 namespace hextools {
 
-hexmesh::ReadOptions read_options(const ScanOptions& o, RunFiles& files, const Console& console) {
-  hexmesh::ReadOptions options;
-  options.fraction = o.fraction;
-  options.series = o.series;
-  options.warn = warning_on(console);
-  if (const Input* table = files.input_if_named(o.label_names, Content::text))
-    options.names = hexmesh::read_label_table(table->path());
-  return options;
-}
-
-void add_label_names(CLI::App& app, ScanOptions& o) {
-  app.add_option(
-      "--labels", o.label_names,
-      "Names and colours of label values that have none: a table of 3D Slicer (.ctbl), FreeSurfer or ITK-SNAP");
-}
-
 void note_segments(const hexmesh::LabelVolume& volume, const Console& console) {
   const std::vector<std::size_t> counts = hexmesh::count_voxels(volume);
   if (std::count(counts.begin(), counts.end(), 0U) == static_cast<std::ptrdiff_t>(counts.size()))

@@ -6,24 +6,14 @@
 
 #include "cli/run_files.h"
 #include "hexmesh/scan/image_io.h"
+#include "segments/segment_options.h"
 
 namespace hextools {
 
 /// What hexscan is asked for; its subcommands share the inputs, how they are read and the outputs.
-struct ScanOptions {
-  std::vector<std::string> inputs, named_inputs, segments, priority;
-  std::string series, label_names, roi_markup, intensity, intensity_output, output;
-  std::string roi;
-  double fraction = 0.5, spacing = 0, scale = 1, margin = -1;
-  double open = 0, close = 0, specks_ml = 0;
-  bool fill_cavities = false, largest_component = false;
+struct ScanOptions : SegmentOptions {
+  std::string intensity, intensity_output, output;
 };
-
-/// @throws Error{input} for a table of labels that cannot be read
-hexmesh::ReadOptions read_options(const ScanOptions& o, RunFiles& files, const Console& console);
-
-/// --labels
-void add_label_names(CLI::App& app, ScanOptions& o);
 
 /// @returns nothing for an empty name
 /// @throws Error{usage} for a name of another format than NRRD; as RunFiles::output

@@ -3,65 +3,15 @@
 
 #include <fmt/format.h>
 #include <itkConnectedComponentImageFilter.h>
-#include <itkImage.h>
-#include <itkSignedMaurerDistanceMapImageFilter.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "hexmesh/core/error.h"
+#include "segment_region.h"
 
 namespace hexmesh {
 namespace {
-
-using Mask = itk::Image<std::uint8_t, 3>;
-
-/// The box of one label with room around it, as an image of its own.
-struct Region {
-  Index3 low, extent;  ///< low may lie outside the volume
-  Mask::Pointer mask;  ///< 1 where the label is
-};
-
-/// @param margin  voxels of room on each side
-/// @returns an extent of 0 where the label does not occur
-Region region_of(const LabelVolume& volume, std::uint16_t label, const Index3& margin) {
-  Index3 low = volume.grid.extent(), high = {-1, -1, -1};
-  for (std::size_t n = 0; n < volume.labels.size(); ++n) {
-    if (volume.labels[n] != label) continue;
-    const Index3 v = volume.grid.index(n);
-    for (std::size_t d = 0; d < 3; ++d) {
-      low[d] = std::min(low[d], v[d]);
-      high[d] = std::max(high[d], v[d]);
-    }
-  }
-  if (high[0] < 0) return {{}, {0, 0, 0}, nullptr};
-  Region out{};
-  Mask::SizeType size;
-  Mask::SpacingType spacing;
-  for (std::size_t d = 0; d < 3; ++d) {
-    out.low[d] = low[d] - margin[d];
-    out.extent[d] = high[d] - low[d] + 1 + 2 * margin[d];
-    size[static_cast<unsigned>(d)] = static_cast<itk::SizeValueType>(out.extent[d]);
-    spacing[static_cast<unsigned>(d)] = volume.grid.spacing()[d];
-  }
-  out.mask = Mask::New();
-  out.mask->SetRegions(Mask::RegionType(size));
-  out.mask->SetSpacing(spacing);
-  out.mask->Allocate(true);
-  return out;
-}
-
-/// Calls f(offset in the mask, offset in the volume) for all voxels of a region that lie in the volume.
-template <class F>
-void for_each_voxel(const Region& region, const Grid& grid, F&& f) {
-  std::size_t n = 0;
-  for (std::int32_t k = 0; k < region.extent[2]; ++k)
-    for (std::int32_t j = 0; j < region.extent[1]; ++j)
-      for (std::int32_t i = 0; i < region.extent[0]; ++i, ++n) {
-        const Index3 v = {region.low[0] + i, region.low[1] + j, region.low[2] + k};
-        if (grid.contains(v)) f(n, grid.offset(v));
-      }
-}
 
 /// The connected parts of what is 1, numbered from 1.
 struct Parts {
@@ -121,15 +71,8 @@ void grow(Mask* mask, std::uint8_t value, double radius) {
   std::uint8_t* voxels = mask->GetBufferPointer();
   if (value == 0)
     for (std::size_t n = 0; n < count; ++n) voxels[n] = !voxels[n];
-  mask->Modified();
-  auto filter = itk::SignedMaurerDistanceMapImageFilter<Mask, itk::Image<float, 3>>::New();
-  filter->SetInput(mask);
-  filter->SquaredDistanceOff();
-  filter->UseImageSpacingOn();
-  filter->InsideIsPositiveOff();
-  filter->Update();
-  // Outside, this is the distance to the nearest voxel centre of the object.
-  const float* distance = filter->GetOutput()->GetBufferPointer();
+  const auto distances = distances_to(mask);
+  const float* distance = distances->GetBufferPointer();
   const auto reach = static_cast<float>(radius * (1 + 1e-6));
   for (std::size_t n = 0; n < count; ++n) {
     const bool grown = voxels[n] != 0 || distance[n] <= reach;
@@ -156,6 +99,24 @@ Cleaning keep_largest_component(LabelVolume& volume) {
     for_each_voxel(region, volume.grid,
                    [&](std::size_t n, std::size_t) { region.mask->GetBufferPointer()[n] = parts.of(n) == largest; });
   });
+}
+
+bool keep_component_at(LabelVolume& volume, const Vec3& place) {
+  const std::uint16_t label = label_at(volume.grid, volume.labels, place);
+  if (label == 0) return false;
+  const Vec3 index = volume.grid.continuous_index(place).array().round();
+  const Index3 voxel = {static_cast<int>(index[0]), static_cast<int>(index[1]), static_cast<int>(index[2])};
+  for_each_segment(volume, {0, 0, 0}, [&](const Region& region) {
+    const Parts parts = parts_of(region.mask);
+    std::uint32_t kept = 0;
+    for_each_voxel(region, volume.grid, [&](std::size_t n, std::size_t v) {
+      if (v == volume.grid.offset(voxel)) kept = parts.of(n);
+    });
+    for_each_voxel(region, volume.grid, [&](std::size_t n, std::size_t) {
+      region.mask->GetBufferPointer()[n] = kept != 0 && parts.of(n) == kept;
+    });
+  });
+  return true;
 }
 
 Cleaning remove_specks(LabelVolume& volume, double volume_ml) {

@@ -182,6 +182,57 @@ void mark_crossed(const Object& object, const Grid& grid, std::vector<bool>& fil
 }
 
 /// Pieces no longer than a voxel, so that few boxes are tried.
+bool is_above(const Kernel::Triangle_3& t, const Point& p) { return t.supporting_plane().has_on_positive_side(p); }
+bool is_above(const Kernel::Segment_3&, const Point&) { return false; }
+
+/// Marks the voxels whose centres are within a distance of a figure [mm]; of those just at it that are below.
+/// @param corners  of the figure
+template <class Figure>
+void mark_near(const Figure& figure, const std::vector<Vec3>& corners, double distance, const Grid& grid,
+               std::vector<bool>& filled) {
+  Vec3 low = Vec3::Constant(INFINITY), high = -low;
+  const Vec3 reach = Vec3::Constant(distance).cwiseQuotient(grid.spacing());
+  for (const Vec3& corner : corners) {
+    const Vec3 index = grid.continuous_index(corner);
+    low = low.cwiseMin(index - reach);
+    high = high.cwiseMax(index + reach);
+  }
+  Index3 first, last;
+  for (int d = 0; d < 3; ++d) {
+    const auto a = static_cast<std::size_t>(d);
+    first[a] = static_cast<std::int32_t>(std::max(0.0, std::ceil(low[d])));
+    last[a] = static_cast<std::int32_t>(std::min(grid.extent()[a] - 1.0, std::floor(high[d])));
+  }
+  for (std::int32_t k = first[2]; k <= last[2]; ++k)
+    for (std::int32_t j = first[1]; j <= last[1]; ++j)
+      for (std::int32_t i = first[0]; i <= last[0]; ++i) {
+        const std::size_t n = grid.offset({i, j, k});
+        if (filled[n]) continue;
+        const Vec3 position = grid.position(Vec3(i, j, k));
+        const Point p(position[0], position[1], position[2]);
+        constexpr double rounding = 1e-9;
+        const double most = distance * distance * (is_above(figure, p) ? 1 - rounding : 1 + rounding);
+        filled[n] = CGAL::squared_distance(p, figure) <= most;
+      }
+}
+
+void thicken(const TriangleSurface& sheet, double thickness, const Grid& grid, std::vector<bool>& filled) {
+  const auto at = [](const Vec3& p) { return Point(p[0], p[1], p[2]); };
+  for (const auto& t : sheet.triangles) {
+    const std::vector<Vec3> corners = {sheet.points[t[0]], sheet.points[t[1]], sheet.points[t[2]]};
+    const Kernel::Triangle_3 triangle(at(corners[0]), at(corners[1]), at(corners[2]));
+    if (!triangle.is_degenerate()) mark_near(triangle, corners, thickness / 2, grid, filled);
+  }
+}
+
+void thicken(const std::vector<Vec3>& line, double thickness, const Grid& grid, std::vector<bool>& filled) {
+  for (std::size_t n = 0; n + 1 < line.size(); ++n)
+    if (line[n] != line[n + 1])
+      mark_near(Kernel::Segment_3(Point(line[n][0], line[n][1], line[n][2]),
+                                  Point(line[n + 1][0], line[n + 1][1], line[n + 1][2])),
+                {line[n], line[n + 1]}, thickness / 2, grid, filled);
+}
+
 void mark_line(const std::vector<Vec3>& line, const Grid& grid, std::vector<bool>& filled) {
   for (std::size_t n = 0; n + 1 < line.size(); ++n) {
     const Vec3 from = grid.continuous_index(line[n]), to = grid.continuous_index(line[n + 1]);
@@ -195,7 +246,7 @@ void mark_line(const std::vector<Vec3>& line, const Grid& grid, std::vector<bool
 
 }  // namespace
 
-Grid grid_around(const std::vector<Shape>& shapes, double spacing) {
+Grid grid_around(const std::vector<Shape>& shapes, double spacing, double room) {
   Vec3 low = Vec3::Constant(INFINITY), high = -low;
   const auto include = [&](const Vec3& p) {
     low = low.cwiseMin(p);
@@ -207,7 +258,8 @@ Grid grid_around(const std::vector<Shape>& shapes, double spacing) {
     for (const auto& line : shape.lines)
       for (const Vec3& p : line) include(p);
   }
-  constexpr double margin = 2, most_voxels = 2147483648.0;
+  const double margin = 2 + std::ceil(room / spacing);
+  constexpr double most_voxels = 2147483648.0;
   const Vec3 extent = ((high - low) / spacing - Vec3::Constant(1e-9)).array().ceil().max(1.0) + 2 * margin;
   if (!(extent.maxCoeff() < 65536 && extent.prod() <= most_voxels))
     throw Error(ErrorKind::usage, fmt::format("voxels of {} mm around the surfaces are {:g} x {:g} x {:g}, expected at "
@@ -219,7 +271,7 @@ Grid grid_around(const std::vector<Shape>& shapes, double spacing) {
               Vec3::Constant(spacing), first);
 }
 
-Voxelization voxelize(const Shape& shape, const Grid& grid) {
+Voxelization voxelize(const Shape& shape, const Grid& grid, double thickness) {
   Voxelization out;
   std::vector<bool> filled(grid.num_voxels());
   TriangleSurface facing_one_way;  // all such parts together: one may be a hole of another
@@ -228,7 +280,10 @@ Voxelization voxelize(const Shape& shape, const Grid& grid) {
       ++out.open_parts;
       constexpr std::size_t few = 50;  // one edge in so many
       if (few * edges.open < edges.all) out.nearly_closed.emplace_back(edges.open, edges.all);
-      for (const Kernel::Triangle_3& t : in_voxels(part, grid)) mark_crossed(t, grid, filled);
+      if (thickness > 0)
+        thicken(part, thickness, grid, filled);
+      else
+        for (const Kernel::Triangle_3& t : in_voxels(part, grid)) mark_crossed(t, grid, filled);
       continue;
     }
     ++out.closed_parts;
@@ -244,7 +299,8 @@ Voxelization voxelize(const Shape& shape, const Grid& grid) {
   }
   fill_inside(in_voxels(facing_one_way, grid), true, grid, filled);
   out.enclosed_ml = enclosed_volume(facing_one_way) / 1000;
-  for (const auto& line : shape.lines) mark_line(line, grid, filled);
+  for (const auto& line : shape.lines)
+    thickness > 0 ? thicken(line, thickness, grid, filled) : mark_line(line, grid, filled);
   for (std::size_t n = 0; n < filled.size(); ++n)
     if (filled[n]) out.voxels.push_back(n);
   return out;

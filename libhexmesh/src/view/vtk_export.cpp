@@ -127,6 +127,7 @@ void write(Data& data, const std::filesystem::path& path) {
 void write_vtu(const Result& result, Configuration configuration, const std::filesystem::path& path) {
   vtkNew<vtkUnstructuredGrid> grid;
   set_points(*grid, result.nodes, result.displacement, configuration);
+  if (!result.displacement_raw.empty()) add_vectors(*grid, "displacement_raw", result.displacement_raw);
   if (!result.velocity.empty()) add_vectors(*grid, "velocity", result.velocity);
   if (!result.load.empty()) add_vectors(*grid, "load", result.load);
   if (!result.contact_force.empty()) add_vectors(*grid, "contact_force", result.contact_force);

@@ -30,6 +30,7 @@ struct Result {
   std::vector<CellNodes> cell_nodes;   ///< shape (num_cells, 8), node order of shape.h
   std::vector<Vec3> nodes;             ///< rest positions [mm]
   std::vector<Vec3> displacement;      ///< per node [mm]; empty at rest
+  std::vector<Vec3> displacement_raw;  ///< as solved, where displacement has been continued (NodeExtension); else empty
   std::vector<Vec3> velocity;          ///< per node [mm/s]; empty if nothing moves
   std::vector<Vec3> load;              ///< per node, of forces and gravity [N]; empty without or in a motion
   std::vector<Vec3> contact_force;     ///< per node, of obstacles [N]; empty without

@@ -16,6 +16,10 @@ struct Cleaning {
 /// Keep, of each segment, only the largest part.
 Cleaning keep_largest_component(LabelVolume& volume);
 
+/// Keep the part that holds a place [mm], and nothing of other segments.
+/// @returns false, and nothing is changed, where no segment is there
+bool keep_component_at(LabelVolume& volume, const Vec3& place);
+
 /// Remove parts smaller than `volume_ml` [mL].
 Cleaning remove_specks(LabelVolume& volume, double volume_ml);
 

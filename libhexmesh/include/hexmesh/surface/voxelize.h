@@ -9,8 +9,9 @@
 namespace hexmesh {
 
 /// Cubic voxels along the patient axes around all shapes, centred on them, with two voxels of margin.
+/// @param room  more than that [mm]
 /// @throws Error{usage} where that takes more than 2^31 voxels
-Grid grid_around(const std::vector<Shape>& shapes, double spacing);
+Grid grid_around(const std::vector<Shape>& shapes, double spacing, double room = 0);
 
 /// What became of a shape.
 struct Voxelization {
@@ -27,6 +28,7 @@ struct Voxelization {
 /// A closed part fills the voxels whose centres it winds around (winding number not 0, so that parts may cross
 /// themselves and each other, and a part inside another facing inwards is a hole); an open one gives the voxels it
 /// passes, connected through faces; so do lines.
-Voxelization voxelize(const Shape& shape, const Grid& grid);
+/// @param thickness  of open parts and lines [mm]: voxels whose centres are within half of it instead; 0: none
+Voxelization voxelize(const Shape& shape, const Grid& grid, double thickness = 0);
 
 }  // namespace hexmesh

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gather.h"
+#include "segments/gather.h"
 
 #include <fmt/format.h>
 
@@ -60,7 +60,7 @@ void scale(hexmesh::Shape& shape, double factor, const std::string& name, const 
                     name, size));
 }
 
-Parts read_parts(const ScanOptions& o, const Sources& sources, const hexmesh::ReadOptions& options,
+Parts read_parts(const SegmentOptions& o, const Sources& sources, const hexmesh::ReadOptions& options,
                  const Console& console) {
   Parts out;
   const auto add_shape = [&](const std::string& name, const std::filesystem::path& path) {
@@ -93,7 +93,7 @@ Parts read_parts(const ScanOptions& o, const Sources& sources, const hexmesh::Re
 }
 
 /// Where shapes go beside label volumes: voxels of their size around them.
-std::vector<Grid> grids_of_shapes(const ScanOptions& o, const Parts& parts) {
+std::vector<Grid> grids_of_shapes(const SegmentOptions& o, const Parts& parts) {
   if (parts.volumes.empty() && o.spacing == 0)
     throw Error(ErrorKind::usage, "surfaces have no voxels of their own, expected --spacing MM");
   if (!parts.volumes.empty() && o.spacing != 0)
@@ -102,10 +102,12 @@ std::vector<Grid> grids_of_shapes(const ScanOptions& o, const Parts& parts) {
         fmt::format("--spacing {} goes with surfaces alone, the voxels of the label volume are used", o.spacing));
   if (parts.shapes.empty()) return {};
   return {hexmesh::grid_around(parts.shapes,
-                               parts.volumes.empty() ? o.spacing : parts.volumes.front().grid.spacing().minCoeff())};
+                               parts.volumes.empty() ? o.spacing : parts.volumes.front().grid.spacing().minCoeff(),
+                               o.thickness / 2)};
 }
 
-void report_shape(const std::string& name, const hexmesh::Voxelization& v, const Grid& grid, const Console& console) {
+void report_shape(const std::string& name, const hexmesh::Voxelization& v, const Grid& grid, double thickness,
+                  const Console& console) {
   const double ml = static_cast<double>(v.voxels.size()) * grid.voxel_volume() / 1000;
   console.note(
       fmt::format("surface '{}': {} closed parts filled ({:.4g} mL enclosed), {} open ones as shells: {} voxels, "
@@ -122,12 +124,16 @@ void report_shape(const std::string& name, const hexmesh::Voxelization& v, const
                     "expected holes closed if it is a body",
                     name, open, all));
   constexpr double most_off = 0.05;
-  if (v.open_parts > 0)
+  if (thickness > 0 && thickness < grid.spacing().maxCoeff())
+    console.warning(fmt::format("--thickness {:g} mm is less than a voxel of {:g} mm, expected a smaller --spacing",
+                                thickness, grid.spacing().maxCoeff()));
+  if (v.open_parts > 0 && thickness == 0)
     console.warning(
         fmt::format("surface '{}': {} open parts are shells, one voxel thick: their volume, {:.4g} mL with what is "
-                    "closed, and their stiffness follow --spacing",
+                    "closed, and their stiffness follow --spacing, expected --thickness",
                     name, v.open_parts, ml));
-  else if (v.mended_parts == 0 && std::abs(ml - v.enclosed_ml) > most_off * v.enclosed_ml)
+  else if (v.open_parts == 0 && v.closed_parts > 0 && v.mended_parts == 0 &&
+           std::abs(ml - v.enclosed_ml) > most_off * v.enclosed_ml)
     console.warning(
         fmt::format("surface '{}' encloses {:.4g} mL, its voxels {:.4g} mL: they are coarse for it, "
                     "expected a smaller --spacing",
@@ -136,7 +142,7 @@ void report_shape(const std::string& name, const hexmesh::Voxelization& v, const
 
 }  // namespace
 
-Segmentation gather(const ScanOptions& o, const Sources& sources, const hexmesh::ReadOptions& options,
+Segmentation gather(const SegmentOptions& o, const Sources& sources, const hexmesh::ReadOptions& options,
                     const Console& console) {
   Parts parts = read_parts(o, sources, options, console);
   const std::vector<Grid> around = grids_of_shapes(o, parts);
@@ -144,8 +150,8 @@ Segmentation gather(const ScanOptions& o, const Sources& sources, const hexmesh:
                                            : hexmesh::join(std::move(parts.volumes), around, options.warn);
   for (std::size_t n = 0; n < parts.shapes.size(); ++n) {
     const std::string& name = parts.shape_names[n];
-    const hexmesh::Voxelization voxels = hexmesh::voxelize(parts.shapes[n], out.grid);
-    report_shape(name, voxels, out.grid, console);
+    const hexmesh::Voxelization voxels = hexmesh::voxelize(parts.shapes[n], out.grid, o.thickness);
+    report_shape(name, voxels, out.grid, o.thickness, console);
     Segmentation added{out.grid, {}, {}};
     hexmesh::add_segment(added, {1, name, hexmesh::distinct_color(n), ""}, voxels.voxels);
     out = hexmesh::combine(std::move(out), std::move(added));

@@ -3,7 +3,9 @@
 
 #include <utility>
 
-#include "options.h"
+#include "cli/run_files.h"
+#include "hexmesh/scan/image_io.h"
+#include "segments/segment_options.h"
 
 namespace hextools {
 
@@ -14,7 +16,7 @@ struct Sources {
 };
 
 /// All of them as segments of one grid.
-hexmesh::Segmentation gather(const ScanOptions& o, const Sources& sources, const hexmesh::ReadOptions& options,
+hexmesh::Segmentation gather(const SegmentOptions& o, const Sources& sources, const hexmesh::ReadOptions& options,
                              const Console& console);
 
 }  // namespace hextools
