@@ -194,7 +194,8 @@ TEST_F(HexsolveMpi, MoreProcessesThanLayersAndFarSurfacesFindTheSame) {
   write_text(*folder / "sheet.toml",
              "[[fix]]\nhalfspace = { point_mm = [-44, 0, 0], normal = [-1, 0, 0] }\n[[displace]]\n"
              "halfspace = { point_mm = [44, 0, 0], normal = [1, 0, 0] }\nby_mm = [0, 4, 3]\n");
-  const std::string sharp = "sheet.hexmesh sheet.toml --level 0 --set solve.tolerance=1e-10 --force ";
+  const std::string sharp =
+      "sheet.hexmesh sheet.toml --level 0 --set solve.strain=corotational --set solve.tolerance=1e-10 --force ";
   ASSERT_EQ(run("hexsolve " + sharp + "-o one.hexresult").exit_code, 0);
   for (const int processes : whole_or<std::vector<int>>({1, 5}, {5})) {
     const CommandResult r = run(mpi(processes) + sharp + "-o many.hexresult");
@@ -237,7 +238,8 @@ TEST_F(HexsolveMpi, SurfacePointsMoveWithTheNearestCellWhoeverHasIt) {
       *folder / "steps.toml",
       "[[fix]]\nhalfspace = { point_mm = [129, 0, 0], normal = [1, 0, 0] }\n[[displace]]\nhalfspace = { point_mm = "
       "[-19, 0, 0], normal = [-1, 0, 0] }\nby_mm = [0, 4, 3]\n");
-  const std::string sharp = "steps.hexmesh steps.toml --level 0 --set solve.tolerance=1e-10 --force ";
+  const std::string sharp =
+      "steps.hexmesh steps.toml --level 0 --set solve.strain=corotational --set solve.tolerance=1e-10 --force ";
   ASSERT_EQ(run("hexsolve " + sharp + "-o one.hexresult").exit_code, 0);
   const CommandResult r = run(mpi(5) + sharp + "-o many.hexresult");
   ASSERT_EQ(r.exit_code, 0) << r.errors;

@@ -30,6 +30,8 @@ TEST_P(HexsolveMpiScenes, AreSolvedAsByOne) {
 // The phantom's liver lies within about 190 x 140 x 120 mm around the origin.
 INSTANTIATE_TEST_SUITE_P(Scenes, HexsolveMpiScenes,
                          testing::Values(std::pair{"forces", R"(
+[solve]
+strain = "corotational"
 [[fix]]
 halfspace = { point_mm = [40, 0, 0], normal = [1, 0, 0] }
 [[force]]

@@ -113,7 +113,7 @@ TEST_F(Segments, AnExpressionIsABody) {
             0);
   EXPECT_NEAR(ml_of("egg.nrrd"), 4 * std::numbers::pi / 3 * 30 * 20 * 20 / 1000, 0.3);
   ASSERT_EQ(run("hexscan study/ct --threshold -999: --implicit 'x - 12' --as half -o half.nrrd").exit_code, 0);
-  expect_usage("hexscan --as egg --implicit 'x*x + q' --box -3,3,-2,2,-2,2 --spacing 1 -o no.nrrd", "\"q\"");
+  expect_usage("hexscan --as egg --implicit 'x*x + q' --box -3,3,-2,2,-2,2 --spacing 1 -o no.nrrd", "x*x + q");
   expect_usage("hexscan --as egg --implicit 'x*x - 1' -o no.nrrd", "--box and --spacing");
   expect_usage("hexscan study/ct --as a -o no.nrrd", "--threshold, --box");
   expect_usage("hexscan study/ct --as a --threshold 5:2 -o no.nrrd", "'5:2', expected LOW:HIGH");

@@ -2,10 +2,13 @@
 #include "segments/drawn_segment.h"
 
 #include <fmt/format.h>
-#include <muParser.h>
+#include <vtkFunctionParser.h>
+#include <vtkNew.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "cli/parse.h"
 #include "hexmesh/core/error.h"
@@ -40,41 +43,37 @@ std::pair<double, double> range_of(const std::string& text) {
   return {*low, *high};
 }
 
-/// An expression of a place, as muParser reads it.
+/// An expression of a place, as VTK reads it.
 class Expression {
 public:
   /// @throws Error{usage} with what is wrong
-  explicit Expression(const std::string& text) : text_(text) {
-    checked([&] {
-      parser_.DefineVar("x", &place_[0]);
-      parser_.DefineVar("y", &place_[1]);
-      parser_.DefineVar("z", &place_[2]);
-      parser_.SetExpr(text);
-      parser_.Eval();
-    });
+  explicit Expression(const std::string& text) {
+    vtkObject::GlobalWarningDisplayOff();  // the error says it
+    for (const char* name : {"x", "y", "z"}) parser_->SetScalarVariableValue(name, 1);
+    parser_->SetFunction(text.c_str());
+    parser_->SetReplacementValue(std::numeric_limits<double>::infinity());
+    parser_->ReplaceInvalidValuesOn();  // where it has no value is outside
+    int position = 0;
+    char* error = nullptr;
+    parser_->CheckExpression(position, &error);
+    if (error || parser_->IsScalarResult() == 0)
+      throw Error(ErrorKind::usage, fmt::format("--implicit is '{}': {}, expected an expression of x, y, z", text,
+                                                error ? printable(error) : "it is no number"));
   }
 
   double at(const Vec3& place) {
-    place_ = place;
-    double value = NAN;
-    checked([&] { value = parser_.Eval(); });
-    return value;
+    for (int d = 0; d < 3; ++d) parser_->SetScalarVariableValue(d, place[d]);
+    return parser_->GetScalarResult();
   }
 
 private:
-  template <class F>
-  void checked(F&& f) const {
-    try {
-      f();
-    } catch (const mu::Parser::exception_type& e) {
-      throw Error(ErrorKind::usage,
-                  fmt::format("--implicit is '{}': {} expected an expression of x, y, z", text_, e.GetMsg()));
-    }
+  /// In one line.
+  static std::string printable(std::string text) {
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return text;
   }
 
-  std::string text_;
-  Vec3 place_ = Vec3::Zero();
-  mu::Parser parser_;
+  vtkNew<vtkFunctionParser> parser_;
 };
 
 /// The box around a zone in voxels of a size.

@@ -4,8 +4,9 @@
 namespace hexsolver {
 namespace {
 
-/// Strain and law.
-void read_law(TomlReader& table, Scene& scene) {
+/// Strain and law. Where a scene asks for neither, cells rotate only where that matters.
+/// @returns whether it names a strain
+bool read_law(TomlReader& table, Scene& scene) {
   const auto strain = table.choice<std::optional<Elasticity>>("strain", {{"cauchy", Elasticity::cauchy},
                                                                          {"linear", Elasticity::cauchy},
                                                                          {"corotational", Elasticity::corotational},
@@ -22,7 +23,10 @@ void read_law(TomlReader& table, Scene& scene) {
   } else if (strain) {
     scene.elasticity = strain->value_or(Elasticity::corotational);
     scene.finds_strain = !strain->has_value();
+  } else {
+    scene.finds_strain = true;
   }
+  return strain.has_value();
 }
 
 /// Which levels are solved.
@@ -45,9 +49,10 @@ void read_levels(TomlReader& table, bool moves, Scene& scene) {
 
 bool read_solve(TomlReader table, Scene& scene) {
   const bool moves = table.choice<bool>("kind", {{"equilibrium", false}, {"dynamics", true}}).value_or(false);
-  read_law(table, scene);
+  const bool says_strain = read_law(table, scene);
   if (auto v = table.choice<Rotation>("rotation", {{"polar", Rotation::polar}, {"edges", Rotation::edges}}))
     scene.rotation = *v;
+  if (scene.rotation == Rotation::edges && !says_strain) scene.finds_strain = false;  // they rotate, all of them
   if (scene.rotation == Rotation::edges && scene.elasticity != Elasticity::corotational)
     table.fail_at("rotation",
                   "rotation = \"edges\" goes with strain = \"corotational\" alone, expected that or no edges");

@@ -68,6 +68,7 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
   Scene scene;
   auto solve = reader.table("solve", "a table written [solve]");
   const bool moves = solve && read_solve(*solve, scene);
+  if (!solve) scene.finds_strain = true;  // as an empty table has it
   if (auto table = reader.table("dynamics", "a table written [dynamics]")) {
     const Dynamics dynamics = read_dynamics(*table, folder);
     if (moves)

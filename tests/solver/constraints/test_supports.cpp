@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
 #include "constraints/select_points.h"
 #include "constraints/supports.h"
@@ -442,6 +443,54 @@ TEST(Edges, RotationReachesTheEquilibriumOfAMildPull) {
   scene.rotation = Rotation::polar;
   solve_equilibrium(lattice, scene, 0, polar);
   EXPECT_NEAR(report.strain_energy_n_mm, polar.strain_energy_n_mm, 0.1 * polar.strain_energy_n_mm);
+}
+
+/// The paper's virtual surface: "barycenters of boundary voxels at the scanner's resolution", each bound to the cell
+/// that holds it by trilinear weights.
+TEST(Supports, VoxelsAreTheCentresOfThoseThatBorderOnNothing) {
+  const Lattice lattice = bitten_ball({1, 1.5, 0.8}, {1, 0, 2}, random_rotation(4));
+  const hexmesh::Grid& voxels = lattice.voxels;
+  const auto has_material = [&](const Index3& v) {
+    return voxels.contains(v) && lattice.labels[voxels.offset(v)] != 0;
+  };
+  std::vector<Vec3> expected;
+  for (std::size_t n = 0; n < lattice.labels.size(); ++n) {
+    const Index3 v = voxels.index(n);
+    if (!has_material(v)) continue;
+    bool is_boundary = false;
+    for (std::size_t d = 0; d < 3; ++d)
+      for (const int side : {-1, 1}) {
+        Index3 beside = v;
+        beside[d] += side;
+        is_boundary = is_boundary || !has_material(beside);
+      }
+    if (is_boundary) expected.push_back(voxels.position(Vec3(v[0], v[1], v[2])));
+  }
+  ASSERT_GT(expected.size(), 100U);
+  Selection everywhere;
+  everywhere.on = SurfacePoints::voxels;
+  everywhere.halfspace = HalfSpace{Vec3(0, 0, -1e4), Vec3::UnitZ()};
+  for (const int level : {0, 1, 2}) {
+    const Body body(lattice, level, Elasticity::cauchy);
+    Selector selector({lattice, level}, body.mesh);
+    std::vector<Vec3> found;
+    for (const SurfacePoint& p : selector.select(everywhere, "test")) {
+      EXPECT_NEAR(p.weights.sum(), 1, 1e-12);
+      EXPECT_GE(p.weights.minCoeff(), 0) << "inside its cell";
+      EXPECT_EQ(p.area, Vec3(0, 0, 0));
+      found.push_back(body.mesh.rest_position(p.cell, p.weights));
+    }
+    ASSERT_EQ(found.size(), expected.size()) << "each once, on every level";
+    const auto before = [](const Vec3& a, const Vec3& b) {
+      for (int d = 0; d < 3; ++d)
+        if (std::abs(a[d] - b[d]) > 1e-6) return a[d] < b[d];
+      return false;
+    };
+    std::vector<Vec3> sorted = expected;
+    std::sort(found.begin(), found.end(), before);
+    std::sort(sorted.begin(), sorted.end(), before);
+    for (std::size_t n = 0; n < found.size(); ++n) ASSERT_LT((found[n] - sorted[n]).norm(), 1e-9);
+  }
 }
 
 }  // namespace test_supports

@@ -43,6 +43,24 @@ TEST(LoadSteps, TurnABodyOfAnyLawByItsSupports) {
       }
 }
 
+// Far too soft for its weight: no level carries it, the finer the less, which finer levels need not show.
+TEST(LoadSteps, LevelsThatCarryLessAndLessEndTheSolution) {
+  const Lattice lattice = box({24, 24, 24}, {8, 8, 8}, 0.3, 0.49);
+  Scene scene;
+  scene.gravity = {0, 0, -9810};
+  Condition base;
+  base.name = base.where = "base";
+  base.selection.halfspace = HalfSpace{{0, 0, -3.9}, {0, 0, -1}};
+  scene.conditions = {base};
+  SolveReport report;
+  const hexmesh::Result result = solve_equilibrium(lattice, scene, 0, report);
+  EXPECT_FALSE(report.converged);
+  EXPECT_NE(report.reason.find("no finer level was tried"), std::string::npos) << report.reason;
+  ASSERT_GE(report.levels.size(), 2U);
+  EXPECT_GT(report.levels.back().level, 0);
+  EXPECT_EQ(result.level, report.levels.back().level) << "the state is of the last level that was tried";
+}
+
 TEST(Budget, ANextLevelIsExpectedToTakeAPowerOfItsCells) {
   LevelReport coarse, fine;
   coarse.cells = 100;

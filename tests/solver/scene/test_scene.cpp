@@ -144,6 +144,17 @@ TEST(Scene, LawsCarryTheirOwnStrain) {
             "s.toml:3:14: volumetric = \"mean\" goes with other strains than \"green-lagrange\", expected \"full\"");
 }
 
+TEST(Scene, CellsRotateWhereThatMattersUnlessTheSceneSaysOtherwise) {
+  for (const char* text : {"", "[solve]\nlevel = 1\n", "[solve]\nstrain = \"auto\"\n", "[solve]\nlaw = \"hooke\"\n"}) {
+    const Scene scene = scene_of(text);
+    EXPECT_EQ(scene.elasticity, Elasticity::corotational) << text;
+    EXPECT_TRUE(scene.finds_strain) << text;
+  }
+  for (const char* text : {"[solve]\nstrain = \"corotational\"\n", "[solve]\nstrain = \"cauchy\"\n",
+                           "[solve]\nlaw = \"neo-hookean\"\n", "[solve]\nrotation = \"edges\"\n"})
+    EXPECT_FALSE(scene_of(text).finds_strain) << text;
+}
+
 TEST(Scene, AMotionHasStepsDampingAndTables) {
   const std::string dynamics = "[solve]\nkind = \"dynamics\"\n[dynamics]\nstep_s = 0.02\nduration_s = 1\n";
   const Scene scene = scene_of(dynamics + R"([damping]
