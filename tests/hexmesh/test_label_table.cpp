@@ -33,6 +33,12 @@ TEST(LabelTable, FormatsOfOtherProgramsSayTheSame) {
   }
   EXPECT_EQ(table_of(folder, "7 left lobe of it 1 2 3 255").at(7).name, "left lobe of it");
   EXPECT_EQ(table_of(folder, "7 1 2 3 1 1 1 \"a # in it\"").at(7).name, "a # in it");
+  EXPECT_EQ(table_of(folder,
+                     "\xef\xbb\xbf"
+                     "7 name#1 1 2 3 255")
+                .at(7)
+                .name,
+            "name#1");
 }
 
 TEST(LabelTable, WhatIsNoneIsRefusedWithItsLine) {
@@ -48,6 +54,7 @@ TEST(LabelTable, WhatIsNoneIsRefusedWithItsLine) {
     }
   }
   EXPECT_THROW(table_of(folder, "# nothing\n"), Error);
+  EXPECT_THROW(table_of(folder, "7 a 1 1 1 1\n7 b 1 1 1 1\n"), Error) << "twice";
 }
 
 TEST(LabelTable, NamesWhatAFileLeavesUnnamedAndTheSummaryTellsItsBox) {

@@ -192,6 +192,32 @@ TEST(VtkExport, ConditionsReadBackWithNamesAndReactions) {
   EXPECT_EQ(set->GetPointData()->GetArray("axes")->GetComponent(2, 0), 0);
 }
 
+TEST(VtkExport, ObstaclesAreWhereTheyAre) {
+  const TemporaryFolder folder;
+  const Bounds body{{-10, -20, -30}, {10, 20, 30}};
+  const Vec3 normal = Vec3(1, 2, 2).normalized();
+  write_obstacles_vtp({{{1, 2, 3}, normal, 0, "table"}, {{40, 50, 60}, Vec3::Zero(), 7, "ball"}}, body,
+                      folder / "a.vtp");
+  vtkNew<vtkXMLPolyDataReader> reader;
+  reader->SetFileName((folder / "a.vtp").c_str());
+  reader->Update();
+  vtkPolyData* set = reader->GetOutput();
+  auto* names = vtkStringArray::SafeDownCast(set->GetCellData()->GetAbstractArray("name"));
+  ASSERT_NE(names, nullptr);
+  std::array<int, 2> faces = {0, 0};
+  for (vtkIdType f = 0; f < set->GetNumberOfCells(); ++f) {
+    const int number = static_cast<int>(set->GetCellData()->GetArray("obstacle")->GetTuple1(f));
+    EXPECT_EQ(names->GetValue(f), number == 0 ? "table" : "ball");
+    ++faces[static_cast<std::size_t>(number)];
+    for (vtkIdType p = 0; p < set->GetCell(f)->GetNumberOfPoints(); ++p) {
+      const Vec3 x = Vec3::Map(set->GetPoint(set->GetCell(f)->GetPointId(p)));
+      EXPECT_NEAR(number == 0 ? (x - Vec3(1, 2, 3)).dot(normal) : (x - Vec3(40, 50, 60)).norm() - 7, 0, 1e-5);
+    }
+  }
+  EXPECT_EQ(faces[0], 1);
+  EXPECT_GT(faces[1], 1000);
+}
+
 TEST(VtkExport, VtkReadsTheHdfFileWithTheSameNumbersAsTheVtu) {
   const TemporaryFolder folder;
   const Result r = moved(bitten_ball({1, 1, 2}, {0, 0, 0}, random_rotation(9)), 1, 0.1 * Mat3::Identity(), {5, 6, 7});
@@ -312,11 +338,11 @@ TEST(Slice, LinesMoveWithTheMaterialAndOnlyWhereAskedFor) {
 }
 
 TEST(Slice, ColoursOfTwoStatesAreThoseOfBoth) {
-  const ColorRange both = joined({1, 3, false, true}, {2, 5, false, false});
+  const ColorRange both = joined({1, 3, 1, 4}, {2, 5, 0.5, 5});
   EXPECT_EQ(both.low, 1);
   EXPECT_EQ(both.high, 5);
-  EXPECT_FALSE(both.goes_below);
-  EXPECT_TRUE(both.goes_above);
+  EXPECT_EQ(both.least, 0.5);
+  EXPECT_EQ(both.greatest, 5) << "nothing lies beyond";
 }
 
 TEST(Canvas, WordsTakeTheRoomThatTheySay) {

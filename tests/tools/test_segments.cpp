@@ -113,6 +113,20 @@ TEST_F(Segments, AnExpressionIsABody) {
             0);
   EXPECT_NEAR(ml_of("egg.nrrd"), 4 * std::numbers::pi / 3 * 30 * 20 * 20 / 1000, 0.3);
   ASSERT_EQ(run("hexscan study/ct --threshold -999: --implicit 'x - 12' --as half -o half.nrrd").exit_code, 0);
+  double half = 0;  // those of both organs whose centres are there
+  const LabelVolume organs = hexmesh::read_labels(*folder / "organs.nrrd");
+  for (std::size_t n = 0; n < organs.labels.size(); ++n)
+    half += organs.labels[n] != 0 && organs.grid.position(Vec3(organs.grid.index(n)[0], 0, 0))[0] <= 12 ? 0.008 : 0;
+  EXPECT_NEAR(ml_of("half.nrrd"), half, 1e-9);
+  EXPECT_GT(half, 0);
+  // Where a part of it has no value, nothing is.
+  for (const char* odd : {"10-sqrt(x)", "1-1/(x-x)", "min(sqrt(x), 0-1)"}) {
+    const CommandResult r =
+        run(fmt::format("hexscan --as odd --implicit '{}' --box=-20,-1,-20,20,-20,20 --spacing 4 -o "
+                        "odd.nrrd --force",
+                        odd));
+    EXPECT_NE(r.errors.find("no voxel has a label"), std::string::npos) << odd << r.errors;
+  }
   expect_usage("hexscan --as egg --implicit 'x*x + q' --box -3,3,-2,2,-2,2 --spacing 1 -o no.nrrd", "x*x + q");
   expect_usage("hexscan --as egg --implicit 'x*x - 1' -o no.nrrd", "--box and --spacing");
   expect_usage("hexscan study/ct --as a -o no.nrrd", "--threshold, --box");
@@ -142,12 +156,19 @@ TEST_F(Segments, SheetsHaveTheThicknessThatIsAsked) {
 }
 
 TEST_F(Segments, ThickSlicesBecomeCubes) {
-  const CommandResult r = run("hexscan study --isotropic 1 -o cubes.nrrd");
+  LabelVolume thick = make_volume({24, 20, 5}, {2, 2, 6}, [](const Index3& v) {
+    return v[0] > 2 + v[2] && v[0] < 15 + v[2] && v[1] > 3 && v[1] < 16 && v[2] > 0 && v[2] < 4;
+  });
+  hexmesh::write_labels(thick, *folder / "thick.nrrd");
+  const CommandResult r = run("hexscan thick.nrrd --isotropic 1 -o cubes.nrrd");
   ASSERT_EQ(r.exit_code, 0) << r.errors;
   EXPECT_NE(r.errors.find("made 1 mm"), std::string::npos) << r.errors;
   const LabelVolume cubes = hexmesh::read_labels(*folder / "cubes.nrrd");
   EXPECT_EQ(cubes.grid.spacing(), Vec3(1, 1, 1));
-  EXPECT_NEAR(ml_of("cubes.nrrd") / ml_of("organs.nrrd"), 1, 0.005);
+  EXPECT_NEAR(ml_of("cubes.nrrd") / ml_of("thick.nrrd"), 1, 0.005);
+  const CommandResult lost = run("hexscan thick.nrrd --isotropic 90 -o lost.nrrd");
+  EXPECT_EQ(lost.exit_code, 4);
+  EXPECT_NE(lost.errors.find("expected a smaller --isotropic"), std::string::npos) << lost.errors;
 }
 
 }  // namespace test_segments

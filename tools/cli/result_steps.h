@@ -20,7 +20,7 @@ public:
         now_(result),
         surface_(hexmesh::CellLocator(result.voxels, result.voxels_per_cell, now_.cells), result.cell_nodes,
                  result.surface.points) {
-    const std::set<std::string> constant = {"fill", "parts", "young_modulus", "poisson_ratio", "island"};
+    const std::set<std::string> constant = {"fill", "parts", "young_modulus", "poisson_ratio", "island", "cell_level"};
     std::erase_if(now_.cell_fields, [&](const auto& field) { return !constant.contains(field.first); });
   }
 

@@ -61,6 +61,7 @@ Lattice build(const BuildOptions& o, const BuildInputs& inputs, SegmentReader& s
   const auto choices = material_choices(o, inputs.materials, read);
   std::optional<hexmesh::IntensityVolume> intensity;
   if (inputs.intensity) {
+    read.push_back(checksum_line(inputs.intensity->name(), inputs.intensity->path()));
     std::optional<hexmesh::Grid> stored;
     intensity = hexmesh::read_intensity(inputs.intensity->path(), segments.options(), &stored);
     segments.set_reference(stored);
@@ -77,8 +78,6 @@ Lattice build(const BuildOptions& o, const BuildInputs& inputs, SegmentReader& s
     return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice);
   }
   if (!intensity) throw Error(ErrorKind::usage, "a material follows the grey values, expected --intensity SCAN");
-  const Input& file = *inputs.intensity;
-  read.push_back(checksum_line(file.name(), file.path()));
   const hexmesh::GreyMaterials grey{&*intensity, std::move(materials.rules)};
   at_work("building the levels");
   return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice, &grey);

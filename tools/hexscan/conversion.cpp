@@ -50,8 +50,8 @@ int run_conversion(const ScanOptions& o, const CommonOptions& common, const Cons
   std::optional<hexmesh::IntensityVolume> intensity;
   if (scan) {
     std::optional<Grid> stored;
-    intensity = hexmesh::read_intensity(scan->path(), segments ? segments->options() : read_options(o, files, console),
-                                        &stored);
+    intensity = hexmesh::read_intensity(scan->path(),
+                                        segments ? segments->options() : read_options(o, nullptr, console), &stored);
     if (segments) segments->set_reference(stored);
   }
   if (labels_wanted) {

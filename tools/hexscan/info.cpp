@@ -12,7 +12,7 @@ namespace {
 int run_info(const ScanOptions& o, bool as_json, const CommonOptions& common, const Console& console) {
   std::vector<std::string> warnings;
   RunFiles files(common);
-  hexmesh::ReadOptions options = read_options(o, files, console);
+  hexmesh::ReadOptions options = read_options(o, files.input_if_named(o.label_names, Content::text), console);
   options.warn = [&](const std::string& message) { warnings.push_back(hexmesh::with_known_names(message)); };
   std::vector<std::filesystem::path> paths;
   for (const std::string& input : o.inputs) paths.push_back(files.input(input).path());

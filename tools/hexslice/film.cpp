@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <fstream>
 #include <vector>
@@ -21,7 +22,14 @@ namespace {
 using hexmesh::Error;
 using hexmesh::ErrorKind;
 
-constexpr std::array film_endings = {".mp4", ".webm", ".gif"};
+const std::array<std::string, 3> film_endings = {".mp4", ".webm", ".gif"};
+
+/// In small letters.
+std::string ending_of(const std::filesystem::path& name) {
+  std::string ending = name.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  return ending;
+}
 constexpr int no_program = 127;
 
 /// Runs a program found on the PATH, with what it says in a file.
@@ -48,8 +56,10 @@ int run_program(std::vector<std::string> words, const std::filesystem::path& sai
 }  // namespace
 
 bool is_film_name(const std::string& name) {
-  return std::any_of(film_endings.begin(), film_endings.end(), [&](const char* e) { return name.ends_with(e); });
+  return std::find(film_endings.begin(), film_endings.end(), ending_of(name)) != film_endings.end();
 }
+
+bool is_gif_name(const std::filesystem::path& name) { return ending_of(name) == ".gif"; }
 
 Film::Film(std::string name) : name_(std::move(name)), folder_(hexmesh::temporary_place()) {
   if (run_program({"ffmpeg", "-version"}, folder_.path() / "said") != 0)
@@ -71,16 +81,18 @@ void Film::add(const hexmesh::Canvas& picture) {
 
 void Film::write(const std::filesystem::path& path, int pictures_per_second) const {
   const std::filesystem::path said = folder_.path() / "said";
+  std::string pattern;
+  for (const char c : folder_.path().string()) pattern += c == '%' ? "%%" : std::string(1, c);
   std::vector<std::string> words = {"ffmpeg",     "-loglevel",
                                     "error",      "-y",
                                     "-framerate", fmt::format("{}", pictures_per_second),
-                                    "-i",         (folder_.path() / "%06d.png").string(),
+                                    "-i",         pattern + "/%06d.png",
                                     "-bitexact",  "-map_metadata",
                                     "-1"};
   // A GIF has 256 colours: those of this film.
   const std::vector<std::string> looks =
-      path.extension() == ".gif" ? std::vector<std::string>{"-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse"}
-                                 : std::vector<std::string>{"-pix_fmt", "yuv420p"};
+      is_gif_name(path) ? std::vector<std::string>{"-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse"}
+                        : std::vector<std::string>{"-pix_fmt", "yuv420p"};
   words.insert(words.end(), looks.begin(), looks.end());
   words.push_back(path.string());
   if (run_program(words, said) == 0) return;

@@ -12,6 +12,9 @@ namespace hextools {
 /// Whether a name is that of a film: .mp4, .webm or .gif.
 bool is_film_name(const std::string& name);
 
+/// Whether it is a GIF, which has no more than 50 pictures a second.
+bool is_gif_name(const std::filesystem::path& name);
+
 /// Pictures that become a film, by the program ffmpeg where there is one.
 class Film {
 public:

@@ -3,6 +3,8 @@
 
 #include "cli/result_state.h"
 #include "commands.h"
+#include "film.h"
+#include "hexmesh/core/error.h"
 #include "pictures.h"
 #include "plane_stacks.h"
 
@@ -13,6 +15,9 @@ using hexmesh::Canvas;
 
 int run_planes(PlaneOptions& o, const CommonOptions& common, const Console& console) {
   check_options(o);
+  if (is_film_name(o.output))
+    throw hexmesh::Error(hexmesh::ErrorKind::usage,
+                         fmt::format("-o is '{}', expected a folder: films are of motions (hexslice steps)", o.output));
   RunFiles files(common);
   const Input& input = files.input(o.input);
   const Input* scan_file = files.input_if_named(o.scan);

@@ -20,7 +20,7 @@ using hexmesh::ErrorKind;
 
 struct StepOptions {
   PlaneOptions planes;
-  int pictures_per_second = 25;
+  std::optional<int> pictures_per_second;  ///< nothing: 25
 };
 
 /// One frame and one scale of colours for all pictures: the body wherever it gets.
@@ -38,7 +38,8 @@ void fit_all_steps(const hexmesh::Result& result, ResultSteps& steps, hexmesh::S
 }
 
 /// @throws Error{usage} where options ask for more than one plane
-void check_step_options(PlaneOptions& o) {
+void check_step_options(StepOptions& options) {
+  PlaneOptions& o = options.planes;
   check_options(o);
   if (o.axes.empty() && o.normal.empty()) o.axes = {"coronal"};
   if (!o.normal.empty() && o.point.empty())
@@ -47,6 +48,12 @@ void check_step_options(PlaneOptions& o) {
   if (o.contact_sheet && is_film_name(o.output))
     throw Error(ErrorKind::usage, fmt::format("-o is the film '{}', expected a folder for a contact sheet", o.output));
   o.count = 1;
+  if (options.pictures_per_second && !is_film_name(o.output))
+    throw Error(ErrorKind::usage, "--fps is given without a film, expected -o in .mp4, .webm or .gif");
+  constexpr int most_of_gif = 50;
+  if (options.pictures_per_second.value_or(0) > most_of_gif && is_gif_name(o.output))
+    throw Error(ErrorKind::usage,
+                fmt::format("--fps is {}, expected at most {} for a .gif", *options.pictures_per_second, most_of_gif));
 }
 
 std::vector<std::string> names_of_pictures(const PlaneOptions& o, std::size_t count) {
@@ -58,7 +65,7 @@ std::vector<std::string> names_of_pictures(const PlaneOptions& o, std::size_t co
 
 int run_steps(StepOptions& options, const CommonOptions& common, const Console& console) {
   PlaneOptions& o = options.planes;
-  check_step_options(o);
+  check_step_options(options);
   RunFiles files(common);
   const Input& input = files.input(o.input);
   const Input* scan_file = files.input_if_named(o.scan);
@@ -69,6 +76,11 @@ int run_steps(StepOptions& options, const CommonOptions& common, const Console& 
 
   const std::filesystem::path path = input.path();
   ResultSteps steps(path, result, o.slice.magnified);
+  if (result.cell_fields.contains(o.slice.color_by) && !steps.at(0).cell_fields.contains(o.slice.color_by))
+    throw Error(ErrorKind::usage,
+                fmt::format("'{}' is kept of the end only (dynamics.output_fields, or an earlier version), expected a "
+                            "field of every state, e.g. displacement",
+                            o.slice.color_by));
   fit_all_steps(result, steps, o.slice);
   const hexmesh::SliceRenderer check(steps.at(0), scan ? &*scan : nullptr, o.slice);  // before a folder is made
   const hexmesh::SlicePlane plane = make_stacks(o, result).front().planes.front();
@@ -96,7 +108,7 @@ int run_steps(StepOptions& options, const CommonOptions& common, const Console& 
     at_work("drawing pictures", static_cast<double>(n + 1) / static_cast<double>(result.times.size()));
   }
   if (film) {
-    film->write(film_file->path(), options.pictures_per_second);
+    film->write(film_file->path(), options.pictures_per_second.value_or(25));
     files.commit();
     console.note(fmt::format("wrote {} pictures as the film {}", result.times.size(), o.output));
     return 0;
@@ -113,9 +125,8 @@ std::function<int()> declare_steps(CLI::App& app, const CommonOptions& common, c
   add_options(app, o->planes);
   app.get_option("--output")
       ->description("Folder for the pictures, or a film (.mp4, .webm, .gif), which takes the program ffmpeg");
-  app.add_option("--fps", o->pictures_per_second, "Pictures a second of a film")
-      ->check(CLI::Range(1, 120))
-      ->capture_default_str();
+  app.add_option("--fps", o->pictures_per_second, "Pictures a second of a film [default: 25]")
+      ->check(CLI::Range(1, 120));
   return [o, &common, &console] { return run_steps(*o, common, console); };
 }
 

@@ -7,6 +7,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -49,31 +50,45 @@ public:
   /// @throws Error{usage} with what is wrong
   explicit Expression(const std::string& text) {
     vtkObject::GlobalWarningDisplayOff();  // the error says it
-    for (const char* name : {"x", "y", "z"}) parser_->SetScalarVariableValue(name, 1);
-    parser_->SetFunction(text.c_str());
-    parser_->SetReplacementValue(std::numeric_limits<double>::infinity());
-    parser_->ReplaceInvalidValuesOn();  // where it has no value is outside
-    int position = 0;
-    char* error = nullptr;
-    parser_->CheckExpression(position, &error);
-    if (error || parser_->IsScalarResult() == 0)
-      throw Error(ErrorKind::usage, fmt::format("--implicit is '{}': {}, expected an expression of x, y, z", text,
-                                                error ? printable(error) : "it is no number"));
+    for (auto& [missing, parser] : readings_) {
+      for (const char* name : {"x", "y", "z"}) parser->SetScalarVariableValue(name, 1);
+      parser->SetFunction(text.c_str());
+      parser->SetReplacementValue(missing);
+      parser->ReplaceInvalidValuesOn();
+      int position = 0;
+      char* error = nullptr;
+      parser->CheckExpression(position, &error);
+      if (error || parser->IsScalarResult() == 0)
+        throw Error(ErrorKind::usage, fmt::format("--implicit is '{}': {}, expected an expression of x, y, z", text,
+                                                  error ? in_one_line(error) : "it is no number"));
+    }
   }
 
-  double at(const Vec3& place) {
-    for (int d = 0; d < 3; ++d) parser_->SetScalarVariableValue(d, place[d]);
-    return parser_->GetScalarResult();
+  /// Whether it is at most 0; not where it, or a part of it, has no value.
+  bool is_inside(const Vec3& place) {
+    std::array<double, 2> values{};
+    for (std::size_t n = 0; n < 2; ++n) {
+      vtkFunctionParser& parser = *readings_[n].parser;
+      for (int d = 0; d < 3; ++d) parser.SetScalarVariableValue(d, place[d]);
+      values[n] = parser.GetScalarResult();
+      if (!(values[n] <= 0)) return false;
+    }
+    return values[0] == values[1];
   }
 
 private:
-  /// In one line.
-  static std::string printable(std::string text) {
+  static std::string in_one_line(std::string text) {
     std::replace(text.begin(), text.end(), '\n', ' ');
     return text;
   }
 
-  vtkNew<vtkFunctionParser> parser_;
+  /// Parts that have no value stand for one number and for another: where that makes a difference there is none.
+  struct Reading {
+    double missing;
+    vtkNew<vtkFunctionParser> parser;
+  };
+  std::array<Reading, 2> readings_ = {
+      {{std::numeric_limits<double>::infinity(), {}}, {-std::numeric_limits<double>::infinity(), {}}}};
 };
 
 /// The box around a zone in voxels of a size.
@@ -107,6 +122,10 @@ hexmesh::LabelVolume drawn_segment(const SegmentOptions& o, const Sources& sourc
 
   std::optional<hexmesh::IntensityVolume> scan;
   std::vector<std::filesystem::path> paths;
+  const auto is_dicom = [](const Input* file) { return hexmesh::is_dicom(file->path()); };
+  if (sources.files.size() > 1 && !std::all_of(sources.files.begin(), sources.files.end(), is_dicom))
+    throw Error(ErrorKind::usage,
+                fmt::format("--as takes one scan, expected one input, but there are {}", sources.files.size()));
   for (const Input* file : sources.files) paths.push_back(file->path());
   if (!paths.empty()) scan = hexmesh::read_intensity(paths, options);
   if (!scan && !o.threshold.empty())
@@ -120,12 +139,12 @@ hexmesh::LabelVolume drawn_segment(const SegmentOptions& o, const Sources& sourc
   hexmesh::LabelVolume out{grid, std::vector<std::uint16_t>(grid.num_voxels()), {}};
   out.segments.push_back({1, o.name_of_drawn, hexmesh::distinct_color(0), ""});
   for (std::size_t n = 0; n < out.labels.size(); ++n) {
-    if (scan && !(scan->values[n] >= low && scan->values[n] <= high)) continue;
+    if (!o.threshold.empty() && !(scan->values[n] >= low && scan->values[n] <= high)) continue;
     const hexmesh::Index3 v = grid.index(n);
     const Vec3 place = grid.position(Vec3(v[0], v[1], v[2]));
     if (zone && !zone->contains(place)) continue;
     if (ball && (place - Vec3((*ball)[0], (*ball)[1], (*ball)[2])).norm() > (*ball)[3]) continue;
-    if (expression && !(expression->at(place) <= 0)) continue;
+    if (expression && !expression->is_inside(place)) continue;
     out.labels[n] = 1;
   }
   return out;

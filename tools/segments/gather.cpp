@@ -43,7 +43,8 @@ struct Parts {
 };
 
 /// Multiplies all coordinates, and warns of what is hardly in mm.
-void scale(hexmesh::Shape& shape, double factor, const std::string& name, const Console& console) {
+/// @throws Error{usage} for a thickness that is more than it
+void scale(hexmesh::Shape& shape, double factor, double thickness, const std::string& name, const Console& console) {
   for (hexmesh::Vec3& p : shape.surface.points) p *= factor;
   for (auto& line : shape.lines)
     for (hexmesh::Vec3& p : line) p *= factor;
@@ -53,7 +54,13 @@ void scale(hexmesh::Shape& shape, double factor, const std::string& name, const 
     high = high.cwiseMax(p);
   }
   constexpr double smallest_organ = 1;
-  if (const double size = (high - low).maxCoeff(); size >= 0 && size < smallest_organ)
+  const double size = (high - low).maxCoeff();
+  if (shape.lines.empty() && thickness > size)
+    throw Error(ErrorKind::usage,
+                fmt::format("--thickness {:g} mm is more than surface '{}' is large, expected at most "
+                            "{:.3g} mm",
+                            thickness, name, size));
+  if (size >= 0 && size < smallest_organ)
     console.warning(
         fmt::format("surface '{}' is {:.3g} mm large, expected coordinates in mm (--scale 1000 where they "
                     "are in metres)",
@@ -64,7 +71,7 @@ Parts read_parts(const SegmentOptions& o, const Sources& sources, const hexmesh:
                  const Console& console) {
   Parts out;
   const auto add_shape = [&](const std::string& name, const std::filesystem::path& path) {
-    scale(out.shapes.emplace_back(hexmesh::read_shape(path)), o.scale, name, console);
+    scale(out.shapes.emplace_back(hexmesh::read_shape(path)), o.scale, o.thickness, name, console);
     out.shape_names.push_back(name);
   };
   std::vector<std::filesystem::path> dicom;
@@ -124,7 +131,8 @@ void report_shape(const std::string& name, const hexmesh::Voxelization& v, const
                     "expected holes closed if it is a body",
                     name, open, all));
   constexpr double most_off = 0.05;
-  if (thickness > 0 && thickness < grid.spacing().maxCoeff())
+  const bool is_open = v.open_parts > 0 || v.closed_parts == 0;  // lines are no parts
+  if (is_open && thickness > 0 && thickness < grid.spacing().maxCoeff())
     console.warning(fmt::format("--thickness {:g} mm is less than a voxel of {:g} mm, expected a smaller --spacing",
                                 thickness, grid.spacing().maxCoeff()));
   if (v.open_parts > 0 && thickness == 0)

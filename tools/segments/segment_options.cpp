@@ -13,6 +13,7 @@ void add_drawing(CLI::App& app, SegmentOptions& o) {
              "--as", o.name_of_drawn,
              "Name of a segment that is made of a scan, which the input then is: the voxels that --box or --roi, "
              "--sphere, --threshold and --implicit have in common")
+          ->check([](const std::string& text) { return text.empty() ? "expected a name" : std::string(); })
           ->group(drawn);
   const auto add = [&](const char* option, std::string& value, const char* text) {
     app.add_option(option, value, text)->group(drawn)->needs(name);

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "cli/parse.h"
 #include "hexmesh/core/error.h"
@@ -44,13 +45,14 @@ std::optional<hexmesh::Box> zone_of_interest(const SegmentOptions& o, const Inpu
   if (o.roi.empty() && !markup) return {};
   if (markup) {
     const std::optional<hexmesh::Box> box = hexmesh::read_markup(markup->path()).box;
-    if (!box) throw Error(ErrorKind::input, fmt::format("--roi-markup '{}' holds no ROI, expected one", o.roi_markup));
+    if (!box)
+      throw Error(ErrorKind::input, fmt::format("--roi (--roi-markup) '{}' holds no ROI, expected one", o.roi_markup));
     return *box;
   }
   const auto [x0, x1, y0, y1, z0, z1] = parse_numbers<6>(o.roi).value_or(std::array<double, 6>{});
   if (!(x0 < x1 && y0 < y1 && z0 < z1))
     throw Error(ErrorKind::usage,
-                fmt::format("--roi-mm '{}', expected x0,x1,y0,y1,z0,z1 with x0 < x1, y0 < y1, z0 < z1", o.roi));
+                fmt::format("--box (--roi-mm) '{}', expected x0,x1,y0,y1,z0,z1 with x0 < x1, y0 < y1, z0 < z1", o.roi));
   return hexmesh::box_between({x0, y0, z0}, {x1, y1, z1});
 }
 
@@ -87,10 +89,19 @@ void make_isotropic(const SegmentOptions& o, LabelVolume& volume, const Console&
   const std::string was = fmt::format("{:.4g} x {:.4g} x {:.4g}", s[0], s[1], s[2]);
   volume = hexmesh::isotropic(volume, edge);
   const std::vector<std::size_t> after = hexmesh::count_voxels(volume);
-  for (std::size_t n = 0; n < after.size(); ++n)
-    console.note(fmt::format(
-        "segment '{}', voxels of {} mm made {:g} mm: {:.2f} mL of {:.2f} mL", volume.segments[n].name, was, edge,
-        static_cast<double>(after[n]) * volume.grid.voxel_volume() / 1000, static_cast<double>(before[n]) * voxel));
+  constexpr double most_off = 0.05;
+  for (std::size_t n = 0; n < after.size(); ++n) {
+    const double was_ml = static_cast<double>(before[n]) * voxel;
+    const double is_ml = static_cast<double>(after[n]) * volume.grid.voxel_volume() / 1000;
+    if (std::abs(is_ml - was_ml) > most_off * was_ml)
+      throw Error(
+          ErrorKind::geometry,
+          fmt::format("voxels of {:g} mm make {:.3g} mL of segment '{}', which has {:.3g} mL, expected a smaller "
+                      "--isotropic",
+                      edge, is_ml, volume.segments[n].name, was_ml));
+    console.note(fmt::format("segment '{}', voxels of {} mm made {:g} mm: {:.2f} mL of {:.2f} mL",
+                             volume.segments[n].name, was, edge, is_ml, was_ml));
+  }
 }
 
 Sources sources_of(const SegmentOptions& o, RunFiles& files) {
@@ -105,29 +116,33 @@ Sources sources_of(const SegmentOptions& o, RunFiles& files) {
 
 }  // namespace
 
-hexmesh::ReadOptions read_options(const SegmentOptions& o, RunFiles& files, const Console& console) {
+hexmesh::ReadOptions read_options(const SegmentOptions& o, const Input* names, const Console& console) {
   hexmesh::ReadOptions options;
   options.fraction = o.fraction;
   options.series = o.series;
   options.warn = warning_on(console);
-  if (const Input* table = files.input_if_named(o.label_names, Content::text))
-    options.names = hexmesh::read_label_table(table->path());
+  if (names) options.names = hexmesh::read_label_table(names->path());
   return options;
 }
 
 SegmentReader::SegmentReader(const SegmentOptions& o, RunFiles& files, const Console& console)
-    : o_(o), console_(console), sources_(sources_of(o, files)), roi_(files.input_if_named(o.roi_markup)) {
+    : o_(o),
+      console_(console),
+      sources_(sources_of(o, files)),
+      roi_(files.input_if_named(o.roi_markup)),
+      names_(files.input_if_named(o.label_names, Content::text)) {
   if (!o.has_inputs())
     throw Error(ErrorKind::usage, "no input, expected a segmentation, --input NAME=FILE or --as NAME");
   if (!o.name_of_drawn.empty() && !(o.named_inputs.empty() && o.segments.empty() && o.priority.empty()))
     throw Error(ErrorKind::usage, "--as makes one segment of a scan, expected no --input, --segment or --priority");
-  read_ = read_options(o, files, console);
+  read_ = read_options(o, names_, console);
 }
 
 std::vector<const Input*> SegmentReader::files() const {
   std::vector<const Input*> out = sources_.files;
   for (const auto& [name, file] : sources_.named) out.push_back(file);
-  if (roi_) out.push_back(roi_);
+  for (const Input* file : {roi_, names_})
+    if (file) out.push_back(file);
   return out;
 }
 

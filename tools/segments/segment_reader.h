@@ -11,7 +11,8 @@
 namespace hextools {
 
 /// @throws Error{input} for a table of labels that cannot be read
-hexmesh::ReadOptions read_options(const SegmentOptions& o, RunFiles& files, const Console& console);
+/// @param names  of labels, or nullptr
+hexmesh::ReadOptions read_options(const SegmentOptions& o, const Input* names, const Console& console);
 
 /// Reads what SegmentOptions ask for.
 class SegmentReader {
@@ -33,8 +34,6 @@ public:
   bool has_dicom() const;                   ///< which may go by the reference
 
 private:
-  hexmesh::LabelVolume make() const;
-
   const SegmentOptions& o_;
   const Console& console_;
   Sources sources_;

@@ -62,12 +62,12 @@ LabelTable read_label_table(const std::filesystem::path& path) {
   std::istringstream lines(read_text_file(path, path.string()));
   int number = 0;
   for (std::string line; std::getline(lines, line);) {
-    ++number;
+    constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
+    if (++number == 1 && line.starts_with(byte_order_mark)) line.erase(0, byte_order_mark.size());
     const bool is_quoted = line.find('"') != std::string::npos;
-    if (!is_quoted) line = line.substr(0, line.find('#'));
     std::istringstream parts(line);
     std::vector<std::string> words;
-    for (std::string word; parts >> word;) words.push_back(word);
+    for (std::string word; parts >> word && (is_quoted || !word.starts_with('#'));) words.push_back(word);
     if (words.empty() || words.front().starts_with('#')) continue;
     const std::optional<int> value = whole_number(words.front());
     const std::optional<LabelMeaning> meaning = is_quoted ? quoted_meaning(line) : plain_meaning(words);
@@ -76,7 +76,10 @@ LabelTable read_label_table(const std::filesystem::path& path) {
                   fmt::format("label table '{}' line {} is '{}', expected VALUE NAME R G B A, or VALUE R G B A VISIBLE "
                               "MESH \"NAME\"",
                               path.string(), number, printable_line(line)));
-    if (*value > 0 && *value <= 65535) out[static_cast<std::uint16_t>(*value)] = *meaning;
+    if (*value <= 0 || *value > 65535) continue;
+    if (!out.emplace(static_cast<std::uint16_t>(*value), *meaning).second)
+      throw Error(ErrorKind::input, fmt::format("label table '{}' line {} has the value {} again, expected each once",
+                                                path.string(), number, *value));
   }
   if (out.empty())
     throw Error(ErrorKind::input, fmt::format("label table '{}' has no labels, expected at least one", path.string()));

@@ -181,7 +181,6 @@ void mark_crossed(const Object& object, const Grid& grid, std::vector<bool>& fil
       }
 }
 
-/// Pieces no longer than a voxel, so that few boxes are tried.
 bool is_above(const Kernel::Triangle_3& t, const Point& p) { return t.supporting_plane().has_on_positive_side(p); }
 bool is_above(const Kernel::Segment_3&, const Point&) { return false; }
 
@@ -233,6 +232,7 @@ void thicken(const std::vector<Vec3>& line, double thickness, const Grid& grid, 
                 {line[n], line[n + 1]}, thickness / 2, grid, filled);
 }
 
+/// Pieces no longer than a voxel, so that few boxes are tried.
 void mark_line(const std::vector<Vec3>& line, const Grid& grid, std::vector<bool>& filled) {
   for (std::size_t n = 0; n + 1 < line.size(); ++n) {
     const Vec3 from = grid.continuous_index(line[n]), to = grid.continuous_index(line[n + 1]);

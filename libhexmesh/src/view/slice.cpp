@@ -85,9 +85,10 @@ std::string unit_of_field(const std::string& name) {
 
 ColorRange color_range(const Result& result, const std::string& color_by, double magnified) {
   if (color_by == "displacement") {
-    ColorRange out{0, 0};
+    ColorRange out{0, 0, 0, 0};
     for (const Vec3& u : result.surface_displacement.empty() ? result.displacement : result.surface_displacement)
       out.high = std::max(out.high, u.norm() / magnified);
+    out.greatest = out.high;
     return out;
   }
   const auto field = result.cell_fields.find(color_by);
@@ -99,12 +100,12 @@ ColorRange color_range(const Result& result, const std::string& color_by, double
   }
   std::vector<double> sorted = field->second;
   std::sort(sorted.begin(), sorted.end());
-  const double low = sorted[sorted.size() / 100], high = sorted[sorted.size() - 1 - sorted.size() / 100];
-  return {low, high, sorted.front() < low, sorted.back() > high};
+  return {sorted[sorted.size() / 100], sorted[sorted.size() - 1 - sorted.size() / 100], sorted.front(), sorted.back()};
 }
 
 ColorRange joined(const ColorRange& a, const ColorRange& b) {
-  return {std::min(a.low, b.low), std::max(a.high, b.high), a.goes_below || b.goes_below, a.goes_above || b.goes_above};
+  return {std::min(a.low, b.low), std::max(a.high, b.high), std::min(a.least, b.least),
+          std::max(a.greatest, b.greatest)};
 }
 
 SliceRenderer::SliceRenderer(const Result& result, const IntensityVolume* scan, const SliceOptions& options)
@@ -276,7 +277,9 @@ Canvas SliceRenderer::legend(int height) const {
     const int y = (height - 1) * n / ticks;
     const double value = of_unit * (colors_.high + (colors_.low - colors_.high) * n / ticks);
     out.line(bar, y, bar + 3, y, ink);
-    const char* beyond = n == 0 && colors_.goes_above ? ">= " : n == ticks && colors_.goes_below ? "<= " : "";
+    const char* beyond = n == 0 && colors_.greatest > colors_.high   ? ">= "
+                         : n == ticks && colors_.least < colors_.low ? "<= "
+                                                                     : "";
     out.text(fmt::format("{}{:.3g}", beyond, value), bar + 6, std::clamp(y - font / 2, 0, std::max(0, height - font)),
              font, ink);
   }

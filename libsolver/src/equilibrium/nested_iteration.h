@@ -167,7 +167,7 @@ bool NestedIteration<Level>::replaces(const Solved<Level>& next, const Solved<Le
 template <EquilibriumLevel Level>
 bool NestedIteration<Level>::carries_less(Solved<Level>& last) {
   constexpr std::size_t least_cells = 50;  // fewer say little
-  if (last.converged() || last.level->num_cells() < least_cells) {
+  if (last.converged() || last.state.newton.interrupted || last.level->num_cells() < least_cells) {
     carried_.reset();
     return false;
   }
@@ -175,7 +175,8 @@ bool NestedIteration<Level>::carries_less(Solved<Level>& last) {
   const std::optional<double> before = std::exchange(carried_, reached);
   if (!before || reached > *before || last.level->level() == finest_) return false;
   last.state.newton.reason += fmt::format(
-      "; the level before stopped at {:.3g}: finer cells give way to less, no finer level was tried", *before);
+      "; the level before stopped at {:.3g}: finer cells carry no more, no finer level was tried (level {} was asked)",
+      *before, finest_);
   return true;
 }
 

@@ -38,7 +38,7 @@ std::string orientation_letters(const Vec3& direction);
 /// Which values the ends of the colours stand for.
 struct ColorRange {
   double low = 0, high = 1;
-  bool goes_below = false, goes_above = false;  ///< whether there are values beyond
+  double least = 0, greatest = 1;  ///< of the field, which may lie beyond
 };
 
 /// The range that shows a field well: displacements from 0 to the largest; of a field of the cells, all but the lowest

@@ -19,7 +19,7 @@ public:
   /// @param result  its cells, nodes and labels; kept are only weights
   explicit NodeExtension(const Result& result);
 
-  bool is_empty() const { return rows_.empty(); }  ///< whether no node needs it
+  bool is_empty() const { return rows_.empty() && slivers_.empty(); }  ///< whether nothing needs it
   std::size_t num_nodes() const { return rows_.size(); }
 
   std::vector<Vec3> extended(std::vector<Vec3> field) const;
