@@ -10,10 +10,10 @@ namespace hexmesh {
 /// Whether files hold the rest shape with the displacement as point data, or the deformed shape (and the data too).
 enum class Configuration { rest, deformed };
 
-/// The mechanical level as hexahedra (.vtu, VTK XML): point data `displacement` [mm] unless at rest, `displacement_raw` [mm] if
-/// the result has it, `velocity`
-/// [mm/s] of a motion, `load` [N] of forces and gravity at rest, `contact_force` [N] of obstacles; cell data `segment`
-/// (label), `segment_color` (RGB, 0 to 255) and every cell field of the result; field data `segments` and `units`.
+/// The mechanical level as hexahedra (.vtu, VTK XML): point data `displacement` [mm] unless at rest, `displacement_raw`
+/// [mm] if the result has it, `velocity` [mm/s] of a motion, `load` [N] of forces and gravity at rest, `contact_force`
+/// [N] of obstacles; cell data `segment` (label), `segment_color` (RGB, 0 to 255) and every cell field of the result;
+/// field data `segments` and `units`.
 /// @param path  ends in .vtu
 /// @throws Error{output}
 void write_vtu(const Result& result, Configuration configuration, const std::filesystem::path& path);
