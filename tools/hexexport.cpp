@@ -97,7 +97,10 @@ void write_all(const ExportOptions& o, const Result& result, const Input& input,
     hexmesh::write_conditions_vtp(result, condition_forces(result), configuration, file);
   });
   out.write(o.obstacles, [&](const path& file) {
-    hexmesh::write_obstacles_vtp(obstacles_of(result), hexmesh::bounds_of(result), file);
+    const std::vector<hexmesh::Obstacle> obstacles = obstacles_of(result);
+    if (obstacles.empty())
+      throw Error(ErrorKind::usage, "the scene of the result has no obstacles, expected some for --obstacles");
+    hexmesh::write_obstacles_vtp(obstacles, hexmesh::bounds_of(result), file);
   });
   out.write_text(o.csv, [&] { return nodes_csv(result); });
   out.write(o.deck, [&](const path& file) { write_deck(result, file); });
@@ -120,8 +123,6 @@ int run(const ExportOptions& o, const CommonOptions& common, const Console& cons
     throw Error(ErrorKind::usage,
                 "the result shows a scene that is not solved, expected a solution for all but --lattice, --surface, "
                 "--conditions, --obstacles and --report");
-  if (!o.obstacles.empty() && obstacles_of(result).empty())
-    throw Error(ErrorKind::usage, "the scene of the result has no obstacles, expected some for --obstacles");
   OutputWriter out(o, result.times.size(), files, common);
   warn_of_state(result, console);
   if (table) table->write(probe_table(input.path(), result, probes));

@@ -99,13 +99,14 @@ int run_steps(StepOptions& options, const CommonOptions& common, const Console& 
   for (std::size_t n = 0; n < result.times.size(); ++n) {
     const hexmesh::SliceRenderer renderer(steps.at(n), scan ? &*scan : nullptr, o.slice);
     Canvas picture = renderer.draw(plane, fmt::format("{:.4g} s", result.times[n]));
+    if (!pictures || o.contact_sheet)  // else as each is written
+      at_work("drawing pictures", static_cast<double>(n + 1) / static_cast<double>(result.times.size()));
     if (o.contact_sheet)
       sheet.push_back(std::move(picture));
     else if (film)
       film->add(picture);
     else
       pictures->write(names[n], picture);
-    at_work("drawing pictures", static_cast<double>(n + 1) / static_cast<double>(result.times.size()));
   }
   if (film) {
     film->write(film_file->path(), options.pictures_per_second.value_or(25));

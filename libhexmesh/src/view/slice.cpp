@@ -122,8 +122,7 @@ SliceRenderer::SliceRenderer(const Result& result, const IntensityVolume* scan, 
   }
 
   if (!options.color_by.empty()) {
-    const ColorRange own = color_range(result, options.color_by, options.magnified);
-    colors_ = options.colors.value_or(own);
+    colors_ = options.colors ? *options.colors : color_range(result, options.color_by, options.magnified);
     if (!(colors_.high > colors_.low)) colors_.high = colors_.low + 1;
     if (options.color_by != "displacement") field_ = &result.cell_fields.at(options.color_by);
   }

@@ -163,23 +163,22 @@ NodeExtension::NodeExtension(const Result& r) {
   }
 }
 
-std::vector<Vec3> NodeExtension::extended(std::vector<Vec3> field) const {
-  if (field.empty()) return field;
-  std::vector<Vec3> values(rows_.size(), Vec3::Zero());
-  for (std::size_t n = 0; n < rows_.size(); ++n)
-    for (const auto& [node, weight] : rows_[n].weights) values[n] += weight * field[node];
-  for (std::size_t n = 0; n < rows_.size(); ++n) field[rows_[n].node] = values[n];
-  return field;
+template <class Value>
+std::vector<Value> NodeExtension::replaced(const std::vector<Row>& rows, std::vector<Value> values, const Value& zero) {
+  std::vector<Value> made(rows.size(), zero);
+  for (std::size_t n = 0; n < rows.size(); ++n)
+    for (const auto& [index, weight] : rows[n].weights) made[n] += weight * values[index];
+  for (std::size_t n = 0; n < rows.size(); ++n) values[rows[n].index] = made[n];
+  return values;
 }
 
-std::vector<double> NodeExtension::without_slivers(const std::vector<double>& of_cells) const {
-  std::vector<double> out = of_cells;
-  for (const Row& row : slivers_) {
-    double value = 0;
-    for (const auto& [cell, weight] : row.weights) value += weight * of_cells[cell];
-    out[row.node] = value;
-  }
-  return out;
+std::vector<Vec3> NodeExtension::extended(std::vector<Vec3> field) const {
+  if (field.empty()) return field;
+  return replaced<Vec3>(rows_, std::move(field), Vec3::Zero());
+}
+
+std::vector<double> NodeExtension::without_slivers(std::vector<double> of_cells) const {
+  return replaced<double>(slivers_, std::move(of_cells), 0);
 }
 
 }  // namespace hexmesh

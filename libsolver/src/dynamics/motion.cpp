@@ -57,7 +57,7 @@ hexmesh::MotionStep Motion::state() const {
   const NodeVector& u = integrator_->displacement();
   hexmesh::MotionStep out{to_points(displacement()), to_points(velocity()), contact_forces(problem, u)};
   if (problem.scene().dynamics->fields_in_every_state)
-    out.cell_fields = changing_fields(problem.cells(), problem.elastic(), u);
+    out.cell_fields = changing_fields(problem.elastic(), u, integrator_->on_level());
   return out;
 }
 const Motion::Counts& Motion::counts() const { return integrator_->counts(); }

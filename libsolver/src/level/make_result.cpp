@@ -104,15 +104,14 @@ Result state_of_cells(const MeshCells& cells, const ElasticCells& elastic, const
   return r;
 }
 
-CellFields changing_fields(const MeshCells& cells, const ElasticCells& elastic, const NodeVector& u) {
+CellFields changing_fields(const ElasticCells& elastic, const NodeVector& u, const OnLevel* level) {
   CellMeasures measures = measure_cells(elastic, u);
   CellFields fields;
   add_measures(measures, fields);
   add_energy(elastic, u, fields);
   for (const char* constant : {"young_modulus", "poisson_ratio"}) fields.erase(constant);
-  if (!cells.is_graded()) return fields;
-  const OnLevel on_level(cells, elastic.mesh());
-  for (auto& [name, values] : fields) values = on_level.values(values);
+  if (level)
+    for (auto& [name, values] : fields) values = level->values(values);
   return fields;
 }
 

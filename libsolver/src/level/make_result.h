@@ -13,6 +13,8 @@ namespace hexsolver {
 Outcome make_result(const hexmesh::Lattice& lattice, const LevelProblem& problem, const NodeVector& u,
                     SolveReport so_far);
 
+class OnLevel;
+
 using CellFields = std::map<std::string, std::vector<double>>;
 
 /// A state of cells with their measures, and other fields of them; without displacements of surface and conditions.
@@ -27,7 +29,8 @@ std::vector<ContactReport> contact_reports(const LevelProblem& problem, const No
 std::vector<Vec3> contact_forces(const LevelProblem& problem, const NodeVector& u);
 
 /// The fields of cells that change with their state, as state_of_cells has them.
-CellFields changing_fields(const MeshCells& cells, const ElasticCells& elastic, const NodeVector& u);
+/// @param level  that graded cells are told on; null: cells alike
+CellFields changing_fields(const ElasticCells& elastic, const NodeVector& u, const OnLevel* level);
 
 /// Add to each effect the seconds that the terms of a potential took for it.
 void add_effect_seconds(const Potential& potential, SolveReport& report);

@@ -26,15 +26,18 @@ public:
 
   /// Of a field of cells: those with less than a tenth of material take the mean around, by volume; the cells whose
   /// nodes they share, and themselves.
-  std::vector<double> without_slivers(const std::vector<double>& of_cells) const;
+  std::vector<double> without_slivers(std::vector<double> of_cells) const;
 
 private:
+  /// A value made of others.
   struct Row {
-    std::int32_t node = 0;
-    std::vector<std::pair<std::int32_t, double>> weights;  ///< of nodes
+    std::int32_t index = 0;
+    std::vector<std::pair<std::int32_t, double>> weights;
   };
-  std::vector<Row> rows_;
-  std::vector<Row> slivers_;  ///< of cells, likewise
+  template <class Value>
+  static std::vector<Value> replaced(const std::vector<Row>& rows, std::vector<Value> values, const Value& zero);
+
+  std::vector<Row> rows_, slivers_;  ///< of nodes, and of cells
 };
 
 }  // namespace hexmesh
