@@ -24,10 +24,26 @@ hexmesh -q build liver.nrrd --material '*:young_kpa=100,poisson=0.3,density_kg_m
 hexsolve liver.hexmesh --example -o liver.toml $force
 hexbench -q paper -o paper.md --json paper.json $force
 hexbench -q accuracy liver.hexmesh liver.toml --csv accuracy.csv -o accuracy.json $force
+# Errors depend on where the lattice lies: eight positions.
+rm -f positions.jsonl
+for offset in 0,0,0 3,5,2 6,1,7 1,4,5 7,6,1 2,2,6 5,7,3 4,3,4; do
+  hexmesh -q build liver.nrrd --material '*:young_kpa=100,poisson=0.3,density_kg_m3=1000' --offset "$offset" -o position.hexmesh --force
+  for strain in cauchy corotational; do
+    sed "s/^strain = .*/strain = \"$strain\"/" liver.toml >position.toml
+    hexbench -q estimates position.hexmesh position.toml --least-cells 30 -o position.json --force
+    echo "{\"offset\": [$offset], \"strain\": \"$strain\", \"found\": $(tr -d '\n' <position.json)}" >>positions.jsonl
+  done
+done
+rm position.*
 hexbench -q effects liver.hexmesh "$here/../examples/probe.toml" --level 0 --repeats 1 -o effects.json $force
 hexscan -q phantom liver --spacing 4 -o coarse.nrrd $force
 hexmesh -q build coarse.nrrd --material '*:young_kpa=100,poisson=0.3,density_kg_m3=1000' -o coarse.hexmesh $force
 hexbench -q motion coarse.hexmesh "$here/../examples/held.toml" --level 1 -o motion.json $force
+hexsolve -q liver.hexmesh liver.toml --level 2 -o volume.hexresult $force
+for light in "" --flat; do
+  for run in 1 2 3 4 5; do hexslice volume volume.hexresult $light -o volume.png --force; done
+done 2>volume.txt
+rm volume.png volume.hexresult
 "$python" "$here/accuracy/tables.py" . >tables.md
 "$python" "$here/accuracy/plot.py" .
 cat tables.md paper.md

@@ -4,6 +4,8 @@ usage: tables.py FOLDER
 """
 import json
 import pathlib
+import re
+import statistics
 import sys
 
 
@@ -109,6 +111,37 @@ def motion(bench):
           [[s["solver"], s["iterations"] or "converged", s["ms_per_step"] / plain, s["relative_difference"]] for s in bench["solvers"]])
 
 
+    table(["rotation", "ms a step"], [[r["rotation"], r["ms_per_step"]] for r in bench["rotations"]])
+
+
+def of_positions(folder):
+    """Level -> law -> errors of all positions of the lattice [mm]."""
+    errors = {}
+    for line in (folder / "positions.jsonl").read_text().splitlines():
+        row = json.loads(line)
+        for level in row["found"]["levels"]:
+            errors.setdefault(level["level"], {}).setdefault(row["strain"], []).append(level["mean_mm"]["error"])
+    return errors
+
+
+def positions(errors):
+    print("### Mean error over eight positions of the lattice [mm]\n")
+    table(["level", "law", "median", "least", "largest"],
+          [[level, law, statistics.median(found), min(found), max(found)]
+           for level, laws in errors.items() for law, found in laws.items()])
+
+
+def volumes(folder):
+    """Lit or not -> median of the seconds that a picture takes."""
+    told = [float(s) for s in re.findall(r"drawn in ([0-9.]+) s", (folder / "volume.txt").read_text())]
+    return {"lit": statistics.median(told[:5]), "flat": statistics.median(told[5:])}
+
+
+def volume(seconds):
+    print("### A volume of 512 x 512 pixels and 101 planes\n")
+    table(["surfaces", "pictures a second"], [[name, 1 / s] for name, s in seconds.items()])
+
+
 def main(folder):
     accuracy = read(folder, "accuracy")
     references(accuracy["about"])
@@ -119,6 +152,8 @@ def main(folder):
         motions(accuracy["motions"])
     effects(read(folder, "effects")["effects"])
     motion(read(folder, "motion"))
+    positions(of_positions(folder))
+    volume(volumes(folder))
 
 
 main(pathlib.Path(sys.argv[1]))

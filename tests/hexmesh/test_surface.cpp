@@ -100,25 +100,4 @@ TEST(SurfaceFile, PolygonsAreSplitAndBadOnesRefusedByName) {
   refused("a.step", "");
 }
 
-TEST(SurfaceFile, RealFilesAreReadOrRefused) {
-  const fs::path data = shared_data();
-  if (!fs::exists(data / "data")) GTEST_SKIP() << "the folder of shared data is not there";
-  int read = 0, refused = 0;
-  for (const char* folder : {"trimesh", "tinyobjloader"})
-    for (const auto& entry : fs::directory_iterator(data / "data" / folder)) {
-      try {
-        const TriangleSurface surface = read_surface(entry.path());
-        for (const auto& t : surface.triangles)
-          for (const std::int32_t n : t) ASSERT_LT(static_cast<std::size_t>(n), surface.points.size());
-        ++read;
-      } catch (const Error& e) {
-        EXPECT_EQ(e.kind(), ErrorKind::input);
-        EXPECT_NE(std::string(e.what()).find(entry.path().filename()), std::string::npos) << e.what();
-        ++refused;
-      }
-    }
-  printf("%d surfaces read, %d files refused\n", read, refused);
-  EXPECT_GE(read, 14);
-}
-
 }  // namespace test_surface

@@ -108,6 +108,41 @@ TEST_F(Bench, PaperPrintsItsNumbersBesideOurs) {
   EXPECT_EQ(run("hexbench paper fig99").exit_code, 2);
 }
 
+TEST_F(Bench, ThePapersTablesHoldWhatTheTextsSay) {
+  const CommandResult r = run("hexbench -q paper table1 table2 table3 fig7 uniform --json tables.json");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  const json rows = json::parse(read_text(*folder / "tables.json"));
+  const auto has = [](const json& row, const char* word) {
+    return row["case"].get<std::string>().find(word) != std::string::npos;
+  };
+  const auto number = [](const json& row, const char* key) { return row.at(key).get<double>(); };
+  for (const json& row : rows["table1"]) {  // bulges, as parts of the limit's
+    const double bulge = number(row, "reference") - 0.5, off = std::abs(number(row, "ours") - 0.5 - bulge) / bulge;
+    EXPECT_LT(off, has(row, "linear") ? 0.01 : has(row, "mean dilatation") ? 0.06 : 0.25) << row;
+    EXPECT_GT(number(row, "paper") - 0.5, 1.1 * bulge) << row;
+  }
+  for (const json& row : rows["table2"]) {
+    const double limit = has(row, "coarse cells") ? 0.45 : has(row, "fine cells") ? 0.25 : 1;
+    EXPECT_LT(number(row, "to_limit_mm"), limit) << row;
+    if (!has(row, "Cauchy")) continue;
+    EXPECT_GT(number(row, "ours"), 1.5) << "small strain is the worst: " << row;
+  }
+  for (const json& row : rows["table3"]) EXPECT_GT(number(row, "ours"), 0) << row;
+  for (const json& row : rows["fig7"]) {
+    EXPECT_LT(number(row, "ours"), has(row, "16 mm") ? 0.5 : 0.2) << row;
+    EXPECT_LT(number(row, "to_fine_mm"), 0.75) << row;
+    if (!has(row, "16 mm")) continue;
+    EXPECT_LT(number(row, "to_fine_mm"), 0.7 * number(row, "uniform_to_fine_mm")) << row;
+  }
+  std::size_t loaded = 0;
+  for (const json& row : rows["uniform"]) {
+    if (has(row, "four patches") || number(row, "boundary_cells") == 0) continue;  // all prescribed; both alike
+    EXPECT_LT(number(row, "ours"), number(row, "uniform")) << row;
+    ++loaded;
+  }
+  EXPECT_GT(loaded, 10U);
+}
+
 TEST_F(Bench, CompareFindsTheDistancesThatAreThere) {
   // The result's own nodes, moved by 3-4-12 and by nothing: distances 13 and 0.
   ASSERT_EQ(run("hexexport -q liver.hexresult --csv own.csv").exit_code, 0);

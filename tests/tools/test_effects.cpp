@@ -5,7 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <regex>
 #include <sstream>
+#include <utility>
+#include <vector>
 
 #include "support/files.h"
 #include "support/forms.h"
@@ -42,7 +45,7 @@ protected:
   static void SetUpTestSuite() {
     folder = new TemporaryFolder;
     write_text(*folder / "scene.toml", scene);
-    for (const int spacing : {4, 7}) {
+    for (const int spacing : {4, 5, 7}) {
       const CommandResult made = run(
           fmt::format("hexscan phantom liver --spacing {0} -o {0}.nrrd --quiet && hexmesh build {0}.nrrd --material "
                       "'*:young_kpa=100,poisson=0.3' -o {0}.hexmesh --quiet",
@@ -114,6 +117,80 @@ TEST_F(Effects, OfTheScanWhereFewCellsAreSolvedAreSmall) {
   EXPECT_LT(ratio([](const std::string& command) { return bytes_read_by(command); }), 1.5);
   if (!has_valgrind()) GTEST_SKIP() << "no valgrind";
   EXPECT_LT(ratio([](const std::string& command) { return instructions_of(command); }), 1.5);
+}
+
+TEST_F(Effects, ThatAreOffEnterNoFunction) {
+  if (!has_valgrind()) GTEST_SKIP() << "no valgrind";
+  // Functions of the program that a solution enters; `options`: the level, and what is more than the scene without
+  // effects.
+  const auto functions = [](const std::string& tables, const std::string& options) {
+    write_text(*folder / "effect.toml", std::string(scene) + tables);
+    const CommandResult r = run(
+        "valgrind --tool=callgrind --compress-strings=no --callgrind-out-file=entered hexsolve 7.hexmesh effect.toml "
+        "--force --quiet -o effect.hexresult --set solve.volumetric=full --level " +
+        options);
+    EXPECT_EQ(r.exit_code, 0) << options << r.errors;
+    std::string names;
+    std::istringstream lines(read_text(*folder / "entered"));
+    for (std::string line; std::getline(lines, line);)
+      if (line.rfind("fn=", 0) == 0) names += line + "\n";
+    return names;
+  };
+  struct Case {
+    std::vector<std::pair<const char*, const char*>> effects;  ///< name, and what only it enters
+    std::string tables, options;
+  };
+  const std::string motion = "[dynamics]\nstep_s = 0.1\nduration_s = 0.2\n[damping]\nstiffness_s = 0.1\n";
+  const std::string loads =
+      "[gravity]\nm_s2 = [0, 0.1, 0]\n[[contact]]\nplane = { point_mm = [0, 90, 0], normal = [0, -1, 0] }\n"
+      "stiffness_n_mm = 0.1\n";
+  const std::vector<Case> cases = {
+      {{{"gravity", "DeadLoad::"},
+        {"contact", "PenaltyContact::"},
+        {"rotation", "CorotationalCells::"},
+        {"near-incompressibility", "mean_dilatation_stiffness"},
+        {"error estimate", "ErrorEstimator::add"}},
+       loads,
+       "2 --set solve.strain=corotational --set solve.volumetric=mean --set solve.error_estimate=look"},
+      {{{"averaged edges", "EdgeRotatedCells::"}}, "", "2 --set solve.strain=corotational --set solve.rotation=edges"},
+      {{{"large strain", "HyperelasticCells::"}}, "", "2 --set solve.law=neo-hookean --set solve.strain=auto"},
+      {{{"automatic strain", "choose_strain"}, {"graded cells", "number_graded_nodes"}},
+       "",
+       "1:2 --set solve.strain=auto"},
+      {{{"smoother of near-incompressibility", "BraessSarazin"}},
+       "",
+       "0 --set solve.volumetric=mean --set material.liver.poisson=0.4995 --set solve.tolerance=0.1"},
+      {{{"inertia", "hexsolver::Inertia::"}, {"motion", "hexsolver::Motion::"}, {"damping", "StiffnessDamping::"}},
+       motion,
+       "2 --set solve.kind=dynamics"},
+  };
+  const std::string without = functions("", "2");
+  EXPECT_NE(without.find("CauchyCells::add_product"), std::string::npos);
+  for (const Case& c : cases) {
+    const std::string with = functions(c.tables, c.options);
+    for (const auto& [name, function] : c.effects) {
+      EXPECT_EQ(without.find(function), std::string::npos) << name << " is off, but entered";
+      EXPECT_NE(with.find(function), std::string::npos) << name << " has other functions";
+    }
+  }
+}
+
+TEST_F(Effects, ThatADefaultSceneDoesNotNeedCostLittle) {
+  // Small motion with every default: what looks for rotations is all that is more than small strain asked for.
+  if (!has_valgrind()) GTEST_SKIP() << "no valgrind";
+  write_text(*folder / "defaults.toml", std::regex_replace(std::string(scene), std::regex("strain.*\nerror.*\n"), ""));
+  // It has 30 cells at least, which is more beside fewer.
+  const int spacing = whole_or(5, 7);
+  const double allowed = spacing == 5 ? 1.03 : 1.15;
+  const auto instructions = [&](const char* options) {
+    return instructions_of(
+        fmt::format("hexsolve {}.hexmesh defaults.toml --level 0 --force --quiet -o d.hexresult "
+                    "--set displace.0.by_mm=[0,-0.04,-0.04] {}",
+                    spacing, options));
+  };
+  const double small = instructions("--set solve.strain=cauchy"), found = instructions("");
+  std::printf("small strain %.4g, found %.4g instructions: %+.2f %%\n", small, found, 100 * (found / small - 1));
+  EXPECT_LT(found, allowed * small);
 }
 
 TEST_F(Effects, ThatAreOffReadNothing) { expect_equal(4, bytes_read_by); }

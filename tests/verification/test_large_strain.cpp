@@ -9,6 +9,7 @@
 #include "support/experiments.h"
 #include "support/files.h"
 #include "support/forms.h"
+#include "support/limits.h"
 #include "support/solve.h"
 
 namespace test_large_strain {
@@ -117,9 +118,11 @@ TEST(PressedCylinder, BulgesAsNeoHookeanMaterialDoes) {
 }
 
 TEST(HangingBeam, BendsAsStVenantKirchhoffMaterialDoes) {
-  // Half of the beam of test_accuracy, E = 300 kPa; CalculiX C3D20R, extrapolated.
+  // Half of the beam of test_accuracy, E = 300 kPa.
   constexpr double h = 1;
-  for (const auto& [poisson, x, z] : {std::tuple{0.3, -1.5073, -20.7362}, std::tuple{0.45, -1.4444, -20.3075}}) {
+  for (const double poisson : {0.3, 0.45}) {
+    const std::string name = fmt::format("beam, green-lagrange, E 300, nu {}", poisson);
+    const double x = limit_of(name, "tip_x_mm"), z = limit_of(name, "tip_z_mm");
     const Lattice lattice = positive_part({160, 20, 40}, h, 300, poisson, [](const Vec3&) { return true; });
     Scene scene = with({mirror(1), beyond("clamp", {0, 0, 0}, {-1, 0, 0}, Vec3::Zero(), SurfacePoints::nodes)},
                        Elasticity::green_lagrange);
@@ -133,12 +136,11 @@ TEST(HangingBeam, BendsAsStVenantKirchhoffMaterialDoes) {
   }
 }
 
-// Bending of nearly incompressible material, small strain: the beam of test_accuracy by CalculiX C3D20R on up to
-// 32 x 8 x 16 elements of half of it, extrapolated (0.2 % for nu = 0.499).
+// Bending of nearly incompressible material, small strain: the beam of test_accuracy.
 TEST(HangingBeam, DoesNotLockWithTheMeanDilatation) {
   std::printf("  nu     level   tip over the reference: mean, full dilatation\n");
-  for (const auto& [poisson, expected] :
-       {std::pair{0.45, -61.52}, std::pair{0.49, -60.985}, std::pair{0.499, -60.86}}) {
+  for (const double poisson : {0.45, 0.49, 0.499}) {
+    const double expected = limit_of(fmt::format("beam, cauchy, E 100, nu {}", poisson), "tip_z_mm");
     const Lattice lattice = lattice_of(solid("beam", 2, {}), 100, poisson);
     Scene scene = with({beyond("clamp", {-80, 0, 0}, {-1, 0, 0}, Vec3::Zero(), SurfacePoints::nodes)});
     scene.gravity = {0, 0, -9810};
@@ -151,9 +153,8 @@ TEST(HangingBeam, DoesNotLockWithTheMeanDilatation) {
       }
       std::printf("  %-6g %d       %.3f %.3f\n", poisson, level, tip[0], tip[1]);
       EXPECT_GT(tip[0], tip[1]) << "the full dilatation locks, if any";
-      if (level == 0) {
-        EXPECT_NEAR(tip[0], 1, 0.02);
-      }
+      constexpr std::array allowed = {0.005, 0.01, 0.025, 0.06};
+      EXPECT_NEAR(tip[0], 1, allowed[static_cast<std::size_t>(level)]);
     }
   }
 }

@@ -8,6 +8,7 @@
 #include <set>
 #include <sstream>
 
+#include "hexmesh/scan/phantom.h"
 #include "hexmesh/scan/summary.h"
 #include "hexmesh/surface/surface_file.h"
 #include "support/bodies.h"
@@ -92,15 +93,12 @@ TEST(RealScans, EverySegmentHasItsTrueNumberOfVoxels) {
   }
 }
 
-TEST(RealScans, ADicomSegEqualsItsNrrdVoxelByVoxel) {
+TEST(RealScans, DicomEqualsItsSourceVoxelByVoxel) {
   SKIP_WITHOUT_DATA();
-  const LabelVolume seg = read_labels(data() / "dcmqi/liver.dcm"), nrrd = read_labels(data() / "dcmqi/liver_seg.nrrd");
-  EXPECT_TRUE(same_grid(seg.grid, nrrd.grid));
-  EXPECT_EQ(seg.labels, nrrd.labels);
-}
-
-TEST(RealScans, ADicomFolderEqualsItsNiftiSourceVoxelByVoxel) {
-  SKIP_WITHOUT_DATA();
+  const LabelVolume liver = read_labels(data() / "dcmqi/liver.dcm"),
+                    nrrd = read_labels(data() / "dcmqi/liver_seg.nrrd");
+  EXPECT_TRUE(same_grid(liver.grid, nrrd.grid));
+  EXPECT_EQ(liver.labels, nrrd.labels);
   const auto folder = data() / "derived/dicom-torso-3mm", source = data() / "totalsegmentator";
   const IntensityVolume ct = read_intensity(folder), nifti = read_intensity(source / "example_ct.nii.gz");
   EXPECT_TRUE(same_grid(ct.grid, nifti.grid));
@@ -115,10 +113,9 @@ TEST(RealScans, ADicomFolderEqualsItsNiftiSourceVoxelByVoxel) {
   }
 }
 
-TEST(RealScans, All48OrientationsInLpsAndRasGiveTheSameLattice) {
-  SKIP_WITHOUT_DATA();
+TEST(Scans, All48OrientationsInLpsAndRasGiveTheSameLattice) {
   const TemporaryFolder folder;
-  const LabelVolume scan = read_labels(data() / "totalsegmentator/example_seg_fast/spleen.nii.gz");
+  const LabelVolume scan = liver_phantom(9).labels;
   const auto lattice_of = [](const LabelVolume& volume) {
     return build_lattice(volume, {{volume.segments.at(0), material_from_units(3, 0.45, 1060), 0, ""}}, {4, {0, 0, 0}});
   };
@@ -188,6 +185,18 @@ TEST(RealScans, EveryOddFileIsReadOrRefusedAsListed) {
       EXPECT_TRUE(!entry.is_regular_file() || listed.contains(std::filesystem::relative(entry.path(), data()).string()))
           << entry.path();
   EXPECT_GT(walked, 100U);
+  int surfaces = 0;
+  for (const char* folder : {"trimesh", "tinyobjloader"})
+    for (const auto& entry : std::filesystem::directory_iterator(data() / folder)) try {
+        const TriangleSurface surface = read_surface(entry.path());
+        for (const auto& t : surface.triangles)
+          for (const std::int32_t n : t) ASSERT_LT(static_cast<std::size_t>(n), surface.points.size());
+        ++surfaces;
+      } catch (const Error& e) {
+        EXPECT_EQ(e.kind(), ErrorKind::input);
+        EXPECT_NE(std::string(e.what()).find(entry.path().filename()), std::string::npos) << e.what();
+      }
+  EXPECT_GE(surfaces, 14);
 }
 
 }  // namespace test_real_scans

@@ -18,31 +18,49 @@ namespace hexsolver {
 struct StrainChoice {
   Elasticity elasticity = Elasticity::corotational;
   double angle_without_effect = 0;  ///< of cells that need not rotate [rad]
+  bool is_sure = true;              ///< whether a finer level need not be asked
   std::string why;
 };
 
-/// Two levels coarser than the one asked, where there are as many: two solutions of what is solved would cost more than
-/// they save.
+/// The levels on which solutions with and without rotating cells are compared: from `coarsest` on until one is sure, or
+/// on `finest`.
+struct StrainLevels {
+  int coarsest = 0;
+  int finest = 0;
+};
+
+/// `finest` is two levels coarser than the one asked, where there are as many, and has at most 2,000 cells: two
+/// solutions of what is solved would cost more than they save. `coarsest` costs next to nothing beside the level asked.
+/// Both have at least 30 cells, or are the level asked: fewer know no bending.
 /// @param num_cells  of each level
-inline int level_to_compare_strains(const std::vector<std::size_t>& num_cells, int first, int finest) {
-  constexpr std::size_t most_cells = 2000;
-  int level = first;
-  while (level > std::min(first, finest + 2) && num_cells[static_cast<std::size_t>(level - 1)] <= most_cells) --level;
-  return level;
+inline StrainLevels levels_to_compare_strains(const std::vector<std::size_t>& num_cells, int first, int asked) {
+  constexpr std::size_t most_cells = 2000, least_cells = 30, least_part = 200;
+  const auto cells = [&](int level) { return num_cells[static_cast<std::size_t>(level)]; };
+  const auto finest_of = [&](std::size_t most) {
+    int level = first;
+    while (level > std::min(first, asked + 2) && cells(level - 1) <= most) --level;
+    while (level > asked && cells(level) < least_cells) --level;
+    return level;
+  };
+  return {finest_of(std::min(most_cells, cells(asked) / least_part)), finest_of(most_cells)};
 }
 
-/// Solve a coarse level without rotations, take a few steps with them from there, and see what they change, beside what
-/// deforms: a rigid motion that is added to all conditions makes no difference. A cell that is rotated by w, but does
-/// not rotate, takes w^2 / 2 for strain, which over the length of the body moves its end by w^2 / 2 times that: half of
-/// what is allowed, for the largest w that is left out.
-/// @param is_coarser  than the level asked
-/// @param make        level number -> Level. @throws Error{geometry} as it does
+/// How much less a coarse level may bend: twice as little one or two levels up, and for each level more.
+inline double strain_margin(int levels_coarser) {
+  return levels_coarser == 0 ? 1 : std::ldexp(1.0, std::max(1, levels_coarser - 1));
+}
+
+/// Solve a coarse level without rotations, take a Newton step with them from there, and see what it changes, beside
+/// what deforms: a rigid motion that is added to all conditions makes no difference. A cell that is rotated by w, but
+/// does not rotate, takes w^2 / 2 for strain, which over the length of the body moves its end by w^2 / 2 times that:
+/// half of what is allowed, for the largest w that is left out.
+/// @param levels_coarser  than the one asked
+/// @param make            level number -> Level. @throws Error{geometry} as it does
 template <class Level, class Make>
-StrainChoice choose_strain(int number, bool is_coarser, const Scene& scene, const Make& make,
+StrainChoice choose_strain(int number, int levels_coarser, const Scene& scene, const Make& make,
                            const LoadProgress& progress) {
   using Vector = typename Level::Vector;
-  constexpr double tolerance = 1e-3;
-  constexpr int most_steps = 5;
+  constexpr double tolerance = 1e-5;
   constexpr double default_part = 0.01;  // of the mean deformation, where no accuracy is asked
   const auto build = [&](Elasticity elasticity) {
     auto level = make(number);
@@ -52,9 +70,10 @@ StrainChoice choose_strain(int number, bool is_coarser, const Scene& scene, cons
   };
   NewtonOptions options;
   options.tolerance = tolerance;
+  options.estimate_error = false;
   const auto level = build(Elasticity::cauchy);
   const LoadedState<Vector> straight = solve_in_load_steps(*level, options, std::optional<Vector>(), progress);
-  options.max_iterations = most_steps;
+  options.fixed_iterations = 1;
   const LoadedState<Vector> turned = solve_in_load_steps(*build(Elasticity::corotational), options,
                                                          std::optional<Vector>(copy_of(straight.u)), progress, true);
 
@@ -63,14 +82,15 @@ StrainChoice choose_strain(int number, bool is_coarser, const Scene& scene, cons
   out.angle_without_effect = std::sqrt(allowed / level->diameter());
   out.why = fmt::format("solve.strain = \"auto\": on level {} rotating cells changes the displacement", number);
   if (!turned.newton.converged) {
-    out.why += fmt::format(" by more than {} Newton steps follow", most_steps);
+    out.why += " by more than a Newton step follows";
     return out;
   }
   Vector change_of_u = level->make_zero();
   set_sum(change_of_u, turned.u, -1, straight.u);
   const double change = level->size_in_material(change_of_u, true).mean;
-  const double margin = is_coarser ? 2 : 1;  // coarse cells bend less
+  const double margin = strain_margin(levels_coarser);
   const bool rotates = margin * change > allowed;
+  out.is_sure = !rotates || change > margin * allowed;
   if (!rotates) out.elasticity = Elasticity::cauchy;
   out.why += fmt::format(" by {:.2g} mm on average, {} {:.2g} mm, from where they count", change,
                          rotates ? "more than" : "less than", allowed / margin);

@@ -241,20 +241,23 @@ void NestedIteration<Level>::sharpen(Solved<Level>& next, NewtonOptions options)
 
 template <EquilibriumLevel Level>
 void NestedIteration<Level>::find_strain() {
-  try {
-    const int level = level_to_compare_strains(levels_.num_cells, first_, finest_);
-    const StrainChoice choice = choose_strain<Level>(
-        level, level > finest_, scene_, [this](int number) { return make(number); },
-        [&](double load, int iteration, double residual, int linear) {
-          if (progress_) progress_(level, load, iteration, residual, linear);
-        });
-    report_.elasticity = choice.elasticity;
-    angle_without_effect_ = choice.angle_without_effect;
-    explain_rotation(choice.why, choice.elasticity == Elasticity::corotational);
-  } catch (const hexmesh::Error& e) {
-    if (e.kind() != hexmesh::ErrorKind::geometry) throw;  // else of a coarse level, which need not be fit
-    explain_rotation(fmt::format("solve.strain = \"auto\": not compared: {}", e.what()), true);
-  }
+  const StrainLevels levels = levels_to_compare_strains(levels_.num_cells, first_, finest_);
+  std::optional<StrainChoice> choice;
+  std::string unfit;
+  for (int level = levels.coarsest; level >= levels.finest && !(choice && choice->is_sure); --level) try {
+      choice = choose_strain<Level>(
+          level, level - finest_, scene_, [this](int number) { return make(number); },
+          [&](double load, int iteration, double residual, int linear) {
+            if (progress_) progress_(level, load, iteration, residual, linear);
+          });
+    } catch (const hexmesh::Error& e) {
+      if (e.kind() != hexmesh::ErrorKind::geometry) throw;  // else of a coarse level, which need not be fit
+      unfit = e.what();
+    }
+  if (!choice) return explain_rotation(fmt::format("solve.strain = \"auto\": not compared: {}", unfit), true);
+  report_.elasticity = choice->elasticity;
+  angle_without_effect_ = choice->angle_without_effect;
+  explain_rotation(choice->why, choice->elasticity == Elasticity::corotational);
 }
 
 /// @param active  of a first reason; nothing: added to it

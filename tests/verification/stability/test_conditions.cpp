@@ -88,11 +88,11 @@ TEST(HardConditions, AllPointsAndDuplicates) {
 }
 
 TEST(HardConditions, ConflictsAreToldOrCompromised) {
-  Case c(constraints, "points of one cell pulled apart by 5 mm");
+  Case c(constraints, "the same points pulled by 5 mm and by 1 mm the other way");
   const Lattice lattice = ball();
   for (int level = 1; level < 3; ++level) {
     Scene scene = with({patch("held", {0, 15, 15}, 5, Vec3::Zero()), patch("one", {30, 15, 15}, 4, {0, 5, 0}),
-                        patch("other", {30, 15, 15}, 4, {0, -5, 0})},
+                        patch("other", {30, 15, 15}, 4, {0, -1, 0})},
                        Elasticity::corotational);
     const std::string message = message_of(hexmesh::ErrorKind::geometry, [&] { ends(lattice, scene, level); });
     EXPECT_NE(message.find("one"), std::string::npos) << message;
@@ -101,8 +101,10 @@ TEST(HardConditions, ConflictsAreToldOrCompromised) {
     scene.compromise = true;
     const Solved e = ends(lattice, scene, level);
     EXPECT_TRUE(e.report.converged) << e.report.reason;
-    c.at_most(fmt::format("level {}: compromise, misfit [mm]", level),
-              std::max(e.report.conditions[1].misfit_mm, e.report.conditions[2].misfit_mm), 5.5);
+    // The mean of both is 3 mm off each.
+    c.at_most(fmt::format("level {}: compromise, misfit off 3 mm [mm]", level),
+              std::max(std::abs(e.report.conditions[1].misfit_mm - 3), std::abs(e.report.conditions[2].misfit_mm - 3)),
+              0.05);
   }
 }
 
