@@ -14,26 +14,28 @@ while [ $# -gt 0 ]; do
   esac
 done
 . "$here/python.sh"
+command -v valgrind >/dev/null || { echo "no valgrind, expected Debian's valgrind" >&2; exit 1; }
 mkdir -p "$folder"
 
 # One thread for all: the tetrahedra have no parallel loops.
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 cd "$folder"
-hexscan -q phantom liver --spacing 2 -o liver.nrrd $force
+{ hexsolve --version && date +%Y-%m-%d; } >about.txt
+hexscan -q phantom liver --spacing 2 --intensity-out ct.nrrd -o liver.nrrd $force
 hexmesh -q build liver.nrrd --material '*:young_kpa=100,poisson=0.3,density_kg_m3=1000' -o liver.hexmesh $force
 hexsolve liver.hexmesh --example -o liver.toml $force
 hexbench -q paper -o paper.md --json paper.json $force
 hexbench -q accuracy liver.hexmesh liver.toml --csv accuracy.csv -o accuracy.json $force
-# Errors depend on where the lattice lies: eight positions.
+# Errors depend on where the lattice lies: eight positions that differ for cells of every size.
 rm -f positions.jsonl
-for offset in 0,0,0 3,5,2 6,1,7 1,4,5 7,6,1 2,2,6 5,7,3 4,3,4; do
+while read -r offset; do
   hexmesh -q build liver.nrrd --material '*:young_kpa=100,poisson=0.3,density_kg_m3=1000' --offset "$offset" -o position.hexmesh --force
   for strain in cauchy corotational; do
     sed "s/^strain = .*/strain = \"$strain\"/" liver.toml >position.toml
     hexbench -q estimates position.hexmesh position.toml --least-cells 30 -o position.json --force
     echo "{\"offset\": [$offset], \"strain\": \"$strain\", \"found\": $(tr -d '\n' <position.json)}" >>positions.jsonl
   done
-done
+done <"$here/positions.txt"
 rm position.*
 hexbench -q effects liver.hexmesh "$here/../examples/probe.toml" --level 0 --repeats 1 -o effects.json $force
 hexscan -q phantom liver --spacing 4 -o coarse.nrrd $force
@@ -41,9 +43,10 @@ hexmesh -q build coarse.nrrd --material '*:young_kpa=100,poisson=0.3,density_kg_
 hexbench -q motion coarse.hexmesh "$here/../examples/held.toml" --level 1 -o motion.json $force
 hexsolve -q liver.hexmesh liver.toml --level 2 -o volume.hexresult $force
 for light in "" --flat; do
-  for run in 1 2 3 4 5; do hexslice volume volume.hexresult $light -o volume.png --force; done
-done 2>volume.txt
+  for run in 1 2 3 4 5; do hexslice volume volume.hexresult --scan ct.nrrd $light -o volume.png --force; done
+done 2>volume.txt || { cat volume.txt >&2; exit 1; }
 rm volume.png volume.hexresult
+"$here/reading.sh" liver.hexmesh liver.toml >reading.csv
 "$python" "$here/accuracy/tables.py" . >tables.md
 "$python" "$here/accuracy/plot.py" .
 cat tables.md paper.md

@@ -3,13 +3,17 @@
 usage: plot.py FOLDER      writes NAME.png and NAME.svg beside them
 """
 import json
+import math
 import pathlib
+import statistics
 import sys
 
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
+
+import tables  # noqa: E402
 
 # Told apart by marker, line and brightness, so that a grey print can be read.
 STYLES = {
@@ -155,6 +159,37 @@ def plot_pairs(rows, folder, name, pairs, label, strip):
     save(figure, folder, name)
 
 
+def plot_convergence(folder):
+    """Error over the size of the cells: the pulled liver at eight positions of its lattice, a pressed cylinder."""
+    figure, axis = plt.subplots(figsize=(6.4, 4.8))
+    errors = tables.of_positions(folder)
+    for law, label, style in (("cauchy", "liver pulled, small strain", dict(color="#000000", marker="o")),
+                              ("corotational", "liver pulled, co-rotational", dict(color="#000000", marker="o", linestyle="--", markerfacecolor="white"))):
+        sizes = [2 * 2 ** level for level in errors]
+        middle, low, high = zip(*((statistics.median(e[law]), min(e[law]), max(e[law])) for e in errors.values()))
+        axis.errorbar(sizes, middle, [[m - l for m, l in zip(middle, low)], [h - m for m, h in zip(middle, high)]], capsize=3,
+                      label=f"{label}: order {order(sizes, middle, 2):.1f}", **style)
+    rows = (read(folder, "paper") or {}).get("uniform", [])
+    for name, style in (("cylinder, pressed by 10 %", dict(color="#c0504d", marker="^")),
+                        ("cylinder, shifted", dict(color="#c0504d", marker="^", linestyle="--", markerfacecolor="white"))):
+        own = sorted((float(r["case"].split(", ")[-1].split(" mm")[0]), r["ours"]) for r in rows if r["case"].startswith(name + ","))
+        axis.plot(*zip(*own), label=f"{name}: order {order(*zip(*own), 2.5):.1f}", **style)
+    axis.set_xscale("log", base=2)
+    axis.set_yscale("log")
+    axis.set_xlabel("edge of the cells [mm]")
+    axis.set_ylabel("mean distance to the voxels' solution [mm]")
+    axis.legend(fontsize=8)
+    save(figure, folder, "convergence")
+
+
+def order(sizes, errors, voxel):
+    """The p of C (h^p - voxel^p), by least squares of logarithms: errors are held against the voxels' solution."""
+    def misfit(p):
+        return statistics.pvariance([math.log(e / (h ** p - voxel ** p)) for h, e in zip(sizes, errors)])
+
+    return min((n / 100 for n in range(20, 400)), key=misfit)
+
+
 def main(folder):
     accuracy = read(folder, "accuracy")
     if accuracy:
@@ -162,6 +197,8 @@ def main(folder):
         plot_errors(accuracy["equilibria"], folder, "dofs", "degrees of freedom", "error_dofs", False)
         if accuracy["motions"]:
             plot_motions(accuracy["motions"], folder)
+    if (folder / "positions.jsonl").exists():
+        plot_convergence(folder)
     effects = read(folder, "effects")
     if effects:
         plot_effects(effects["effects"], folder)

@@ -86,7 +86,7 @@ def convergence(rows):
             out.append([law, method, f"{series[0][1]:.3f} to {series[-1][1]:.3f}", "always" if not rises else "rises: " + "; ".join(rises)])
     table(["law", "method", "mean error, coarsest to finest [mm]", "falls"], out)
     print("Where the error of tetrahedra rises, a patch is the reason: the nodes within its radius are others on every mesh, "
-          "and its outline moves by up to half an edge. Cells hold the same face centres on every level.\n")
+          "and its outline moves by up to half an edge. Cells hold the same area on every level.\n")
 
 
 def motions(rows):
@@ -109,8 +109,6 @@ def motion(bench):
     plain = next(s["ms_per_step"] for s in bench["solvers"] if s["solver"] == "cg" and s["iterations"] == 10)
     table(["solver", "iterations", "time over cg 10", "off the converged motion"],
           [[s["solver"], s["iterations"] or "converged", s["ms_per_step"] / plain, s["relative_difference"]] for s in bench["solvers"]])
-
-
     table(["rotation", "ms a step"], [[r["rotation"], r["ms_per_step"]] for r in bench["rotations"]])
 
 
@@ -120,6 +118,7 @@ def of_positions(folder):
     for line in (folder / "positions.jsonl").read_text().splitlines():
         row = json.loads(line)
         for level in row["found"]["levels"]:
+            assert level["converged"], row
             errors.setdefault(level["level"], {}).setdefault(row["strain"], []).append(level["mean_mm"]["error"])
     return errors
 
@@ -156,4 +155,5 @@ def main(folder):
     volume(volumes(folder))
 
 
-main(pathlib.Path(sys.argv[1]))
+if __name__ == "__main__":
+    main(pathlib.Path(sys.argv[1]))

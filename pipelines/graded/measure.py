@@ -4,11 +4,12 @@ usage: measure.py FOLDER
 """
 import json
 import os
+import pathlib
 import statistics
 import subprocess
 import sys
 
-OFFSETS = ["0,0,0", "15,16,24", "30,1,4", "26,30,7", "8,19,11", "21,5,29", "3,12,18", "17,27,13"]
+OFFSETS = (pathlib.Path(__file__).parent.parent / "positions.txt").read_text().split()
 
 HELD = """
 [[fix]]

@@ -27,7 +27,7 @@ class Rows:
         self.rows = []
 
     def add(self, group, what, value, unit, aim=""):
-        self.rows.append({"group": group, "what": what, "value": f"{value:.4g}", "unit": unit, "aim": aim})
+        self.rows.append({"group": group, "what": what, "value": f"{value:.4g}" if isinstance(value, float) else str(value), "unit": unit, "aim": aim})
 
 
 def machine(folder, rows):
@@ -104,6 +104,8 @@ def sizes(folder, rows, linear_product):
         dofs, cells = r["lattice"]["dofs"], r["lattice"]["cells"]
         seconds = median_of(runs, lambda r: r["seconds"]["total"])
         group = f"40 mm pull to 1e-6, {dofs / 1e6:.2f} M unknowns"
+        rows.add(group, "unknowns", dofs, "")
+        rows.add(group, "cells", cells, "")
         rows.add(group, "cold start to written result", seconds, "s", aim)
         for phase in ("read", "setup", "solve", "write"):
             rows.add(group, f"of that {phase}", median_of(runs, lambda r: r["seconds"][phase]), "s")

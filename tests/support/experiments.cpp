@@ -18,6 +18,8 @@ using namespace hexsolver;
 
 bool has_scan() { return std::filesystem::exists(shared_data() / "data/totalsegmentator/example_seg.nii.gz"); }
 
+bool has_references() { return has_scan() && std::filesystem::exists(shared_data() / "reference"); }
+
 Scene with(std::vector<Condition> conditions, Elasticity elasticity) {
   Scene scene;
   scene.elasticity = elasticity;

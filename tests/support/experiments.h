@@ -20,7 +20,8 @@ using hextools::phantom_patches;
 using hextools::pressed_ends;
 using hextools::solid;
 
-bool has_scan();  ///< of TotalSegmentator, beside the project
+bool has_scan();        ///< of TotalSegmentator, beside the project
+bool has_references();  ///< of its liver by other programs, and it
 
 /// A scene that does not look at the next level for its error.
 hexsolver::Scene with(std::vector<hexsolver::Condition> conditions,

@@ -58,7 +58,7 @@ void expect_equal(const Case& c, const std::filesystem::path& reference) {
 }
 
 TEST(VoxelLiver, EqualsAnIndependentSolution) {
-  if (!has_scan()) GTEST_SKIP() << "no shared data beside the project";
+  if (!has_references()) GTEST_SKIP() << "no shared data beside the project";
   constexpr Elasticity linear = Elasticity::cauchy, stvk = Elasticity::green_lagrange;
   for (const Case& c : {Case{0.3, 10, linear, "liver_0.3_linear_voxel.csv.gz", {1.817, -3.398, -1.222}},
                         Case{0.3, 20, linear, "liver_0.3_linear_voxel_r20.csv.gz", {3.440, -6.125, -2.030}},

@@ -103,8 +103,9 @@ json bench_rotations(const Lattice& lattice, Scene scene, int level, const Conso
        {std::pair{"polar", hexsolver::Rotation::polar}, {"edges", hexsolver::Rotation::edges}}) {
     scene.rotation = rotation;
     Motion motion(lattice, scene, level);
-    const double ms = 1e3 * seconds_of_one([&] { motion.step(); });
-    rows.push_back({{"rotation", name}, {"ms_per_step", ms}});
+    bool solved = true;
+    const double ms = 1e3 * seconds_of_one([&] { solved = motion.step() && solved; });
+    rows.push_back({{"rotation", name}, {"ms_per_step", ms}, {"solved", solved}});
     console.note(fmt::format("level {}, rotation '{}': {:.3g} ms a step", level, name, ms));
   }
   return rows;

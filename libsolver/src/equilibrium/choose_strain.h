@@ -45,12 +45,12 @@ inline StrainLevels levels_to_compare_strains(const std::vector<std::size_t>& nu
   return {finest_of(std::min(most_cells, cells(asked) / least_part)), finest_of(most_cells)};
 }
 
-/// How much less a coarse level may bend: twice as little one or two levels up, and for each level more.
+/// How much less a coarse level may bend: 1 on the level asked, 2 one or two levels coarser, then doubled with each.
 inline double strain_margin(int levels_coarser) {
   return levels_coarser == 0 ? 1 : std::ldexp(1.0, std::max(1, levels_coarser - 1));
 }
 
-/// Solve a coarse level without rotations, take a Newton step with them from there, and see what it changes, beside
+/// Solve a coarse level without rotations, take a few steps with them from there, and see what they change, beside
 /// what deforms: a rigid motion that is added to all conditions makes no difference. A cell that is rotated by w, but
 /// does not rotate, takes w^2 / 2 for strain, which over the length of the body moves its end by w^2 / 2 times that:
 /// half of what is allowed, for the largest w that is left out.
@@ -61,6 +61,7 @@ StrainChoice choose_strain(int number, int levels_coarser, const Scene& scene, c
                            const LoadProgress& progress) {
   using Vector = typename Level::Vector;
   constexpr double tolerance = 1e-5;
+  constexpr int most_steps = 5;
   constexpr double default_part = 0.01;  // of the mean deformation, where no accuracy is asked
   const auto build = [&](Elasticity elasticity) {
     auto level = make(number);
@@ -73,7 +74,7 @@ StrainChoice choose_strain(int number, int levels_coarser, const Scene& scene, c
   options.estimate_error = false;
   const auto level = build(Elasticity::cauchy);
   const LoadedState<Vector> straight = solve_in_load_steps(*level, options, std::optional<Vector>(), progress);
-  options.fixed_iterations = 1;
+  options.max_iterations = most_steps;
   const LoadedState<Vector> turned = solve_in_load_steps(*build(Elasticity::corotational), options,
                                                          std::optional<Vector>(copy_of(straight.u)), progress, true);
 
@@ -82,7 +83,7 @@ StrainChoice choose_strain(int number, int levels_coarser, const Scene& scene, c
   out.angle_without_effect = std::sqrt(allowed / level->diameter());
   out.why = fmt::format("solve.strain = \"auto\": on level {} rotating cells changes the displacement", number);
   if (!turned.newton.converged) {
-    out.why += " by more than a Newton step follows";
+    out.why += fmt::format(" by more than {} Newton steps follow", most_steps);
     return out;
   }
   Vector change_of_u = level->make_zero();

@@ -88,11 +88,12 @@ LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std
                                         const LoadProgress& progress, bool at_once = false) {
   LoadSteps steps(level.largest_load_step(), start.has_value(), at_once);
   options.moves_from_rounding = true;
+  const bool estimates = options.estimate_error;
   std::optional<Vector> good, failed;  // the state reached, nothing at rest; one that was not
   LoadedState<Vector> out;
   for (bool goes_on = true; goes_on;) {
     const double target = steps.target();
-    options.estimate_error = target == 1;
+    options.estimate_error = estimates && target == 1;
     const bool from_start = steps.from_start();
     Vector trial = from_start ? std::move(*start) : good ? copy_of(*good) : level.make_zero();
     level.set_progress({target});

@@ -76,6 +76,7 @@ Row cells_row(const PressedCylinder& p, const std::string& name, const Pressed& 
   Row row = {{"case", fmt::format("{}, {}", percent(p), name)}, {"paper", theirs.mean}};
   row["ours"] = ours.mean;
   row["reference"] = limit;
+  row["neo_hooke"] = p.neo_hooke;
   row["paper_std"] = theirs.deviation;
   row["ours_std"] = ours.deviation;
   row["ours_min"] = ours.min;
