@@ -11,7 +11,7 @@ folder=$(mktemp -d)
 trap 'rm -r "$folder"' EXIT
 cd "$folder"
 echo level,cells,error_estimate,instructions,bytes_read,memory_mb,result_bytes
-for level in 4 3 2 1; do
+for level in 5 4 3 2; do
   for estimate in off look; do
     solve=(hexsolve -q "$lattice" "$scene" --level "$level" --set solve.strain=cauchy --set "solve.error_estimate=$estimate"
       --report report.json -o result.hexresult --force)

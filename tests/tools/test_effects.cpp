@@ -182,12 +182,12 @@ TEST_F(Effects, ThatADefaultSceneDoesNotNeedCostLittle) {
   write_text(*folder / "defaults.toml", std::regex_replace(std::string(scene), std::regex("strain.*\nerror.*\n"), ""));
   // It looks at 30 cells at least, a larger part of the smaller body of the short form.
   const int spacing = whole_or(4, 7);
-  const double allowed = is_full() ? 1.03 : 1.15;
+  const double allowed = is_full() ? 1.03 : 1.25;
   const auto instructions = [&](const char* options) {
     return instructions_of(
-        fmt::format("hexsolve {}.hexmesh defaults.toml --level 0 --force --quiet -o d.hexresult "
+        fmt::format("hexsolve {}.hexmesh defaults.toml --level {} --force --quiet -o d.hexresult "
                     "--set displace.0.by_mm=[0,-0.04,-0.04] {}",
-                    spacing, options));
+                    spacing, is_full() ? 0 : 1, options));
   };
   const double small = instructions("--set solve.strain=cauchy"), found = instructions("");
   std::printf("small strain %.4g, found %.4g instructions: %+.2f %%\n", small, found, 100 * (found / small - 1));
