@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <cmath>
+#include <cstring>
 
 #include "hexmesh/scan/image_io.h"
 #include "hexmesh/scan/phantom.h"
@@ -54,39 +56,62 @@ TEST(ImageIo, AScanIsNotASegmentation) {
   EXPECT_EQ(read_intensity(folder / "ct.nrrd").values, phantom.intensity.values);
 }
 
-TEST(ImageIo, NiftiPositionsAreTurnedFromRasToLps) {
-  const auto data = shared_data() / "data/totalsegmentator/example_seg.nii.gz";
-  const auto points = shared_data() / "reference/liver_points.json";
-  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no shared data beside the project";
-  // A corner node of the liver from the reference set, given in LPS: half of a voxel from a liver voxel's centre.
-  const LabelVolume volume = read_labels(data);
-  const Vec3 index = volume.grid.continuous_index({56.45633, -222.819, 176.80176});
-  int liver = 0;
-  for (int a = 0; a < 8; ++a) {
-    Index3 v;
-    for (int d = 0; d < 3; ++d) {
-      EXPECT_NEAR(std::abs(index[d] - std::floor(index[d])), 0.5, 1e-4);
-      v[d] = static_cast<int>(std::floor(index[d])) + (a >> d & 1);
-    }
-    liver += volume.grid.contains(v) && volume.labels[volume.grid.offset(v)] == 5;
+/// A NIfTI file (NIfTI-1, .nii) of bytes, made by hand: rows of its affine in RAS [mm].
+std::string nifti_bytes(const Index3& extent, const std::array<std::array<float, 4>, 3>& affine,
+                        const std::string& data) {
+  std::string head(352, 0);
+  const auto put = [&](std::size_t at, auto value) { std::memcpy(head.data() + at, &value, sizeof value); };
+  put(0, std::int32_t{348});
+  put(40, std::int16_t{3});
+  put(70, std::int16_t{2});  // unsigned bytes
+  put(72, std::int16_t{8});
+  put(76, 1.0F);
+  for (std::size_t d = 0; d < 3; ++d) {
+    put(42 + 2 * d, static_cast<std::int16_t>(extent[d]));
+    put(80 + 4 * d, std::hypot(affine[0][d], affine[1][d], affine[2][d]));
+    for (std::size_t c = 0; c < 4; ++c) put(280 + 16 * d + 4 * c, affine[d][c]);
   }
-  EXPECT_GE(liver, 1);
-  EXPECT_LT(liver, 8);
+  for (std::size_t d = 3; d < 7; ++d) put(42 + 2 * d, std::int16_t{1});
+  put(108, 352.0F);
+  put(112, 1.0F);
+  head[123] = 2;              // mm
+  put(254, std::int16_t{1});  // the affine holds
+  std::memcpy(head.data() + 344, "n+1", 4);
+  return head + data;
+}
+
+TEST(ImageIo, NiftiPositionsAreTurnedFromRasToLps) {
+  // Axes to the left, the front and up, voxels of 2 x 3 x 4 mm; one voxel has a label.
+  const Index3 extent = {4, 3, 2};
+  std::string data(24, 0);
+  data[3 + 4 * (1 + 3 * 1)] = 7;  // voxel 3, 1, 1
+  const TemporaryFolder folder;
+  write_text(folder / "a.nii", nifti_bytes(extent, {{{-2, 0, 0, 10}, {0, 3, 0, 20}, {0, 0, 4, 30}}}, data));
+  const LabelVolume volume = read_labels(folder / "a.nii");
+  Vec3 found = Vec3::Zero();
+  for (std::size_t n = 0; n < volume.labels.size(); ++n)
+    if (volume.labels[n] == 7) {
+      const Index3 v = volume.grid.index(n);
+      found = volume.grid.position(Vec3(v[0], v[1], v[2]));
+    }
+  // In RAS 10 - 2 * 3, 20 + 3 * 1, 30 + 4 * 1: right and front change their signs.
+  EXPECT_LT((found - Vec3(-4, -23, 34)).norm(), 1e-5) << found.transpose();
 }
 
 TEST(ImageIo, ACutNiftiIsRefusedNotFilledWithZeros) {
-  const auto data = shared_data() / "data/totalsegmentator/example_seg.nii.gz";
-  if (!std::filesystem::exists(data)) GTEST_SKIP() << "no shared data beside the project";
   const TemporaryFolder folder;
-  write_text(folder / "cut.nii.gz", read_text(data).substr(0, 17000));
+  const LabelVolume volume = liver_phantom(4).labels;
+  write_labels(volume, folder / "whole.nii.gz");
+  const std::string packed = read_text(folder / "whole.nii.gz");
+  write_text(folder / "cut.nii.gz", packed.substr(0, packed.size() / 2));
   EXPECT_NE(message_of(ErrorKind::input, [&] { read_labels(folder / "cut.nii.gz"); }).find("is cut"),
             std::string::npos);
-  const std::string whole = shell("gzip -dc '" + data.string() + "'").output;
+  const std::string whole = shell("gzip -dc '" + folder.path("whole.nii.gz") + "'").output;
   write_text(folder / "whole.nii", whole);
-  EXPECT_EQ(read_labels(folder / "whole.nii").labels, read_labels(data).labels);
+  EXPECT_EQ(read_labels(folder / "whole.nii").labels, read_labels(folder / "whole.nii.gz").labels);
   write_text(folder / "cut.nii", whole.substr(0, 100000));
   EXPECT_NE(message_of(ErrorKind::input, [&] { read_labels(folder / "cut.nii"); })
-                .find("is cut: it has 86832 bytes of voxels"),
+                .find("is cut: it has 99648 bytes of voxels"),
             std::string::npos);
 }
 
