@@ -10,6 +10,7 @@
 
 #include "equilibrium/choose_strain.h"
 #include "support/experiments.h"
+#include "support/forms.h"
 
 namespace test_automatic_strain {
 
@@ -154,6 +155,7 @@ TEST(AutomaticStrain, KeepsItsAccuracyWhateverTheBodyAndTheLoad) {
     const std::vector<Vec3> points = material_points(lattice);
     for (int way = 0; way < 5; ++way)
       for (const double part : {1.0, 0.1, 0.01}) {
+        if (part == 0.1 && !is_full()) continue;
         SCOPED_TRACE(fmt::format("{}, load {}, part {}", body.name, way, part));
         Scene scene = loaded(body, way, part);
         const std::vector<Vec3> turning = displacement_at(solve(lattice, scene, body.level).result, points);
