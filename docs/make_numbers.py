@@ -26,6 +26,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 KEPT = ROOT / "docs" / "measured"
 sys.path.insert(0, str(ROOT / "pipelines" / "accuracy"))
 import tables as bench_tables  # noqa: E402
+from tables import markdown as table  # noqa: E402
 
 PAGES = ["README.md", "docs/*.md", "docs/tasks/*.md", "pipelines/*/README.md"]
 # What is no measurement: inputs, limits of tests, what follows from a formula.
@@ -42,11 +43,6 @@ def read(name):
     return json.loads((KEPT / (name + ".json")).read_text())
 
 
-def table(header, rows):
-    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
-    return "\n".join(lines + ["| " + " | ".join(map(str, row)) + " |" for row in rows])
-
-
 def digits(value, count=2):
     """So many significant digits, never as 1e+03."""
     value = float(value)
@@ -54,15 +50,16 @@ def digits(value, count=2):
     if value == 0:
         return "0"
     places = count - 1 - math.floor(math.log10(abs(value)))
-    return f"{round(value, places):,.{max(0, places)}f}" if abs(value) >= 1e-3 else f"{value:.{count - 1}e}".replace("e-0", "e-")
+    return f"{round(value, places):,.{max(0, places)}f}" if abs(value) >= 1e-3 else power(value, count - 1)
+
+
+def power(value, places=0):
+    """As 7e-6."""
+    return f"{value:.{places}e}".replace("e-0", "e-")
 
 
 def spread(values):
     return f"{digits(statistics.median(values))} ({digits(min(values))} to {digits(max(values))})"
-
-
-def positions():
-    return bench_tables.of_positions(KEPT)
 
 
 def cells():
@@ -81,7 +78,7 @@ def about():
 
 
 def accuracy():
-    found = positions()
+    found = bench_tables.of_positions(KEPT)
     times = cells()
     rows = [[f"{2 * 2 ** level} mm", *(spread(found[level][law]) for law in ("cauchy", "corotational")),
              *(digits(times[law, level]["total_s"]) + " s" for law in ("cauchy", "corotational"))]
@@ -251,17 +248,17 @@ def volume():
 
 
 def calculix():
-    rows = verification(r"^(\S+) +(\d+) nodes: mean (\S+), largest (\S+) mm; reactions (\S+) of")
+    rows = verification(r"^(\S+) +\d+ nodes: mean \S+, largest (\S+) mm; reactions (\S+) of")
     kinds = collections.defaultdict(list)
-    for name, nodes, _, largest, reactions in rows:
+    for name, largest, reactions in rows:
         law = "small strain" if "linear" in name else "St. Venant-Kirchhoff" if "stvk" in name else "neo-Hookean"
         kinds[law].append((float(largest), float(reactions)))
     return table(["law", "bodies and loads", "largest distance of any node [mm]", "reactions off by, of the largest"],
-                 [[law, len(of), f"{max(x for x, _ in of):.0e}".replace("e-0", "e-"), f"{max(y for _, y in of):.0e}".replace("e-0", "e-")] for law, of in kinds.items()])
+                 [[law, len(of), *(power(max(column)) for column in zip(*of))] for law, of in kinds.items()])
 
 
 def smooth():
-    beams = [(float(error)) for level, error in verification(r"^nu [0-9.]+, level (\d): tip [-0-9.]+ mm, off by ([0-9.]+) %") if level == "0"]
+    beams = [float(error) for level, error in verification(r"^nu [0-9.]+, level (\d): tip [-0-9.]+ mm, off by ([0-9.]+) %") if level == "0"]
     cylinder = [float(e) for level, e in verification(r"^level (\d): radius grows by [0-9.]+ mm, off by ([0-9.]+) %") if level == "0"]
     stvk = [abs(float(e)) for e in verification(r"^nu [0-9.]+: tip .* and (\S+) %")]
     pressed = [abs(float(e)) for e in verification(r"^pressed by .* off by (\S+) %")]
@@ -271,7 +268,7 @@ def smooth():
         ["the same, St. Venant-Kirchhoff material", "likewise", f"{max(stvk):.1f} %"],
         ["a pressed cylinder of ν = 0.49", "axisymmetric quadratic elements of CalculiX, extrapolated", f"{max(cylinder):.1f} %"],
         ["the same of neo-Hookean material, pressed by up to 30 %", "axisymmetric quadratic elements of another program", f"{max(pressed):.1f} %"],
-        ["sliding plates, large strain, every level and offset", "the exact stretch", f"{max(plates):.0e}".replace("e-0", "e-")],
+        ["sliding plates, large strain, every level and offset", "the exact stretch", power(max(plates))],
     ])
 
 

@@ -14,12 +14,13 @@ def read(folder, name):
     return json.loads(path.read_text()) if path.exists() else None
 
 
+def markdown(header, rows):
+    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
+    return "\n".join(lines + ["| " + " | ".join(map(str, row)) + " |" for row in rows])
+
+
 def table(header, rows):
-    print("| " + " | ".join(header) + " |")
-    print("|" + "---|" * len(header))
-    for row in rows:
-        print("| " + " | ".join("" if cell is None else f"{cell:.3g}" if isinstance(cell, float) else str(cell) for cell in row) + " |")
-    print()
+    print(markdown(header, [["" if cell is None else f"{cell:.3g}" if isinstance(cell, float) else cell for cell in row] for row in rows]) + "\n")
 
 
 def own_error(row):
@@ -133,7 +134,8 @@ def positions(errors):
 def volumes(folder):
     """Lit or not -> median of the seconds that a picture takes."""
     told = [float(s) for s in re.findall(r"drawn in ([0-9.]+) s", (folder / "volume.txt").read_text())]
-    return {"lit": statistics.median(told[:5]), "flat": statistics.median(told[5:])}
+    half = len(told) // 2  # as bench.sh draws them
+    return {"lit": statistics.median(told[:half]), "flat": statistics.median(told[half:])}
 
 
 def volume(seconds):

@@ -73,6 +73,11 @@ def conditions_of(scene):
     return scene.get("fix", []) + scene.get("displace", [])
 
 
+def points_of(mesh, scene):
+    """Of each condition the nodes that it takes."""
+    return [[n for n in mesh.surface if selects(c, mesh.place[n])] for c in conditions_of(scene)]
+
+
 def cross(a, b):
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
@@ -112,8 +117,7 @@ def deck(mesh, materials, scene, steps=1):
         young, poisson, density = materials.get(name, materials.get("*"))
         rows += [f"*MATERIAL, NAME=M{label}", material(young, poisson, law).rstrip(), f"*DENSITY\n{density * 1e-12:.12g}",
                  f"*SOLID SECTION, ELSET=S{label}, MATERIAL=M{label}"]
-    conditions = conditions_of(scene)
-    held = [[n for n in mesh.surface if selects(c, mesh.place[n])] for c in conditions]
+    conditions, held = conditions_of(scene), points_of(mesh, scene)
     for number, nodes in enumerate(held):
         rows += [f"*NSET, NSET=C{number}"] + [f"{n}," for n in nodes]
     # CalculiX ends a step where its correction is small, not zero: large strain gets a step more, of the same loads.
@@ -183,6 +187,5 @@ def solve(mesh, materials, scene, steps=1):
     assert len(u) == len(mesh.place)
     # CalculiX's total forces have loads at those nodes in them.
     applied = loads(mesh, materials, scene)
-    held = [[n for n in mesh.surface if selects(c, mesh.place[n])] for c in conditions_of(scene)]
     return u, [tuple(float(total) - sum(applied[n][axis] for n in nodes) for axis, total in enumerate(t.split()[:3]))
-               for t, nodes in zip(totals, held)]
+               for t, nodes in zip(totals, points_of(mesh, scene))]
