@@ -291,8 +291,12 @@ def graded():
     return f"Estimates are {low} to {high} times the true error."
 
 
+def fits():
+    return (ROOT / "pipelines/fit/table.md").read_text().strip()
+
+
 NUMBERS = {f.__name__: f for f in (about, limits, accuracy, law_of_strain, tetrahedra, uniform, effects, dilatation, reading, motion, solvers, rotations, size, table1,
-                                   table2, table2_words, figure14, figure7, volume, calculix, smooth, estimates, graded)}
+                                   table2, table2_words, figure14, figure7, volume, calculix, smooth, estimates, graded, fits)}
 BLOCK = re.compile(r"<!-- numbers: (\w+) -->\n.*?<!-- end -->", re.S)
 
 

@@ -11,7 +11,7 @@ import sys
 
 ROOMS = {
     "libhexmesh": ["core", "geometry", "volume", "lattice", "result", "warp", "file", "scan", "surface", "tetra", "view"],
-    "libsolver": ["core", "scene", "report", "mesh", "selection", "kernels", "terms", "constraints", "linear", "multigrid",
+    "libsolver": ["core", "scene", "report", "mesh", "selection", "match", "kernels", "terms", "constraints", "linear", "multigrid",
                   "newton", "level", "equilibrium", "dynamics", "plan", "baseline", "distributed"],
 }
 NAMES = {"libhexmesh": "hexmesh", "libsolver": "hexsolver"}  # include/NAME/ROOM/x.h

@@ -5,8 +5,8 @@
 #include "cli/json_text.h"
 #include "cli/scene_input.h"
 #include "cli/solve_report.h"
+#include "cli/solve_run.h"
 #include "hexmesh/core/error.h"
-#include "hexmesh/core/memory.h"
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/file/result_file.h"
 #include "hexsolve/motion.h"
@@ -53,71 +53,6 @@ Scene read_scene(const SolveOptions& o, const Input& input, RunFiles& files, con
   return scene;
 }
 
-/// What the scene needs, with its materials.
-/// @param level  becomes the finest that it asks for
-hexmesh::Lattice read_lattice(const SolveOptions& o, const std::filesystem::path& path, const Scene& scene,
-                              int& level) {
-  hexsolver::LatticeNeeds needs;
-  needs.pictures = o.stream;
-  if (scene.level != 0) {  // of which there is one always, and it needs all
-    const std::vector<std::size_t> num_cells = hexmesh::cells_of_levels(path);
-    const int count = static_cast<int>(num_cells.size());
-    if (o.level && *o.level >= count)
-      throw Error(ErrorKind::usage, fmt::format("--level is {}, expected 0 to {}", *o.level, count - 1));
-    level = hexsolver::finest_level(scene, num_cells);
-    for (int n = hexsolver::finest_level_needed(scene, num_cells, level); n < count; ++n) needs.levels.push_back(n);
-  }
-  const hexsolver::LatticeNeeds all = {{}, true};
-  if (scene.islands != hexsolver::Islands::error && scene.is_open_ended())
-    return hexsolver::read_lattice_for(scene, path, all);
-  hexmesh::Lattice lattice = hexsolver::read_lattice_for(scene, path, needs);
-  if (hexsolver::leaves_islands_out(lattice, scene, level)) lattice = hexsolver::read_lattice_for(scene, path, all);
-  return lattice;
-}
-
-/// Save memory if the finest level would not fit otherwise; an accuracy or a budget may end on a coarser one.
-/// @returns the finest level that fits
-/// @throws Error{input} if the level asked does not
-int fit_into_memory(const hexmesh::Lattice& lattice, int finest, Scene& scene, const Console& console) {
-  const double allowed = 1e-6 * hexmesh::memory_left();
-  const auto expected = [&](int level) { return megabytes(hexsolver::expected_bytes(lattice, scene, level)); };
-  const double fastest = expected(finest);
-  if (fastest <= allowed) return finest;
-  scene.saves_memory = true;
-  int level = finest;
-  const int most = scene.is_open_ended() ? static_cast<int>(lattice.levels.size()) - 1 : finest;
-  while (level < most && expected(level) > allowed) ++level;
-  const std::string what = fmt::format("level {} ({} cells) would take about {:.3g} MB", finest,
-                                       lattice.levels[static_cast<std::size_t>(finest)].cells.size(), fastest);
-  if (expected(level) > allowed)
-    throw Error(ErrorKind::input,
-                fmt::format("{}, {:.3g} MB at the least, expected at most {:.3g} MB that are left (--max-memory): "
-                            "solve a coarser level",
-                            what, expected(level), allowed));
-  console.note(fmt::format("{}: to save memory it takes longer{}", what,
-                           level > finest ? fmt::format(", and level {} is the finest", level) : ""));
-  return level;
-}
-
-SolveWork work_of(const hexmesh::Lattice& lattice, const Scene& scene, int finest) {
-  SolveWork work{{}, finest, scene.tolerance};
-  if (!scene.is_open_ended())
-    for (const hexmesh::Level& level : lattice.levels) work.cells.push_back(level.cells.size());
-  return work;
-}
-
-/// Says on standard error what is wrong with a solution. @returns the exit code
-int judge(const SolveReport& report, const std::string& output, const Console& console) {
-  if (report.accuracy_missed) {
-    console.error(fmt::format("accuracy not reached: {}; '{}' holds that level, solved", report.reason, output));
-    return exit_not_converged;
-  }
-  if (report.converged) return 0;
-  console.error(fmt::format("{}{}{}", report.interrupted ? "" : "not converged: ", report.reason,
-                            output.empty() ? "" : what_is_kept(report, output)));
-  return exit_not_converged;
-}
-
 int write_example(const SolveOptions& o, const CommonOptions& common) {
   RunFiles files(common);
   const Input& lattice = files.input(o.lattice);
@@ -141,7 +76,7 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   Output* output = files.output_if_named(o.output, Content::binary);
   Output* report_file = files.output_if_named(o.report, Content::text);
   int level = 0;
-  const hexmesh::Lattice lattice = read_lattice(o, lattice_file.path(), scene, level);
+  const hexmesh::Lattice lattice = read_lattice(lattice_file.path(), scene, o.level, o.stream, level);
   const auto history = [&] {
     std::vector<std::string> lines = lattice.history;
     lines.push_back(solve_history(o.lattice, lattice_file.path(), o.scene, scene_file.path(), scene));
@@ -158,10 +93,9 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   if (output && scene.dynamics) writer.emplace(output->path());
   std::optional<Interruption> interruption;
   if (scene.dynamics) interruption.emplace();  // of a motion what there is can be gone on from
-  auto [result, report] =
-      scene.dynamics
-          ? solve_motion(lattice, scene, level, writer ? &*writer : nullptr, o.stream, *interruption, console)
-          : hexsolver::solve_equilibrium(lattice, scene, level, progress_on(console, work_of(lattice, scene, level)));
+  auto [result, report] = scene.dynamics ? solve_motion(lattice, scene, level, writer ? &*writer : nullptr, o.stream,
+                                                        *interruption, console)
+                                         : solve_equilibrium(lattice, scene, level, console);
 
   json summary = to_json(report, scene);
   result.history = history();
@@ -173,12 +107,7 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   else if (output)
     hexmesh::write_result(result, output->path(), lattice_file.path());
   if (output) output->prepare();
-  summary["seconds"] = {{"read", read_done - start},
-                        {"setup", report.setup_seconds},
-                        {"solve", report.solve_seconds},
-                        {"write", omp_get_wtime() - solve_done},
-                        {"total", omp_get_wtime() - start}};
-  add_costs(summary, report);
+  add_times(summary, report, {start, read_done}, solve_done);
   if (report_file) report_file->write(json_text(summary));
   files.commit();
   for (const std::string& w : report.warnings) console.warning(w);

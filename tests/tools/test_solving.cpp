@@ -55,7 +55,7 @@ void expect_last_frame(const std::string& stream_of_all, const hexmesh::Result& 
 }
 
 TEST_F(Tools, ThreadsWaitWithoutSpinningUnlessTold) {
-  for (const char* tool : {"hexscan", "hexmesh", "hexsolve", "hexexport", "hexslice"}) {
+  for (const char* tool : {"hexscan", "hexmesh", "hexsolve", "hexfit", "hexexport", "hexslice"}) {
     const std::string asks = std::string(tool) + " --version";
     const auto spins = [&](const std::string& environment) {
       const std::string said =

@@ -24,7 +24,7 @@ Vec3 mean_of(const std::vector<Vec3>& vectors) {
 }
 
 TEST_F(Tools, HelpNamesOptionsExitCodesAndAnExample) {
-  for (const char* tool : {"hexscan", "hexmesh", "hexsolve", "hexexport", "hexslice", "hexbench"}) {
+  for (const char* tool : {"hexscan", "hexmesh", "hexsolve", "hexfit", "hexexport", "hexslice", "hexbench"}) {
     const CommandResult r = run(std::string(tool) + " --help");
     EXPECT_EQ(r.exit_code, 0);
     for (const char* word : {"Exit codes", "Example:", "--threads", "--quiet"})
@@ -38,7 +38,7 @@ TEST_F(Tools, HelpNamesOptionsExitCodesAndAnExample) {
 
 TEST_F(Tools, TheExamplesOfTheHelpRun) {
   ASSERT_EQ(run("hexsolve liver.hexmesh liver.toml --level 2 -o liver.hexresult").exit_code, 0);
-  for (const char* tool : {"hexscan", "hexmesh", "hexsolve", "hexexport", "hexslice", "hexbench"}) {
+  for (const char* tool : {"hexscan", "hexmesh", "hexsolve", "hexfit", "hexexport", "hexslice", "hexbench"}) {
     const std::string help = run(std::string(tool) + " --help").output;
     const std::size_t at = help.find("Example:\n  ") + 11;
     std::string example = help.substr(at, help.find('\n', at) - at);

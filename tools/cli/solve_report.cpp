@@ -45,6 +45,27 @@ json to_json(const std::vector<hexsolver::ContactReport>& contacts) {
 
 namespace {
 
+json to_json(const hexsolver::DistanceReport& d) {
+  return {{"mean_mm", d.mean_mm}, {"percentile95_mm", d.percentile95_mm}, {"largest_mm", d.largest_mm}};
+}
+
+}  // namespace
+
+json to_json(const std::vector<hexsolver::MatchReport>& matches) {
+  json out = json::array();
+  for (const hexsolver::MatchReport& m : matches)
+    out.push_back({{"name", m.name},
+                   {"points", m.points},
+                   {"at_start", to_json(m.at_start)},
+                   {"distance", to_json(m.distance)},
+                   {"target_to_body", to_json(m.target_to_body)},
+                   {"body_to_target", m.body_to_target ? to_json(*m.body_to_target) : json()},
+                   {"force_n", to_json(m.force_n)}});
+  return out;
+}
+
+namespace {
+
 /// Before a solution there are none.
 template <class Report>
 void add_moments(const std::vector<Report>& from, json& rows) {
@@ -168,6 +189,13 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   out["contacts"] = to_json(r.contacts);
   add_moments(r.contacts, out["contacts"]);
   add_scene(out, scene);
+  out["matches"] = to_json(r.matches);
+  add_moments(r.matches, out["matches"]);
+  if (r.pose)
+    for (int row = 0; row < 3; ++row) {
+      const Eigen::Vector4d v = r.pose->matrix().row(row);
+      out["pose"].push_back({v[0], v[1], v[2], v[3]});
+    }
   out["balance"] = to_json(r.balance);
   out["free_modes"] = json::array();
   out["dropped_cells"] = r.dropped_cells;
@@ -329,6 +357,11 @@ void summarize(const SolveReport& r, const Console& console) {
   for (const hexsolver::ContactReport& c : r.contacts)
     console.note(fmt::format("contact '{}': {} points touch, {:.2g} mm deep, force [{:.4g}, {:.4g}, {:.4g}] N", c.name,
                              c.points, c.deepest_mm, c.force_n[0], c.force_n[1], c.force_n[2]));
+  for (const hexsolver::MatchReport& m : r.matches)
+    console.note(fmt::format(
+        "match '{}': {} points, off by {:.3g} mm in the mean, 95 % below {:.3g} mm, largest {:.3g} mm; "
+        "before, where a rigid motion puts the body, {:.3g} mm in the mean",
+        m.name, m.points, m.distance.mean_mm, m.distance.percentile95_mm, m.distance.largest_mm, m.at_start.mean_mm));
   if (const hexsolver::ErrorEstimate& e = l.error; e.mean_mm)
     console.note(fmt::format(
         "estimated error of the cells' size: mean {:.2g} mm, largest {}; of the equations: {:.1g} mm", *e.mean_mm,

@@ -19,6 +19,7 @@ double megabytes(std::size_t bytes);
 nlohmann::json to_json(const hexsolver::ConditionReport& condition);
 nlohmann::json to_json(const std::vector<hexsolver::ForceReport>& forces);
 nlohmann::json to_json(const std::vector<hexsolver::ContactReport>& contacts);
+nlohmann::json to_json(const std::vector<hexsolver::MatchReport>& matches);
 nlohmann::json to_json(const std::vector<hexsolver::Effect>& effects);
 void add_effect_seconds(nlohmann::json& effects, const std::vector<hexsolver::Effect>& from);
 

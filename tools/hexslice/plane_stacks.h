@@ -12,7 +12,7 @@ namespace hextools {
 
 /// Which planes to draw and how: of hexslice planes and hexslice steps.
 struct PlaneOptions {
-  std::string input, scan, output;
+  std::string input, scan, output, target;
   std::vector<std::string> axes;
   int count = 3;
   double every = 0;

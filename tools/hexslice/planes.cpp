@@ -5,6 +5,8 @@
 #include "commands.h"
 #include "film.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/file/surface_target.h"
+#include "hexmesh/surface/surface_file.h"
 #include "pictures.h"
 #include "plane_stacks.h"
 
@@ -12,6 +14,11 @@ namespace hextools {
 namespace {
 
 using hexmesh::Canvas;
+
+hexmesh::TriangleSurface read_target(const Input& file) {
+  return hexmesh::is_surface_name(file.name()) ? hexmesh::read_surface(file.path())
+                                               : hexmesh::read_surface_target(file.path());
+}
 
 int run_planes(PlaneOptions& o, const CommonOptions& common, const Console& console) {
   check_options(o);
@@ -21,9 +28,11 @@ int run_planes(PlaneOptions& o, const CommonOptions& common, const Console& cons
   RunFiles files(common);
   const Input& input = files.input(o.input);
   const Input* scan_file = files.input_if_named(o.scan);
+  const Input* target = files.input_if_named(o.target);
   const hexmesh::Result result = hexmesh::magnified(read_with_surface(input.path()), o.slice.magnified);
   warn_of_state(result, console);
   if (is_preview(result) && o.only.empty()) o.slice.deformed = false;
+  if (target) o.slice.target = read_target(*target);
   if (o.slice.scene) {
     o.slice.obstacles = obstacles_of(result);
     o.slice.moved = moved_by(result);
@@ -64,6 +73,10 @@ std::function<int()> declare_planes(CLI::App& app, const CommonOptions& common, 
   app.add_flag("--scene", o->slice.scene,
                "Show what the scene says: points that are held in blue, those that are moved in red with an arrow, "
                "obstacles in violet");
+  app.add_option(
+      "--target", o->target,
+      "Show in yellow where a surface is (.stl, .obj, .ply, .off, .vtp; .hexsurface): what a body was fitted "
+      "to");
   CLI::Option* every =
       app.add_option("--every", o->every, "A slice every so many mm")->check(CLI::PositiveNumber)->check(finite_number);
   app.add_option("--count", o->count, "Slices per axis")

@@ -239,6 +239,7 @@ Canvas SliceRenderer::paint(const Grid& f, const DisplacementField& field, bool 
     }
   if (options_.arrows) add_arrows(f, field, deformed, canvas);
   if (options_.scene) add_scene(f, deformed, canvas);
+  add_target(f, canvas);
   return canvas;
 }
 

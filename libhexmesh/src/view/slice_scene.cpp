@@ -7,7 +7,8 @@
 namespace hexmesh {
 namespace {
 
-constexpr Rgb held_color = {60, 140, 255}, moved_color = {255, 80, 40}, obstacle_color = {230, 60, 230};
+constexpr Rgb held_color = {60, 140, 255}, moved_color = {255, 80, 40}, obstacle_color = {230, 60, 230},
+              target_color = {255, 220, 40};
 
 /// A square of some pixels.
 void dot(Canvas& canvas, int column, int row, Rgb color) {
@@ -29,6 +30,22 @@ void draw_obstacles(const std::vector<Obstacle>& obstacles, const Grid& frame, C
 }
 
 }  // namespace
+
+/// Where triangles of the target cut the plane.
+void SliceRenderer::add_target(const Grid& f, Canvas& canvas) const {
+  std::vector<Vec3> pixels;  // and the distance from the plane
+  for (const Vec3& p : options_.target.points) pixels.push_back(f.continuous_index(p));
+  const auto round = [](double x) { return static_cast<int>(std::lround(x)); };
+  for (const auto& t : options_.target.triangles) {
+    std::vector<Vec3> ends;
+    for (std::size_t n = 0; n < 3; ++n) {
+      const Vec3 &a = pixels[as_size(t[n])], &b = pixels[as_size(t[(n + 1) % 3])];
+      if ((a[2] < 0) != (b[2] < 0)) ends.emplace_back(a + a[2] / (a[2] - b[2]) * (b - a));
+    }
+    if (ends.size() == 2)
+      canvas.line(round(ends[0][0]), round(ends[0][1]), round(ends[1][0]), round(ends[1][1]), target_color);
+  }
+}
 
 /// Points within a voxel of the plane; of those that are moved one arrow for each condition, from the middle of them.
 void SliceRenderer::add_scene(const Grid& f, bool deformed, Canvas& canvas) const {

@@ -145,7 +145,8 @@ public:
   TetLevel(const TetProblem& problem, const TetOptions& options) : equations_(problem, options) {}
 
   TetEquations& equations() { return equations_; }
-  NodeVector make_zero() const { return equations_.make_field(); }
+  bool attach(const NodeVector& /*u*/, double /*caution*/) const { return false; }
+  NodeVector make_start() const { return equations_.make_field(); }
   double largest_load_step() const { return 1; }
   void set_progress(const Progress& progress) { equations_.set_fraction(progress.fraction); }
   NewtonOutcome minimize(const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress) {

@@ -40,4 +40,10 @@ std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selecto
   return points;
 }
 
+void add_matched_points(const Matchings& matchings, const Selector& selector, std::vector<ConstraintPoint>& points) {
+  for (const auto& matching : matchings)
+    for (const SurfacePoint& p : selector.embed(matching->points()))
+      if (p.cell >= 0) points.push_back({0, p.cell, p.weights});
+}
+
 }  // namespace hexsolver

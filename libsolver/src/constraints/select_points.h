@@ -4,11 +4,15 @@
 #include <vector>
 
 #include "constraints/constraints.h"
+#include "match/matching.h"
 #include "selection/selection.h"
 
 namespace hexsolver {
 
 /// The points of all conditions of the scene.
 std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selector);
+
+/// What a [[match]] pulls is held by that, as if its points were: for the search of what nothing holds.
+void add_matched_points(const Matchings& matchings, const Selector& selector, std::vector<ConstraintPoint>& points);
 
 }  // namespace hexsolver

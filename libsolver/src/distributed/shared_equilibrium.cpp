@@ -44,6 +44,8 @@ public:
   }
   RotatingCells build(Elasticity elasticity, const CoarseStart<DistributedLevel>* start, OwnedVec& u);
   OwnedVec make_zero() const { return shared_.make_vector(); }
+  bool attach(const OwnedVec& /*u*/, double /*caution*/) const { return false; }
+  OwnedVec make_start() const { return make_zero(); }
   void set_progress(const Progress& progress) { shared_.set_progress(progress); }
   double largest_load_step() const { return largest_turning_step(shared_.scene()); }
   NewtonOutcomeOf<OwnedVec> minimize(const NewtonOptions& options, OwnedVec& u, const NewtonProgress& progress) {
@@ -177,6 +179,7 @@ void check_is_shareable(const Scene& scene) {
   if (scene.dynamics) refuse("solve.kind = \"dynamics\"");
   if (scene.islands != Islands::error) refuse("solve.islands other than \"error\"");
   if (!scene.contacts.empty()) refuse("[[contact]]");
+  if (!scene.matches.empty()) refuse("[[match]]");
   if (scene.is_graded()) refuse("solve.grading = \"scene\"");
 }
 

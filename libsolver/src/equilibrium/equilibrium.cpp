@@ -9,6 +9,7 @@
 #include "level/grading.h"
 #include "level/islands.h"
 #include "level/make_result.h"
+#include "match/rigid_alignment.h"
 
 namespace hexsolver {
 
@@ -45,8 +46,28 @@ bool leaves_islands_out(const Lattice& lattice, const Scene& scene, int level) {
   return !islands_to_leave_out(lattice, scene, level).empty();
 }
 
-Outcome solve_equilibrium(const Lattice& whole, const Scene& scene, int level, const SolveProgress& progress) {
+namespace {
+
+/// A body that stays far from what it is to lie on is no solution, whatever balances there.
+void expect_matched(const Matchings& matchings, SolveReport& report) {
+  constexpr double far = 0.01;  // of the size of the body
+  for (std::size_t n = 0; n < matchings.size() && report.converged; ++n) {
+    const double mean = report.matches[n].distance.mean_mm, most = far * size_of(matchings[n]->points());
+    if (!(matchings[n]->is_surface() && mean > most)) continue;
+    report.converged = false;
+    report.reason = fmt::format(
+        "match '{}' is {:.3g} mm off in the mean, expected at most {:.3g} mm, a hundredth of the body's size: is the "
+        "target this body? A smaller trust_mm pulls harder",
+        report.matches[n].name, mean, most);
+  }
+}
+
+}  // namespace
+
+Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int level, const SolveProgress& progress) {
   SolveReport report;
+  const Matchings matchings = make_matchings(as_written, whole);
+  const Scene scene = placed(as_written, matchings);
   report.warnings = check_single_points(scene);
   check_contrast(whole);
   check_open_ended(scene, cells_of_levels(whole), level);
@@ -60,7 +81,9 @@ Outcome solve_equilibrium(const Lattice& whole, const Scene& scene, int level, c
   levels.looks_beyond_graded = cells_beyond(lattice, scene, level) > 0;
   for (const hexmesh::Level& l : lattice.levels) levels.mixture.push_back(l.mixture);
   while (levels.num_cells[static_cast<std::size_t>(levels.finest_there_is)] == 0) ++levels.finest_there_is;
-  levels.make = [&](int n, const Scene& of_level) { return std::make_unique<LocalLevel>(lattice, of_level, n); };
+  levels.make = [&](int n, const Scene& of_level) {
+    return std::make_unique<LocalLevel>(lattice, of_level, n, matchings);
+  };
   Solved<LocalLevel> solved = NestedIteration<LocalLevel>(levels, scene, level, report, progress).run();
   solved.level->set_progress({solved.state.load_fraction});
   const LevelProblem& problem = solved.level->problem();
@@ -68,6 +91,7 @@ Outcome solve_equilibrium(const Lattice& whole, const Scene& scene, int level, c
                   {"meshes", problem.hierarchy().bytes()},
                   {"multigrid", solved.state.newton.preconditioner_bytes}};
   Outcome outcome = make_result(lattice, problem, solved.state.u, std::move(report));
+  expect_matched(matchings, outcome.report);
   outcome.result.labels = whole.labels;  // with the islands that were left out
   return outcome;
 }

@@ -38,9 +38,11 @@ concept EquilibriumLevel = requires(Level level, const Level& other, typename Le
   /// Form the elements; with a start u = that, prolongated. Before this there is no potential.
   { level.build(Elasticity::cauchy, start, u) } -> std::same_as<RotatingCells>;
   { other.make_zero() } -> std::same_as<typename Level::Vector>;
-  other.prolongate(other, u, u);  ///< (coarser level, field there, field here)
+  { other.make_start() } -> std::same_as<typename Level::Vector>;  ///< where load steps begin
+  other.prolongate(other, u, u);                                   ///< (coarser level, field there, field here)
   { level.measures(u) } -> std::same_as<LevelMeasures>;
   level.set_progress(Progress{});
+  { level.attach(u, 0.0) } -> std::same_as<bool>;  ///< find what each match pulls to (MatchTerm); whether there is any
   { other.largest_load_step() } -> std::same_as<double>;
   { level.minimize(options, u, progress) } -> std::same_as<NewtonOutcomeOf<typename Level::Vector>>;
   /// Of a field in the material; parts held by springs only where asked.

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <utility>
@@ -79,8 +80,49 @@ struct LoadedState {
   std::optional<Vector> algebraic_error;  ///< of the whole load; see NewtonOutcomeOf
 };
 
+/// The first rounds are quick; some go to and fro between two states then, so that later ones are careful.
+inline double caution_in(int round) {
+  constexpr double first = 1.0 / 64;
+  constexpr int quick = 6;
+  return round < quick ? first : std::min(1.0, first * std::pow(2.0, round - quick));
+}
+
+/// Newton's method, and where the scene has matches again and again, each time from what the state before is nearest
+/// to, until that moves it no more: roughly at first, the last time to the tolerance.
+template <class Level, class Vector = typename Level::Vector>
+NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& options, Vector& u,
+                                           const NewtonProgress& progress) {
+  constexpr int most_rounds = 40;
+  constexpr double rough = 1e-3;
+  constexpr double still = 1e-3;    // of what a round moves the body by, beside its displacement
+  constexpr double nothing = 1e-9;  // mm
+  if (!level.attach(u, 0)) return level.minimize(options, u, progress);
+  NewtonReport before;
+  NewtonOptions roughly = options;
+  roughly.tolerance = std::max(rough, options.tolerance);
+  roughly.estimate_error = false;
+  Vector last = copy_of(u);
+  for (int round = 0; round < most_rounds; ++round) {
+    const NewtonOutcomeOf<Vector> outcome = level.minimize(roughly, u, progress);
+    before.iterations += outcome.iterations;
+    before.linear_iterations += outcome.linear_iterations;
+    before.seconds += outcome.seconds;
+    if (outcome.interrupted || !outcome.converged) break;
+    level.attach(u, caution_in(round));
+    set_sum(last, u, -1, last);
+    const double moved = norm(last), size = norm(u);
+    set_to(last, u);
+    if (moved <= still * size + nothing) break;
+  }
+  NewtonOutcomeOf<Vector> outcome = level.minimize(options, u, progress);
+  outcome.iterations += before.iterations;
+  outcome.linear_iterations += before.linear_iterations;
+  outcome.seconds += before.seconds;
+  return outcome;
+}
+
 /// Newton's method under the loads of a level, cut back and raised in steps where it fails.
-/// @param level  has make_zero(), largest_load_step(), set_progress(), minimize(), limit_reached()
+/// @param level  has make_start(), largest_load_step(), set_progress(), minimize(), limit_reached()
 /// @param start    of the whole load; nothing: from rest
 /// @param at_once  from the start or not at all
 template <class Level, class Vector = typename Level::Vector>
@@ -95,11 +137,12 @@ LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std
     const double target = steps.target();
     options.estimate_error = estimates && target == 1;
     const bool from_start = steps.from_start();
-    Vector trial = from_start ? std::move(*start) : good ? copy_of(*good) : level.make_zero();
+    Vector trial = from_start ? std::move(*start) : good ? copy_of(*good) : level.make_start();
     level.set_progress({target});
-    NewtonOutcomeOf<Vector> outcome = level.minimize(options, trial, [&](int iteration, double residual, int linear) {
+    const NewtonProgress tell = [&](int iteration, double residual, int linear) {
       if (progress) progress(target, iteration, residual, linear);
-    });
+    };
+    NewtonOutcomeOf<Vector> outcome = minimize_in_rounds(level, options, trial, tell);
     if (outcome.converged)
       good = std::move(trial);
     else if (!outcome.interrupted && !from_start)
@@ -116,7 +159,7 @@ LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std
       out.newton.reason += "; " + limit;
       break;
     }
-  out.u = good ? std::move(*good) : level.make_zero();
+  out.u = good ? std::move(*good) : level.make_start();
   return out;
 }
 

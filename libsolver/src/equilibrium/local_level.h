@@ -11,7 +11,9 @@ class LocalLevel {
 public:
   using Vector = NodeVector;
 
-  LocalLevel(const hexmesh::Lattice& lattice, const Scene& scene, int level) : problem_(lattice, scene, level) {}
+  /// @param matchings  see LevelProblem
+  LocalLevel(const hexmesh::Lattice& lattice, const Scene& scene, int level, Matchings matchings = {})
+      : problem_(lattice, scene, level, std::move(matchings)) {}
 
   const LevelProblem& problem() const noexcept { return problem_; }
 
@@ -23,6 +25,8 @@ public:
   std::vector<std::string> check(const Scene& scene) const { return check_level(problem_, scene); }
   RotatingCells build(Elasticity elasticity, const CoarseStart<LocalLevel>* start, NodeVector& u);
   NodeVector make_zero() const { return NodeVector::Zero(static_cast<Eigen::Index>(problem_.mesh().num_dofs())); }
+  bool attach(const NodeVector& u, double caution) { return problem_.attach_matches(u, caution); }
+  NodeVector make_start() const { return problem_.start(); }
   void set_progress(const Progress& progress) { problem_.set_progress(progress); }
   double largest_load_step() const { return problem_.largest_load_step(); }
   /// to = a field of a coarser level here.

@@ -25,16 +25,21 @@ void report_balance(const Scene& scene, const Arms& arms, const std::vector<Bala
   for (const ConditionReport& c : report.conditions)
     balance.acting.push_back({"condition '" + c.name + "'", c.reaction_n, c.moment_n_mm});
   balance.acting.insert(balance.acting.end(), loads.begin(), loads.end());
-  const auto moment_of = [&](const std::string& name) -> Vec3 {
+  const auto row_of = [&](const std::string& name) {
     for (const BalanceReport::Row& row : loads)
-      if (row.name == name) return row.moment_n_mm;
-    return Vec3::Zero();
+      if (row.name == name) return row;
+    return BalanceReport::Row{};
   };
   for (std::size_t n = 0; n < report.forces.size(); ++n)
     report.forces[n].moment_n_mm =
-        moment_of(n < scene.forces.size() ? load_name(scene.forces[n]) : name_of(EffectKind::gravity));
+        row_of(n < scene.forces.size() ? load_name(scene.forces[n]) : name_of(EffectKind::gravity)).moment_n_mm;
   for (std::size_t n = 0; n < report.contacts.size(); ++n)
-    report.contacts[n].moment_n_mm = moment_of(contact_name(scene.contacts[n]));
+    report.contacts[n].moment_n_mm = row_of(contact_name(scene.contacts[n])).moment_n_mm;
+  for (std::size_t n = 0; n < report.matches.size(); ++n) {
+    const BalanceReport::Row row = row_of(match_name(scene.matches[n]));
+    report.matches[n].force_n = row.force_n;
+    report.matches[n].moment_n_mm = row.moment_n_mm;
+  }
 }
 
 }  // namespace hexsolver

@@ -26,6 +26,9 @@ constexpr double island_spring = 1;
 /// iterations in few cells that share both, 234 in double precision; 1e6 times stiffer it had no end, and 68.
 constexpr double most_contrast_in_single = 1e3;
 
+/// A body is pulled softly first: what it is to lie on is found better from near.
+constexpr double match_load_step = 1.0 / 4;
+
 Progress at_the_end(const Scene& scene) { return {1, scene.dynamics ? scene.dynamics->duration : 0}; }
 
 }  // namespace
@@ -47,7 +50,7 @@ std::size_t coarsest_dofs(const Lattice& lattice, const Scene& scene) {
   return is_of_high_contrast(lattice) ? of_high_contrast : Hierarchy::usual_coarsest_dofs;
 }
 
-LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level)
+LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level, Matchings matchings)
     : cells_(cells_for(lattice, scene, level)),
       scene_(scene),
       progress_(at_the_end(scene)),
@@ -55,7 +58,10 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
   hierarchy_.in_double = is_of_high_contrast(lattice);
   Selector selector(cells_, mesh());
   std::vector<ConstraintPoint> points = select_points(scene, selector);
-  find_islands(points);
+  if (matchings.empty()) matchings = make_matchings(scene, lattice);
+  std::vector<ConstraintPoint> holding = points;
+  add_matched_points(matchings, selector, holding);
+  find_islands(holding);
   for (ConstraintPoint& p : points) {
     const Condition& condition = scene.conditions[static_cast<std::size_t>(p.condition)];
     p.value = prescribed_displacement(condition, mesh().rest_position(p.cell, p.weights), progress_);
@@ -70,7 +76,22 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
       contacts_.push_back(new_contacts_.back().get());
     }
   }
+  new_matches_ = make_match_terms(scene, matchings, mesh(), selector);
+  for (const auto& match : new_matches_) matches_.push_back(match.get());
   set_loads(progress_);
+}
+
+bool LevelProblem::attach_matches(const NodeVector& u, double caution) {
+  for (MatchTerm* m : matches_) m->attach(potential_->at_all(u), caution);
+  return !matches_.empty();
+}
+
+NodeVector LevelProblem::start() const {
+  NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(mesh().num_dofs()));
+  if (scene_.pose)
+    for (std::size_t n = 0; n < mesh().num_nodes(); ++n)
+      u.segment<3>(3 * static_cast<Eigen::Index>(n)) = *scene_.pose * mesh().position(n) - mesh().position(n);
+  return u;
 }
 
 void LevelProblem::set_progress(const Progress& progress) {
@@ -94,6 +115,7 @@ void LevelProblem::set_loads(const Progress& progress) {
     loads_[n]->set_factor(changes ? scene_.forces[n].history->at(progress.time) : whole);
   }
   for (PenaltyContact* c : contacts_) c->set_progress(progress);
+  for (MatchTerm* m : matches_) m->set_progress(progress);
 }
 
 std::vector<LevelProblem::Load> LevelProblem::loads() const {
@@ -145,6 +167,7 @@ double LevelProblem::load_energy(const NodeVector& u) const {
 double LevelProblem::largest_load_step() const {
   double step = largest_turning_step(scene_);
   for (const PenaltyContact* c : contacts_) step = std::min(step, c->largest_load_step());
+  if (!matches_.empty()) step = std::min(step, match_load_step);
   return step;
 }
 
@@ -176,6 +199,8 @@ void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rota
   new_loads_.clear();
   for (auto& contact : new_contacts_) potential_->add(std::move(contact));
   new_contacts_.clear();
+  for (auto& match : new_matches_) potential_->add(std::move(match));
+  new_matches_.clear();
 }
 
 }  // namespace hexsolver

@@ -13,6 +13,7 @@
 #include "terms/dead_load.h"
 #include "terms/elastic.h"
 #include "terms/ground_springs.h"
+#include "terms/match_term.h"
 #include "terms/potential.h"
 
 namespace hexsolver {
@@ -28,7 +29,8 @@ class LevelProblem {
 public:
   /// Finds what the conditions and forces select and what nothing holds.
   /// @throws Error{geometry} for selections and missing supports
-  LevelProblem(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+  /// @param matchings  of the scene, where they are there already
+  LevelProblem(const hexmesh::Lattice& lattice, const Scene& scene, int level, Matchings matchings = {});
   LevelProblem(const LevelProblem&) = delete;
   LevelProblem& operator=(const LevelProblem&) = delete;
 
@@ -73,6 +75,13 @@ public:
   std::vector<Load> loads() const;  ///< each [[force]] of the scene, then gravity if there is any; as they act now
   NodeVector load() const;          ///< of all of these on the nodes [N]; empty without any
   const std::vector<PenaltyContact*>& contacts() const noexcept { return contacts_; }
+  const std::vector<MatchTerm*>& matches() const noexcept { return matches_; }
+
+  /// Find what each [[match]] pulls to from a state, see MatchTerm. @returns whether there is any
+  bool attach_matches(const NodeVector& u, double caution);
+
+  /// Where load steps begin: at rest, or where the scene puts the body.
+  NodeVector start() const;
 
 private:
   void set_loads(const Progress& progress);
@@ -87,8 +96,10 @@ private:
   std::vector<Vec3> prescribed_;                               ///< space for the points of the constraints [mm]
   std::vector<std::unique_ptr<DeadLoad>> new_loads_;           ///< until the potential takes them
   std::vector<std::unique_ptr<PenaltyContact>> new_contacts_;  ///< likewise
+  std::vector<std::unique_ptr<MatchTerm>> new_matches_;        ///< likewise
   std::vector<DeadLoad*> loads_;
   std::vector<PenaltyContact*> contacts_;
+  std::vector<MatchTerm*> matches_;
   std::unique_ptr<Potential> potential_;
   ElasticCells* elastic_ = nullptr;         ///< in the potential
   const GroundSprings* springs_ = nullptr;  ///< likewise, if it has any

@@ -19,6 +19,8 @@ const char* name_of(EffectKind kind) {
       return "force";
     case EffectKind::contact:
       return "contact";
+    case EffectKind::match:
+      return "match";
     case EffectKind::gravity:
       return "gravity";
     case EffectKind::islands:
@@ -88,6 +90,10 @@ std::vector<Effect> list_effects(const Scene& scene) {
     effects.push_back({EffectKind::contact, contact_name(c), true, fmt::format("[[contact]] at {}", c.where)});
   if (scene.contacts.empty())
     effects.push_back(effect(EffectKind::contact, false, "the scene has no [[contact]]: no distances"));
+  for (const Match& m : scene.matches)
+    effects.push_back({EffectKind::match, match_name(m), true, fmt::format("[[match]] at {}", m.where)});
+  if (scene.matches.empty())
+    effects.push_back(effect(EffectKind::match, false, "the scene has no [[match]]: no surface is sought"));
   const bool weighs = scene.gravity != Vec3::Zero();
   effects.push_back(effect(EffectKind::gravity, weighs,
                            weighs ? "the scene has [gravity]" : "the scene has no [gravity]: no masses"));

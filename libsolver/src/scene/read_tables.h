@@ -18,6 +18,10 @@ inline constexpr double infinity = std::numeric_limits<double>::infinity();
 /// @throws Error{usage}
 void apply_setting(toml::table& root, const std::string& setting);
 
+/// A scene from the tables of a file.
+Scene read_scene(toml::table root, const std::string& display_name, const std::vector<std::string>& settings,
+                 const std::filesystem::path& folder);
+
 /// [solve].
 /// @returns whether the scene is a motion
 bool read_solve(TomlReader table, Scene& scene);
@@ -48,5 +52,9 @@ Force read_force(TomlReader table, const std::filesystem::path& folder, const st
 
 /// [[contact]].
 Contact read_contact(TomlReader table, const std::optional<Dynamics>& dynamics, std::size_t number);
+
+/// [[match]].
+/// @param folder  that relative paths are relative to
+Match read_match(TomlReader table, const std::filesystem::path& folder, std::size_t number);
 
 }  // namespace hexsolver

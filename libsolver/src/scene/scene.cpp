@@ -50,6 +50,7 @@ void check_names(const Scene& scene) {
   check(scene.conditions);
   check(scene.forces);
   check(scene.contacts);
+  check(scene.matches);
 }
 
 }  // namespace
@@ -61,7 +62,13 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
 
 Scene read_scene(const std::filesystem::path& path, const std::string& display_name,
                  const std::vector<std::string>& settings, const std::filesystem::path& folder) {
-  toml::table root = hexmesh::parse_toml(path, display_name);
+  return read_scene(hexmesh::parse_toml(path, display_name), display_name, settings, folder);
+}
+
+Scene make_scene(const std::vector<std::string>& settings) { return read_scene(toml::table(), "--set", settings, ""); }
+
+Scene read_scene(toml::table root, const std::string& display_name, const std::vector<std::string>& settings,
+                 const std::filesystem::path& folder) {
   for (const std::string& setting : settings) apply_setting(root, setting);
 
   TomlReader reader(root, display_name, "");
@@ -93,7 +100,10 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
   number = 0;
   for (const TomlReader& table : reader.tables("contact"))
     scene.contacts.push_back(read_contact(table, scene.dynamics, ++number));
+  number = 0;
+  for (const TomlReader& table : reader.tables("match")) scene.matches.push_back(read_match(table, folder, ++number));
   check_names(scene);
+  check_matches(scene);
   if (auto table = reader.table("gravity", "a table written [gravity]"))
     scene.gravity = read_gravity(*table, scene.warnings);
   reader.finish();
@@ -104,11 +114,28 @@ std::vector<std::filesystem::path> files_of(const Scene& scene) {
   std::set<std::filesystem::path> markups;
   for (const Condition& c : scene.conditions) markups.insert(c.selection.markup);
   for (const Force& f : scene.forces) markups.insert(f.selection.markup);
+  for (const Match& m : scene.matches) {
+    markups.insert(m.file);
+    markups.insert(m.markups.begin(), m.markups.end());
+  }
   std::vector<std::filesystem::path> files;
   if (scene.dynamics && !scene.dynamics->start.empty()) files.push_back(scene.dynamics->start);
   for (const std::filesystem::path& markup : markups)
     if (!markup.empty()) files.push_back(markup);
   return files;
+}
+
+void check_matches(Scene& scene) {
+  if (scene.matches.empty()) return;
+  const std::string what = with_place("match", scene.matches.front());
+  if (scene.dynamics)
+    throw Error(ErrorKind::input, what + " goes with an equilibrium, expected solve.kind = \"equilibrium\"");
+  if (scene.finds_strain) {
+    scene.finds_strain = false;
+    scene.elasticity = Elasticity::corotational;
+  }
+  if (scene.elasticity == Elasticity::cauchy)
+    throw Error(ErrorKind::input, what + " turns the body, expected solve.strain other than \"cauchy\"");
 }
 
 void Scene::name_level(std::optional<int> of) {

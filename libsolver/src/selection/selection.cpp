@@ -302,6 +302,24 @@ std::array<NodeWeights, 4> Selector::gauss_points(const SurfacePoint& face) cons
   return out;
 }
 
+std::vector<SurfacePoint> Selector::embed(const std::vector<Vec3>& places) const {
+  const hexmesh::Level& level = lattice().level(cells_.level());
+  const hexmesh::CellLocator locator(lattice().voxels, level.voxels_per_cell, level.cells);
+  std::vector<SurfacePoint> out;
+  for (const Vec3& place : places) {
+    out.emplace_back();
+    Embedding e = locator.locate_position(place);
+    if (e.cell < 0) continue;
+    if (mesh_.is_graded()) {
+      Index3 voxel = level.cells[hexmesh::as_size(e.cell)];
+      for (std::size_t d = 0; d < 3; ++d) voxel[d] *= level.voxels_per_cell[d];
+      e = embed(voxel, lattice().voxels.continuous_index(place));
+    }
+    out.back() = {e.cell, hexmesh::shape_functions(e.local), Vec3::Zero()};
+  }
+  return out;
+}
+
 std::vector<SurfacePoint> Selector::whole_surface() {
   std::vector<SurfacePoint> points;
   for (const Candidate& c : candidates(SurfacePoints::faces, [](const auto&) { return true; }))

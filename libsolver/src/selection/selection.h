@@ -58,6 +58,9 @@ public:
   /// The centres of all exposed faces.
   std::vector<SurfacePoint> whole_surface();
 
+  /// Any places at rest, each in the cell that holds it or the nearest one; cell -1 where none is near.
+  std::vector<SurfacePoint> embed(const std::vector<Vec3>& places) const;
+
 private:
   static const SurfaceShare whole_surface_of_one;
   struct Candidate;

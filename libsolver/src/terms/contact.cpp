@@ -11,16 +11,10 @@ namespace {
 
 constexpr double part_of_radius = 0.25;  // that a ball may move at a time
 
-CellVector spread(const NodeWeights& weights, const Vec3& force) {
-  CellVector v;
-  for (int a = 0; a < 8; ++a) v.segment<3>(3 * a) = weights[a] * force;
-  return v;
-}
-
 }  // namespace
 
 PenaltyContact::PenaltyContact(const Contact& contact, const Mesh& mesh, const std::vector<SurfacePoint>& points)
-    : contact_(contact), mesh_(mesh), moved_(contact.by) {
+    : contact_(contact), mesh_(mesh), moved_(contact.by), active_(mesh) {
   for (const SurfacePoint& p : points) {
     points_.push_back({p.cell, p.weights, mesh.rest_position(p.cell, p.weights), p.area});
   }
@@ -58,7 +52,7 @@ void PenaltyContact::add_gradient(const NodeVector& u, NodeVector& gradient, Nod
   for (const Point& p : points_) {
     const Gap g = gap(p, u);
     if (g.depth >= 0) continue;
-    const CellVector force = spread(p.weights, contact_.stiffness * g.depth * g.normal);
+    const CellVector force = spread_to_nodes(p.weights, contact_.stiffness * g.depth * g.normal);
     mesh_.scatter_add(p.cell, force, gradient);
     mesh_.scatter_add(p.cell, force.cwiseAbs(), magnitude);
   }
@@ -71,44 +65,12 @@ void PenaltyContact::linearize(const NodeVector& u, double projection) {
     if (g.depth >= 0) continue;
     // Across the normal of a ball the curvature is negative: a point deep inside slips off to any side.
     const double across = (1 - std::min(projection, Hessian::projected)) * g.depth * g.bending;
-    active_.push_back(
-        {p.cell, p.weights,
-         contact_.stiffness * (across * Mat3::Identity() + (1 - across) * g.normal * g.normal.transpose())});
+    active_.add(p.cell, p.weights,
+                contact_.stiffness * (across * Mat3::Identity() + (1 - across) * g.normal * g.normal.transpose()));
   }
 }
 
-template <class Vector>
-void PenaltyContact::add_product_of(const Vector& x, Vector& y) const {
-  using Real = typename Vector::Scalar;
-  for (const Active& a : active_)
-    mesh_.scatter_add(
-        static_cast<std::size_t>(a.cell),
-        spread(a.weights, a.hessian * mesh_.interpolate(a.cell, a.weights, x)).template cast<Real>().eval(), y);
-}
-
-void PenaltyContact::add_product(const NodeVector& x, NodeVector& y) const { add_product_of(x, y); }
-void PenaltyContact::add_product(const FloatNodeVector& x, FloatNodeVector& y) const { add_product_of(x, y); }
-
-std::pair<std::size_t, std::size_t> PenaltyContact::active_in(std::size_t cell) const {
-  const auto range = std::equal_range(active_.begin(), active_.end(), Active{static_cast<std::int32_t>(cell), {}, {}},
-                                      [](const Active& a, const Active& b) { return a.cell < b.cell; });
-  return {range.first - active_.begin(), range.second - active_.begin()};
-}
-
-void PenaltyContact::add_cell_hessian(std::size_t cell, CellMatrix& h) const {
-  const auto [begin, end] = active_in(cell);
-  for (std::size_t n = begin; n < end; ++n)
-    for (int a = 0; a < 8; ++a)
-      for (int b = 0; b < 8; ++b)
-        h.block<3, 3>(3 * a, 3 * b) += active_[n].weights[a] * active_[n].weights[b] * active_[n].hessian;
-}
-
-std::int32_t PenaltyContact::shared_hessian(std::size_t cell) const {
-  const auto [begin, end] = active_in(cell);
-  return begin == end ? no_hessian : own_hessian;
-}
-
-std::size_t PenaltyContact::bytes() const { return hexmesh::bytes_of(points_) + hexmesh::bytes_of(active_); }
+std::size_t PenaltyContact::bytes() const { return hexmesh::bytes_of(points_) + active_.bytes(); }
 
 /// Nanson's formula with F at the centre of the cell.
 Vec3 PenaltyContact::outward(const Point& p, const NodeVector& u) const {

@@ -2,12 +2,11 @@
 #pragma once
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "hexsolver/scene/scene.h"
 #include "selection/selection.h"
-#include "terms/term.h"
+#include "terms/point_hessians.h"
 
 namespace hexsolver {
 
@@ -26,10 +25,10 @@ public:
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   bool is_linear() const override { return false; }
   void linearize(const NodeVector& u, double projection) override;
-  void add_product(const NodeVector& x, NodeVector& y) const override;
-  void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override;
-  void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
-  std::int32_t shared_hessian(std::size_t cell) const override;
+  void add_product(const NodeVector& x, NodeVector& y) const override { active_.add_product(x, y); }
+  void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override { active_.add_product(x, y); }
+  void add_cell_hessian(std::size_t cell, CellMatrix& h) const override { active_.add_cell_hessian(cell, h); }
+  std::int32_t shared_hessian(std::size_t cell) const override { return active_.shared_hessian(cell); }
   std::size_t bytes() const override;
 
   struct State {
@@ -52,9 +51,6 @@ public:
   double largest_load_step() const;
 
 private:
-  template <class Vector>
-  void add_product_of(const Vector& x, Vector& y) const;
-
   struct Point {
     std::int32_t cell;
     NodeWeights weights;
@@ -66,23 +62,17 @@ private:
     Vec3 normal;         ///< d depth / dx, out of it
     double bending = 0;  ///< d2 depth / dx2 = bending (1 - n n^T) [1/mm]
   };
-  struct Active {
-    std::int32_t cell;
-    NodeWeights weights;
-    Mat3 hessian;
-  };
   Vec3 moved_at(const Progress& progress) const;
   Gap gap(const Point& p, const NodeVector& u, const Vec3& moved) const;
   Gap gap(const Point& p, const NodeVector& u) const { return gap(p, u, moved_); }
   State state(const NodeVector& u, const Vec3& moved) const;
-  Vec3 outward(const Point& p, const NodeVector& u) const;                ///< of the deformed surface, any length
-  std::pair<std::size_t, std::size_t> active_in(std::size_t cell) const;  ///< range of active_
+  Vec3 outward(const Point& p, const NodeVector& u) const;  ///< of the deformed surface, any length
 
   Contact contact_;
   const Mesh& mesh_;
-  std::vector<Point> points_;   ///< ascending cells
-  Vec3 moved_;                  ///< the obstacle, from where the scene puts it [mm]
-  std::vector<Active> active_;  ///< of the last linearize(), ascending cells
+  std::vector<Point> points_;  ///< ascending cells
+  Vec3 moved_;                 ///< the obstacle, from where the scene puts it [mm]
+  PointHessians active_;       ///< of the last linearize()
 };
 
 }  // namespace hexsolver

@@ -4,11 +4,11 @@
 #include <memory>
 #include <vector>
 
+#include "core/rigid_fit.h"
 #include "hexmesh/lattice/element.h"
 #include "hexmesh/lattice/subcells.h"
 #include "hexsolver/scene/law.h"
 #include "terms/cell_jacobians.h"
-#include "terms/rigid_fit.h"
 #include "terms/term.h"
 
 namespace hexsolver {

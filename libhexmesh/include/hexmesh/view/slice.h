@@ -64,6 +64,7 @@ struct SliceOptions {
   std::set<std::string> moved = {};      ///< names of the conditions that move their points; the others hold them
   bool scene = false;                    ///< points of conditions near the plane, and where those go that are moved
   std::vector<Obstacle> obstacles = {};  ///< with `scene`, on the deformed picture if there is one
+  TriangleSurface target = {};           ///< whose outline is drawn where it is, e.g. what a body was fitted to
   double grid_mm = 0;                    ///< distance of lines that move with the material; 0: none
   std::string color_by;                  ///< "displacement" [mm] or a cell field, over the scan, with a legend
   bool legend = true;                    ///< beside each picture; a contact sheet has one for all
@@ -100,6 +101,7 @@ private:
   void add_arrows(const Grid& frame, const DisplacementField& to_rest, bool deformed, Canvas& canvas) const;
   std::pair<std::string, double> shown_unit() const;  ///< of colours, and how many of it are one of the field's
   void add_scene(const Grid& frame, bool deformed, Canvas& canvas) const;
+  void add_target(const Grid& frame, Canvas& canvas) const;
   Canvas legend(int height) const;  ///< of a bar of that height
   std::int32_t cell_at(const Vec3& rest) const;
   double color_value(const Vec3& rest, const Vec3& displacement) const;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Geometry>
 #include <optional>
 #include <string>
 #include <utility>
@@ -58,12 +59,30 @@ struct ContactReport {
   Vec3 moment_n_mm = Vec3::Zero();  ///< see BalanceReport [N mm]
 };
 
+/// Distances, by area or of landmarks.
+struct DistanceReport {
+  double mean_mm = 0, percentile95_mm = 0, largest_mm = 0;
+};
+
+/// How far the body is from what a [[match]] asks.
+struct MatchReport {
+  std::string name;
+  std::size_t points = 0;                        ///< of the target
+  DistanceReport distance;                       ///< both ways together
+  DistanceReport target_to_body;                 ///< of points of the target from the body
+  std::optional<DistanceReport> body_to_target;  ///< nothing where the target is a part of the surface
+  DistanceReport at_start;                       ///< as `distance`, after the rigid alignment alone
+  Vec3 force_n = Vec3::Zero();                   ///< on the body [N]
+  Vec3 moment_n_mm = Vec3::Zero();               ///< see BalanceReport [N mm]
+};
+
 /// All that acts on the body. In equilibrium, and in a motion with inertia, it adds up to nothing but rounding and what
 /// the tolerance leaves. Moments are about the middle of the lattice's box; forces act where the points of the body
 /// have come to, with small strain where they were at rest.
 struct BalanceReport {
   struct Row {
-    std::string name;  ///< of a condition, a force, gravity, a contact, islands (their springs), inertia, damping
+    std::string
+        name;  ///< of a condition, a force, gravity, a contact, a match, islands (their springs), inertia, damping
     Vec3 force_n = Vec3::Zero();      ///< on the body [N]
     Vec3 moment_n_mm = Vec3::Zero();  ///< [N mm]
   };
@@ -138,6 +157,8 @@ struct SolveReport {
   std::vector<ConditionReport> conditions;
   std::vector<ForceReport> forces;  ///< each [[force]], then gravity if there is any
   std::vector<ContactReport> contacts;
+  std::vector<MatchReport> matches;
+  std::optional<Eigen::Isometry3d> pose;  ///< the rigid motion that matches began from
   BalanceReport balance;
   std::vector<LevelReport> levels;  ///< coarse to fine, the last is the mechanical level
   std::vector<Effect> effects;

@@ -15,6 +15,7 @@ enum class EffectKind {
   near_incompressibility,
   force,    ///< one for each [[force]]
   contact,  ///< one for each [[contact]]
+  match,    ///< one for each [[match]]
   gravity,
   islands,  ///< springs that hold them
   inertia,

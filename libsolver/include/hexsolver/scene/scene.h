@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -96,6 +97,24 @@ struct Contact {
   std::optional<History> history = {};     ///< in place of `by` [mm]
 };
 
+/// A [[match]] of the scene: what the deformed body is to lie on, seen now. One of the two kinds.
+struct Match {
+  std::string name;
+  std::string where;                           ///< file:line of its table, for messages
+  std::filesystem::path file;                  ///< that the target comes from; empty: it is given
+  hexmesh::TriangleSurface target;             ///< a surface, whole or in part
+  std::string segment;                         ///< of the body, whose surface is to lie there; empty: of the only one
+  std::optional<bool> is_partial;              ///< the target is a part of the surface; nothing: if it is open
+  double outliers = 0;                         ///< beyond this distance pulls no longer grow [mm]; 0: they do
+  std::vector<std::filesystem::path> markups;  ///< that landmarks come from
+  std::vector<Vec3> from, to;                  ///< landmarks at rest and where they are to be [mm]
+  double trust = 0;  ///< distance left where the body resists with a tenth of its Young's modulus [mm]; 0: by its size
+
+  bool is_of_landmarks() const { return !from.empty(); }
+};
+
+inline std::string match_name(const Match& match) { return "match '" + match.name + "'"; }
+
 inline std::string contact_name(const Contact& contact) { return "contact '" + contact.name + "'"; }
 
 /// What [material.NAME] replaces.
@@ -189,10 +208,12 @@ struct Scene {
   std::vector<Condition> conditions;
   std::vector<Force> forces;
   std::vector<Contact> contacts;
-  Vec3 gravity = Vec3::Zero();        ///< [mm/s^2]
-  std::optional<Dynamics> dynamics;   ///< nothing for an equilibrium
-  Damping damping;                    ///< of a motion
-  std::vector<std::string> warnings;  ///< of what the file says in vain
+  std::vector<Match> matches;
+  std::optional<Eigen::Isometry3d> pose;  ///< where the body starts from, not a key of the file; nothing: at rest
+  Vec3 gravity = Vec3::Zero();            ///< [mm/s^2]
+  std::optional<Dynamics> dynamics;       ///< nothing for an equilibrium
+  Damping damping;                        ///< of a motion
+  std::vector<std::string> warnings;      ///< of what the file says in vain
 
   bool is_graded() const { return grading == Grading::scene && coarser_by > 0; }
   bool asks_accuracy() const { return accuracy || reaction_accuracy; }
@@ -205,6 +226,14 @@ struct Scene {
 /// @throws Error{input} "file:line:column: key, what was expected"; Error{usage} for a bad setting
 Scene read_scene(const std::filesystem::path& path, const std::string& display_name,
                  const std::vector<std::string>& settings = {});
+
+/// A scene of nothing but settings, as of an empty file.
+/// @throws Error{input}, Error{usage} as read_scene()
+Scene make_scene(const std::vector<std::string>& settings);
+
+/// Of a scene with a [[match]]: strain = "auto" becomes one that turns with the body.
+/// @throws Error{input} for what does not go with it
+void check_matches(Scene& scene);
 
 /// The same lattice with the scene's [material.*] in place of its own.
 /// @throws Error{input} for an unknown segment or a bad value

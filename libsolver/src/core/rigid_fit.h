@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <span>
 
@@ -19,6 +20,7 @@ public:
   std::span<double> sums() { return sums_; }  ///< over the points: those of several processes may be added up
   /// Once all points are added.
   void solve();
+  Eigen::Isometry3d motion() const;
   /// What a displacement is beside the rigid motion: x + u - (R x + t).
   Vec3 deformation(const Vec3& rest, const Vec3& u) const { return rest + u - (rotation_ * rest + shift_); }
 

@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <random>
 
-#include "terms/rigid_fit.h"
+#include "core/rigid_fit.h"
 
 namespace test_rigid_fit {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "terms/rigid_fit.h"
+#include "core/rigid_fit.h"
 
 #include "core/rotation.h"
 
@@ -30,6 +30,13 @@ void RigidFit::solve() {
   const double size = spread.trace();
   if (size > 0) rotation_ = polar_decomposition(3 * moved / size).rotation;
   shift_ = rest + u - rotation_ * rest;
+}
+
+Eigen::Isometry3d RigidFit::motion() const {
+  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+  motion.linear() = rotation_;
+  motion.translation() = shift_;
+  return motion;
 }
 
 }  // namespace hexsolver

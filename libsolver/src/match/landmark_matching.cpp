@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "match/landmark_matching.h"
+
+#include <algorithm>
+
+#include "match/distances.h"
+
+namespace hexsolver {
+
+void LandmarkMatching::pull(const std::vector<Vec3>& places, Pull& out) const {
+  out.reset(places.size());
+  for (std::size_t n = 0; n < places.size(); ++n) {
+    const Vec3 away = places[n] - wanted_[n];
+    out.energy += stiffness_ / 2 * away.squaredNorm();
+    out.gradient[n] = stiffness_ * away;
+    out.hessian[n] = stiffness_ * Mat3::Identity();
+    out.bound[n] = stiffness_;
+  }
+}
+
+/// All of them, however few samples of a surface are wanted: those of a surface stand for as much more.
+void LandmarkMatching::pair(const Eigen::Isometry3d& /*pose*/, std::size_t every, const Pair& f) const {
+  for (std::size_t n = 0; n < points_.size(); ++n) f(area_ / static_cast<double>(every), points_[n], wanted_[n]);
+}
+
+MatchReport LandmarkMatching::distances(const std::vector<Vec3>& places) const {
+  Distances all;
+  for (std::size_t n = 0; n < places.size(); ++n) all.emplace_back((places[n] - wanted_[n]).norm(), 1);
+  MatchReport out{name_, places.size()};
+  out.distance = out.target_to_body = statistics(std::move(all));
+  return out;
+}
+
+}  // namespace hexsolver

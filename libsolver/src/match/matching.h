@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hexmesh/lattice/lattice.h"
+#include "hexsolver/report/report.h"
+#include "hexsolver/scene/scene.h"
+
+namespace hexsolver {
+
+/// How points of a body are pulled to where they are to be.
+struct Pull {
+  double energy = 0;           ///< [N mm]
+  std::vector<Vec3> gradient;  ///< of each point [N]
+  std::vector<Mat3> hessian;   ///< of each point, positive semi-definite [N/mm]
+  /// Of each point: the energy is nowhere above that of a spring of this stiffness with the same gradient here [N/mm].
+  std::vector<double> bound;
+
+  void reset(std::size_t num_points);
+};
+
+/// What one [[match]] of a scene asks of a body, wherever the body is. It knows points of the body and nothing of
+/// cells.
+class Matching {
+public:
+  virtual ~Matching() = default;
+  virtual const std::vector<Vec3>& points() const = 0;  ///< of the body, at rest [mm]
+
+  /// @param places  of the points
+  virtual void pull(const std::vector<Vec3>& places, Pull& out) const = 0;
+
+  /// Pairs that a rigid motion is to bring together: f(weight [mm^2], point of the body at rest, where it is to be).
+  /// @param pose   of the body now
+  /// @param every  so many samples are one
+  using Pair = std::function<void(double weight, const Vec3& rest, const Vec3& wanted)>;
+  virtual void pair(const Eigen::Isometry3d& pose, std::size_t every, const Pair& f) const = 0;
+
+  /// Whether all of the body is to lie on all of a closed surface.
+  virtual bool is_whole() const = 0;
+  virtual bool is_surface() const = 0;
+  virtual Vec3 middle() const = 0;  ///< of where the body is to be [mm]
+  virtual Mat3 spread() const = 0;  ///< about that: the mean of x x^T [mm^2]
+
+  /// How far the body is from where it is to be.
+  virtual MatchReport distances(const std::vector<Vec3>& places) const = 0;
+};
+
+using Matchings = std::vector<std::shared_ptr<const Matching>>;
+
+/// The size of a body: the diagonal of the box around its points [mm].
+double size_of(const std::vector<Vec3>& points);
+
+/// Of each [[match]], in their order.
+/// @param lattice  with its picture surface
+/// @throws Error{input} for a segment that there is not
+Matchings make_matchings(const Scene& scene, const hexmesh::Lattice& lattice);
+
+}  // namespace hexsolver

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "hexmesh/geometry/surface_tree.h"
+#include "match/matching.h"
+
+namespace hexsolver {
+
+/// The surface of a body onto another one, at rest in space:
+///   W = sum over points b of the body      s_b rho(distance of b from the target)
+///     + sum over points t of the target    s_t rho(distance of t from the deformed body),
+/// rho(d) = d^2 / 2, or linear beyond a distance d0 (Huber): d0 (d - d0 / 2). s is the stiffness of the [[match]] times
+/// the area that a point stands for. Both sums have half of it; of a target that is a part of the surface the second
+/// has all, and the first as little as keeps the body from drifting. Points slide: across the normal nothing holds
+/// them.
+class SurfaceMatching final : public Matching {
+public:
+  /// @param body       at rest; its points are points()
+  /// @param stiffness  [N/mm^3]
+  SurfaceMatching(const Match& match, hexmesh::TriangleSurface body, double stiffness);
+  SurfaceMatching(const SurfaceMatching&) = delete;
+  SurfaceMatching& operator=(const SurfaceMatching&) = delete;
+
+  const std::vector<Vec3>& points() const override { return body_.points; }
+  void pull(const std::vector<Vec3>& places, Pull& out) const override;
+  void pair(const Eigen::Isometry3d& pose, std::size_t every, const Pair& f) const override;
+  bool is_whole() const override { return !is_partial_; }
+  bool is_surface() const override { return true; }
+  Vec3 middle() const override;
+  Mat3 spread() const override;
+  MatchReport distances(const std::vector<Vec3>& places) const override;
+
+private:
+  struct Sample {
+    std::size_t point;
+    double area;  ///< [mm^2]
+  };
+  static std::vector<Sample> samples_of(const std::vector<double>& areas);
+  void pull_body(const std::vector<Vec3>& places, Pull& out) const;
+  void pull_to_target(const std::vector<Vec3>& places, Pull& out) const;
+  /// The energy of a distance, its first derivative over the distance.
+  std::pair<double, double> huber(double distance) const;
+
+  std::string name_;
+  hexmesh::TriangleSurface body_, target_;
+  bool is_partial_;                                ///< the target is a part of the surface
+  double outliers_;                                ///< [mm]; 0: none
+  double of_body_, of_target_;                     ///< stiffness [N/mm^3]
+  std::vector<double> body_areas_, target_areas_;  ///< of points [mm^2]
+  std::vector<Sample> body_samples_, target_samples_;
+  hexmesh::SurfaceTree body_tree_, target_tree_;  ///< at rest
+};
+
+}  // namespace hexsolver

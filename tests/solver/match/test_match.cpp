@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <map>
+
+#include "hexmesh/geometry/surface_tree.h"
+#include "hexmesh/lattice/surface_faces.h"
+#include "hexsolver/equilibrium/equilibrium.h"
+#include "match/landmark_matching.h"
+#include "match/rigid_alignment.h"
+#include "match/surface_matching.h"
+#include "support/bodies.h"
+#include "terms/match_term.h"
+
+namespace test_match {
+
+using namespace hexsolver;
+using namespace testing_support;
+using Eigen::Isometry3d;
+using hexmesh::TriangleSurface;
+
+/// The exposed faces of voxels, two triangles each, seen from outside.
+TriangleSurface surface_of(const Lattice& lattice) {
+  TriangleSurface out;
+  std::map<Index3, std::int32_t> numbers;
+  for (const hexmesh::ExposedFace& face : hexmesh::exposed_faces(lattice)) {
+    const std::size_t axis = face.side / 2;
+    std::array<std::int32_t, 4> corners{};
+    for (std::size_t n = 0; n < 4; ++n) {
+      Index3 corner = face.voxel;
+      corner[axis] += face.side % 2;
+      corner[(axis + 1) % 3] += n == 1 || n == 2;
+      corner[(axis + 2) % 3] += n >= 2;
+      const auto [entry, is_new] = numbers.try_emplace(corner, static_cast<std::int32_t>(out.points.size()));
+      if (is_new) out.points.push_back(lattice.voxels.position(Vec3(corner[0], corner[1], corner[2]).array() - 0.5));
+      corners[n] = entry->second;
+    }
+    if (face.side % 2 == 0) std::swap(corners[1], corners[3]);
+    out.triangles.push_back({corners[0], corners[1], corners[2]});
+    out.triangles.push_back({corners[0], corners[2], corners[3]});
+  }
+  out.segment.assign(out.triangles.size(), 1);
+  return out;
+}
+
+/// A body like no turned one of itself.
+Lattice crooked_body() {
+  Lattice lattice = one_material(
+      {16, 10, 8}, {2, 2, 2}, [](const Index3& n) { return n[1] < 5 || n[0] < 5 || (n[0] > 12 && n[2] < 4); }, 3, 0.45);
+  lattice.surface = surface_of(lattice);
+  return lattice;
+}
+
+Isometry3d turned(double degrees, const Vec3& axis, const Vec3& shift) {
+  Isometry3d motion = Isometry3d::Identity();
+  motion.linear() = Eigen::AngleAxisd(degrees * std::acos(-1.0) / 180, axis.normalized()).toRotationMatrix();
+  motion.translation() = shift;
+  return motion;
+}
+
+Match match_to(TriangleSurface target) {
+  Match m;
+  m.name = m.where = "now";
+  m.target = std::move(target);
+  m.trust = 0.5;
+  return m;
+}
+
+template <class F>
+TriangleSurface moved(TriangleSurface surface, const F& to) {
+  for (Vec3& p : surface.points) p = to(p);
+  return surface;
+}
+
+/// Stretched, bent and shifted.
+Vec3 bent(const Vec3& p) { return {1.05 * p[0] + 0.4, p[1] + 2e-3 * p[0] * p[0] - 0.3, 0.97 * p[2] + 0.6}; }
+
+TEST(SurfaceTree, FindsWhatALoopOverAllTrianglesFinds) {
+  const TriangleSurface surface = moved(surface_of(crooked_body()), bent);
+  const hexmesh::SurfaceTree tree(surface.points, surface.triangles);
+  const NodeVector places = noise(600, 40, 3);
+  for (Eigen::Index n = 0; n < 200; ++n) {
+    const Vec3 place = places.segment<3>(3 * n);
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+      least = std::min(least, hexmesh::nearest_in(tree.corners(t), place).distance);
+    const hexmesh::Foot foot = tree.nearest(place);
+    EXPECT_EQ(foot.distance, least);
+    const hexmesh::Triangle c = tree.corners(foot.triangle);
+    EXPECT_LT((foot.weights[0] * c[0] + foot.weights[1] * c[1] + foot.weights[2] * c[2] - foot.place).norm(), 1e-12);
+  }
+}
+
+TEST(SurfaceTree, FeetAreOnFacesEdgesAndCorners) {
+  const hexmesh::Triangle t = {Vec3(0, 0, 0), Vec3(4, 0, 0), Vec3(0, 4, 0)};
+  EXPECT_LT((hexmesh::nearest_in(t, {1, 1, 5}).place - Vec3(1, 1, 0)).norm(), 1e-15);
+  EXPECT_LT((hexmesh::nearest_in(t, {1, -3, 5}).place - Vec3(1, 0, 0)).norm(), 1e-15);
+  EXPECT_LT((hexmesh::nearest_in(t, {-1, 2, -5}).place - Vec3(0, 2, 0)).norm(), 1e-15);
+  EXPECT_LT((hexmesh::nearest_in(t, {3, 3, 0}).place - Vec3(2, 2, 0)).norm(), 1e-15);
+  EXPECT_LT((hexmesh::nearest_in(t, {-1, -1, 1}).place - Vec3(0, 0, 0)).norm(), 1e-15);
+  EXPECT_LT((hexmesh::nearest_in(t, {9, -1, 1}).place - Vec3(4, 0, 0)).norm(), 1e-15);
+  EXPECT_LT((hexmesh::nearest_in(t, {-1, 9, 1}).place - Vec3(0, 4, 0)).norm(), 1e-15);
+  for (const hexmesh::Triangle& flat : {hexmesh::Triangle{t[0], t[0], t[0]}, hexmesh::Triangle{t[0], t[0], t[1]}})
+    EXPECT_TRUE(std::isfinite(hexmesh::nearest_in(flat, {1, 2, 3}).distance)) << "without an area";
+}
+
+class Pulls : public testing::TestWithParam<std::pair<bool, double>> {
+protected:
+  const Lattice lattice = crooked_body();
+  Match match = match_to(moved(lattice.surface, bent));
+  std::vector<Vec3> places = lattice.surface.points;
+
+  Pulls() {
+    match.is_partial = GetParam().first;
+    match.outliers = GetParam().second;
+    const NodeVector off = noise(3 * places.size(), 0.3, 7);
+    for (std::size_t n = 0; n < places.size(); ++n) places[n] += off.segment<3>(3 * static_cast<Eigen::Index>(n));
+  }
+  std::vector<Vec3> along(const NodeVector& direction, double length) const {
+    std::vector<Vec3> out = places;
+    for (std::size_t n = 0; n < out.size(); ++n)
+      out[n] += length * direction.segment<3>(3 * static_cast<Eigen::Index>(n));
+    return out;
+  }
+};
+
+TEST_P(Pulls, ForcesAreDerivativesOfTheEnergyWhichSpringsBound) {
+  const SurfaceMatching matching(match, lattice.surface, 0.01);
+  Pull here, there;
+  matching.pull(places, here);
+  for (unsigned seed = 1; seed < 6; ++seed) {
+    const NodeVector direction = noise(3 * places.size(), 1, seed);
+    constexpr double h = 1e-6;
+    matching.pull(along(direction, h), there);
+    double after = there.energy;
+    matching.pull(along(direction, -h), there);
+    const double measured = (after - there.energy) / (2 * h);
+    double claimed = 0, size = 0;
+    for (std::size_t n = 0; n < places.size(); ++n) {
+      const Vec3 d = direction.segment<3>(3 * static_cast<Eigen::Index>(n));
+      claimed += here.gradient[n].dot(d);
+      size += here.gradient[n].norm() * d.norm();
+    }
+    EXPECT_NEAR(measured, claimed, 1e-6 * size);
+    for (const double length : {0.01, 0.3, 3.0}) {
+      matching.pull(along(direction, length), there);
+      double bound = here.energy;
+      for (std::size_t n = 0; n < places.size(); ++n) {
+        const Vec3 d = length * direction.segment<3>(3 * static_cast<Eigen::Index>(n));
+        bound += d.dot(here.gradient[n]) + here.bound[n] / 2 * d.squaredNorm();
+      }
+      EXPECT_LE(there.energy, bound * (1 + 1e-12));
+    }
+  }
+  for (std::size_t n = 0; n < places.size(); ++n) {
+    const Eigen::SelfAdjointEigenSolver<Mat3> eigen(here.hessian[n]);
+    EXPECT_GE(eigen.eigenvalues()[0], -1e-12 * here.bound[n]);
+    EXPECT_LE(eigen.eigenvalues()[2], (1 + 1e-12) * here.bound[n]);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(OfAWholeAndOfAPart, Pulls,
+                         testing::Values(std::pair{false, 0.0}, std::pair{true, 0.0}, std::pair{false, 0.2},
+                                         std::pair{true, 0.2}));
+
+/// A point above a face is held across it and slides along it.
+TEST(SurfaceMatching, PointsSlideAlongFaces) {
+  TriangleSurface plate, body;
+  plate.points = {{-10, -10, 0}, {10, -10, 0}, {0, 10, 0}};
+  plate.triangles = {{0, 1, 2}};
+  body.points = {{-0.2, 0, 1}, {0.2, 0, 1}, {0, 0.2, 1}};
+  body.triangles = {{0, 1, 2}};
+  Match match = match_to(plate);
+  match.is_partial = false;
+  const SurfaceMatching matching(match, body, 2);
+  Pull pull;
+  matching.pull(body.points, pull);
+  const double area = 0.04 / 3;  // of each point; the target's points are nearest to edges and corners of the body
+  for (const Vec3& g : pull.gradient) EXPECT_GT(g[2], 0.99 * area) << "half of the stiffness, 1 mm";
+  EXPECT_NEAR(matching.distances(body.points).body_to_target->mean_mm, 1, 1e-12);
+}
+
+TEST(Alignment, FindsTheMotionOfABodyThatIsTurnedAndShifted) {
+  Lattice lattice = crooked_body();
+  const Isometry3d motions[] = {turned(25, {1, 2, 3}, {5, -4, 3}), turned(80, {-1, 0.4, 1}, {200, 0, -90}),
+                                turned(180, {1, 0, 0.2}, {0, 30, 0})};
+  for (const Isometry3d& motion : motions) {
+    Scene scene;
+    scene.matches = {match_to(moved(lattice.surface, [&](const Vec3& p) -> Vec3 { return motion * p; }))};
+    const Isometry3d found = align(make_matchings(scene, lattice));
+    for (const Vec3& p : lattice.surface.points) ASSERT_LT((found * p - motion * p).norm(), 0.02);
+  }
+}
+
+TEST(Matching, ABodyOnItselfStaysAndATurnedOneTurns) {
+  const Lattice lattice = crooked_body();
+  for (const bool is_turned : {false, true}) {
+    const Isometry3d motion = is_turned ? turned(50, {1, -1, 2}, {10, 20, -5}) : Isometry3d::Identity();
+    Scene scene;
+    scene.elasticity = Elasticity::neo_hookean;
+    scene.matches = {match_to(moved(lattice.surface, [&](const Vec3& p) -> Vec3 { return motion * p; }))};
+    const Outcome outcome = solve_equilibrium(lattice, scene, 0);
+    ASSERT_TRUE(outcome.report.converged) << outcome.report.reason;
+    for (std::size_t n = 0; n < outcome.result.nodes.size(); ++n) {
+      const Vec3& x = outcome.result.nodes[n];
+      ASSERT_LT((outcome.result.displacement[n] - (motion * x - x)).norm(), is_turned ? 1e-4 : 1e-9);
+    }
+    EXPECT_LT(outcome.report.matches.at(0).distance.largest_mm, is_turned ? 1e-4 : 1e-9);
+  }
+}
+
+/// At the end, attached anew, what pulls and the cells' forces balance: what was found is where the energy is least.
+TEST(Matching, ABentTargetIsMetAndForcesBalance) {
+  const Lattice lattice = crooked_body();
+  double before = 0;
+  for (const double trust : {2.0, 0.2, 0.02}) {
+    Scene scene;
+    scene.elasticity = Elasticity::corotational;
+    scene.matches = {match_to(moved(lattice.surface, bent))};
+    scene.matches[0].trust = trust;
+    const Outcome outcome = solve_equilibrium(lattice, scene, 0);
+    ASSERT_TRUE(outcome.report.converged) << outcome.report.reason;
+    const MatchReport& match = outcome.report.matches.at(0);
+    EXPECT_LT(match.distance.mean_mm, match.at_start.mean_mm);
+    EXPECT_TRUE(before == 0 || match.distance.mean_mm < 0.5 * before) << "ten times the stiffness";
+    before = match.distance.mean_mm;
+    // Nothing else acts: the pulls have no resultant but what the last round leaves.
+    EXPECT_LT(match.force_n.norm(), 1e-2 * outcome.report.strain_energy_n_mm / match.distance.mean_mm);
+    EXPECT_LT(outcome.report.balance.sum().force_n.norm(), 1e-9);
+  }
+  EXPECT_LT(before, 0.02);
+}
+
+TEST(Matching, LandmarksPullTheirPointsAndNothingElseIsNeeded) {
+  Lattice lattice = crooked_body();
+  Scene scene;
+  scene.elasticity = Elasticity::corotational;
+  Match landmarks;
+  landmarks.name = landmarks.where = "landmarks";
+  for (const std::size_t n : {0U, 40U, 90U, 150U, 200U}) {
+    landmarks.from.push_back(lattice.surface.points[n]);
+    landmarks.to.push_back(bent(lattice.surface.points[n]));
+  }
+  landmarks.trust = 1e-3;
+  scene.matches = {landmarks};
+  const Outcome outcome = solve_equilibrium(lattice, scene, 0);
+  ASSERT_TRUE(outcome.report.converged) << outcome.report.reason;
+  EXPECT_LT(outcome.report.matches.at(0).distance.largest_mm, 0.02);
+  scene.matches[0].from[0] += Vec3(500, 0, 0);
+  EXPECT_THROW(solve_equilibrium(lattice, scene, 0), hexmesh::Error) << "a landmark in no cell";
+}
+
+TEST(Matching, ATargetThatIsNotThisBodyIsNoSolution) {
+  const Lattice lattice = crooked_body();
+  Scene scene;
+  scene.elasticity = Elasticity::neo_hookean;
+  scene.matches = {match_to(moved(lattice.surface, [](const Vec3& p) -> Vec3 {
+    return {0.2 * p[0], 4 * p[1], p[2]};
+  }))};
+  scene.matches[0].trust = 5;
+  const Outcome outcome = solve_equilibrium(lattice, scene, 1);
+  EXPECT_FALSE(outcome.report.converged);
+  EXPECT_NE(outcome.report.reason.find("off in the mean"), std::string::npos) << outcome.report.reason;
+}
+
+}  // namespace test_match

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "spread.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "cli/progress.h"
+#include "hexmesh/result/result.h"
+#include "hexsolver/equilibrium/equilibrium.h"
+
+namespace hextools {
+namespace {
+
+using hexmesh::Lattice;
+using hexmesh::LatticeSegment;
+using hexmesh::Vec3;
+using hexsolver::Scene;
+
+constexpr double factor = 2;  ///< of contrasts and of the trust
+
+struct Variant {
+  std::string of;
+  Scene scene;
+};
+
+/// f(material in kPa, what replaces it) for each segment with one.
+template <class F>
+void replace_materials(const Lattice& lattice, Scene& scene, const F& f) {
+  for (const LatticeSegment& s : lattice.segments)
+    if (s.material) f(*s.material, scene.materials[s.segment.name]);
+}
+
+std::vector<Variant> variants_of(const Lattice& lattice, const Scene& scene) {
+  std::vector<Variant> out;
+  double least = 0.5, logs = 0;
+  int count = 0;
+  for (const LatticeSegment& s : lattice.segments)
+    if (s.material) {
+      least = std::min(least, s.material->poisson);
+      logs += std::log(s.material->young);
+      ++count;
+    }
+  const double poisson = least < 0.4 ? 0.45 : 0.3;
+  out.push_back({fmt::format("Poisson's ratio {:g} in place of {:g}", poisson, least), scene});
+  replace_materials(lattice, out.back().scene, [&](const auto&, auto& change) { change.poisson = poisson; });
+  if (count > 1) {
+    out.push_back({fmt::format("contrasts of Young's moduli times {:g}", factor), scene});
+    const double middle = std::exp(logs / count);
+    replace_materials(lattice, out.back().scene, [&](const hexmesh::Material& m, auto& change) {
+      change.young_kpa = 1e3 * m.young * (m.young >= middle ? std::sqrt(factor) : 1 / std::sqrt(factor));
+    });
+  }
+  return out;
+}
+
+/// The mean over the material, the largest over the picture surface.
+Spread difference(const std::string& of, const hexmesh::Result& a, const hexmesh::Result& b) {
+  Spread out{of};
+  const std::vector<double>& fill = a.cell_fields.at("fill");
+  double weight = 0;
+  for (std::size_t c = 0; c < a.cells.size(); ++c) {
+    Vec3 change = Vec3::Zero();  // in the middle of the cell
+    for (const std::int32_t n : a.cell_nodes[c])
+      change += (b.displacement[hexmesh::as_size(n)] - a.displacement[hexmesh::as_size(n)]) / 8;
+    out.mean_mm += fill[c] * change.norm();
+    weight += fill[c];
+  }
+  out.mean_mm /= weight;
+  for (std::size_t n = 0; n < a.surface_displacement.size(); ++n)
+    out.largest_mm = std::max(out.largest_mm, (b.surface_displacement[n] - a.surface_displacement[n]).norm());
+  return out;
+}
+
+int level_for(const Lattice& lattice, int level) {
+  constexpr std::size_t least_cells = 100;
+  const bool is_there = level + 1 < lattice.num_levels() && lattice.level(level + 1).cells.size() >= least_cells;
+  return is_there ? level + 1 : level;
+}
+
+}  // namespace
+
+std::vector<Spread> find_spread(const Lattice& lattice, const Scene& fitted, int level, const Console& console) {
+  Scene scene = fitted;
+  scene.error_estimation = hexsolver::ErrorEstimation::off;
+  const int coarser = level_for(lattice, level);
+  scene.name_level(coarser);
+  const hexsolver::Outcome base = hexsolver::solve_equilibrium(lattice, scene, coarser, {});
+  std::vector<Spread> out;
+  for (const Variant& variant : variants_of(lattice, scene)) {
+    at_work("solving with " + variant.of);
+    const hexsolver::Outcome other =
+        hexsolver::solve_equilibrium(hexsolver::with_overrides(lattice, variant.scene), variant.scene, coarser, {});
+    if (!base.report.converged || !other.report.converged) {
+      console.warning(
+          fmt::format("how far the fit depends on it is unknown: with {} there is no solution", variant.of));
+      continue;
+    }
+    out.push_back(difference(variant.of, base.result, other.result));
+  }
+  return out;
+}
+
+}  // namespace hextools
