@@ -23,7 +23,7 @@ using namespace hextools;
 using hexsolver::Scene;
 using nlohmann::json;
 
-/// What acts beside the targets. Bodies are pulled hard: without a scene the law is one that no cell folds under.
+/// What acts beside the targets. Bodies are pulled hard: without a scene the law is one that resists folding.
 Scene scene_of(const FitOptions& o, const Input* file, RunFiles& files) {
   if (file) return hextools::read_scene(*file, files, o.settings);
   std::vector<std::string> settings = o.settings;
@@ -58,16 +58,19 @@ int run(FitOptions& o, const CommonOptions& common, const Console& console) {
   Scene scene = scene_of(o, scene_file, files);
   if (o.level) scene.name_level(o.level);
   at_work("reading the targets");
-  scene.matches = targets.read(hexmesh::read_lattice(lattice_file.path(), {-1}).segments);
-  scene_writer.write(scene_file, scene.matches, files);
+  const std::vector<hexsolver::Match> matches = targets.read(hexmesh::read_lattice(lattice_file.path(), {-1}).segments);
+  scene.matches.insert(scene.matches.end(), matches.begin(), matches.end());
   hexsolver::check_matches(scene);
+  scene_writer.write(scene_file, matches, files);
   int level = 0;
   const hexmesh::Lattice lattice = read_lattice(lattice_file.path(), scene, o.level, true, level);
   times.read_done = omp_get_wtime();
   level = fit_into_memory(lattice, level, scene, console);
   auto [result, report] = solve_equilibrium(lattice, scene, level, console);
   const std::vector<Spread> spread =
-      o.without_spread || !report.converged ? std::vector<Spread>() : find_spread(lattice, scene, level, console);
+      o.without_spread || !report.converged
+          ? std::vector<Spread>()
+          : find_spread(lattice, lattice_file.path(), scene, report.levels.back().level, console);
 
   json summary = to_json(report, scene);
   summary["spread"] = json::array();

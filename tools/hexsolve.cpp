@@ -45,6 +45,7 @@ Scene read_scene(const SolveOptions& o, const Input& input, RunFiles& files, con
   if (o.coarser_by) {
     scene.grading = hexsolver::Grading::scene;
     scene.coarser_by = *o.coarser_by;
+    hexsolver::check_matches(scene);
   }
   if (o.stream && !scene.dynamics)
     throw Error(ErrorKind::usage, "--stream goes with a motion, expected solve.kind = \"dynamics\"");

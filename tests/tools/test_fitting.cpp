@@ -65,16 +65,35 @@ TEST_F(Fitting, ADeformedSegmentationGivesTheDisplacementInside) {
 
 TEST_F(Fitting, TheSceneOfAFitGivesTheSameBits) {
   deform();
-  const CommandResult fit = run(
-      "hexfit liver.hexmesh now.seg.nrrd --segment liver --level 1 --trust 0.5 --outliers 20 --write-scene fit.toml -o "
-      "first.hexresult && hexsolve liver.hexmesh fit.toml --level 1 --threads 1 -o again.hexresult");
+  write_text(*folder / "m.mrk.json", R"({"markups": [{"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": [
+    {"position": [-60, 0, 0]}]}]})");
+  const CommandResult fit =
+      run("hexfit liver.hexmesh now.seg.nrrd --segment liver --level 1 --trust 0.5 --outliers 20 --landmarks "
+          "m.mrk.json m.mrk.json --write-scene fit.toml -o "
+          "first.hexresult && hexsolve liver.hexmesh fit.toml --threads 1 -o again.hexresult");
   ASSERT_EQ(fit.exit_code, 0) << fit.errors;
   const Result a = hexmesh::read_result(*folder / "first.hexresult"),
                b = hexmesh::read_result(*folder / "again.hexresult");
   EXPECT_EQ(a.displacement, b.displacement);
   EXPECT_NE(fit.errors.find("with Poisson's ratio"), std::string::npos) << fit.errors;
-  EXPECT_NE(fit.errors.find("with contrasts"), std::string::npos) << fit.errors;
   EXPECT_EQ(run("hexsolve liver.hexmesh fit.toml --plan && hexsolve liver.hexmesh fit.toml --check").exit_code, 0);
+}
+
+/// What the lattice does not have is left out, what a scene matches already stays.
+TEST_F(Fitting, SegmentsGoByTheirNamesAndScenesKeepTheirMatches) {
+  deform();
+  write_text(*folder / "n.mrk.json", R"({"markups": [{"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": [
+    {"position": [-60, 0, 0]}]}]})");
+  write_text(*folder / "more.toml", "[[match]]\nname = \"mark\"\nfrom = \"n.mrk.json\"\nto = \"n.mrk.json\"\n");
+  const CommandResult r = run(
+      "hexmesh build -q liver.nrrd --segment liver --material liver:young_kpa=3,poisson=0.45 -o only.hexmesh && hexfit "
+      "only.hexmesh now.seg.nrrd --level 2 --scene more.toml --report only.json -o only.hexresult");
+  ASSERT_EQ(r.exit_code, 0) << r.errors;
+  EXPECT_NE(r.errors.find("'tumour' of the segmentation is none of the lattice's"), std::string::npos) << r.errors;
+  const json report = read_json("only.json");
+  ASSERT_EQ(report["matches"].size(), 2U);
+  EXPECT_EQ(report["matches"][0]["name"], "mark");
+  EXPECT_EQ(report["spread"].size(), 1U) << "one material has no contrast";
 }
 
 TEST_F(Fitting, ASegmentationOfTheBodyItselfMovesNothing) {
@@ -91,6 +110,8 @@ TEST_F(Fitting, WhatIsNoTargetIsToldInOneLine) {
   expect_failure("hexfit liver.hexmesh empty.off" + to, 3, {"empty.off"});
   write_text(*folder / "patch.off", "OFF\n3 1 0\n0 0 0\n20 0 0\n0 20 0\n3 0 1 2\n");
   expect_failure("hexfit liver.hexmesh patch.off" + to, 3, {"names no segment", "liver, tumour, vessel"});
+  expect_failure("hexfit liver.hexmesh patch.off --body liver --largest-component" + to, 2, {"no target is one"});
+  expect_failure("hexfit liver.hexmesh liver.nrrd --body liver" + to, 2, {"--body", "3 segments"});
   expect_failure("hexfit liver.hexmesh patch.off --body spleen" + to, 3, {"spleen", "liver, tumour, vessel"});
   const std::string marks = R"({"markups": [{"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": [)";
   write_text(*folder / "one.mrk.json", marks + R"({"position": [0, 0, 0]}]}]})");

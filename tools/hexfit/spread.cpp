@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "cli/progress.h"
+#include "cli/solve_run.h"
 #include "hexmesh/result/result.h"
 #include "hexsolver/equilibrium/equilibrium.h"
 
@@ -18,7 +20,7 @@ using hexmesh::LatticeSegment;
 using hexmesh::Vec3;
 using hexsolver::Scene;
 
-constexpr double factor = 2;  ///< of contrasts and of the trust
+constexpr double factor = 2;  ///< of contrasts
 
 struct Variant {
   std::string of;
@@ -35,17 +37,20 @@ void replace_materials(const Lattice& lattice, Scene& scene, const F& f) {
 std::vector<Variant> variants_of(const Lattice& lattice, const Scene& scene) {
   std::vector<Variant> out;
   double least = 0.5, logs = 0;
+  double softest = std::numeric_limits<double>::infinity(), stiffest = 0;
   int count = 0;
   for (const LatticeSegment& s : lattice.segments)
     if (s.material) {
       least = std::min(least, s.material->poisson);
       logs += std::log(s.material->young);
+      softest = std::min(softest, s.material->young);
+      stiffest = std::max(stiffest, s.material->young);
       ++count;
     }
   const double poisson = least < 0.4 ? 0.45 : 0.3;
-  out.push_back({fmt::format("Poisson's ratio {:g} in place of {:g}", poisson, least), scene});
+  out.push_back({fmt::format("Poisson's ratio {:g} everywhere", poisson), scene});
   replace_materials(lattice, out.back().scene, [&](const auto&, auto& change) { change.poisson = poisson; });
-  if (count > 1) {
+  if (stiffest > (1 + 1e-9) * softest) {
     out.push_back({fmt::format("contrasts of Young's moduli times {:g}", factor), scene});
     const double middle = std::exp(logs / count);
     replace_materials(lattice, out.back().scene, [&](const hexmesh::Material& m, auto& change) {
@@ -81,18 +86,25 @@ int level_for(const Lattice& lattice, int level) {
 
 }  // namespace
 
-std::vector<Spread> find_spread(const Lattice& lattice, const Scene& fitted, int level, const Console& console) {
+std::vector<Spread> find_spread(const Lattice& lattice, const std::filesystem::path& file, const Scene& fitted,
+                                int level, const Console& console) {
   Scene scene = fitted;
   scene.error_estimation = hexsolver::ErrorEstimation::off;
   const int coarser = level_for(lattice, level);
   scene.name_level(coarser);
   const hexsolver::Outcome base = hexsolver::solve_equilibrium(lattice, scene, coarser, {});
   std::vector<Spread> out;
+  if (!base.report.converged) {
+    console.warning(
+        fmt::format("how far the fit depends on what was assumed is unknown: level {} has no solution", coarser));
+    return out;
+  }
   for (const Variant& variant : variants_of(lattice, scene)) {
     at_work("solving with " + variant.of);
-    const hexsolver::Outcome other =
-        hexsolver::solve_equilibrium(hexsolver::with_overrides(lattice, variant.scene), variant.scene, coarser, {});
-    if (!base.report.converged || !other.report.converged) {
+    int same = 0;
+    const hexsolver::Outcome other = hexsolver::solve_equilibrium(
+        read_lattice(file, variant.scene, coarser, true, same), variant.scene, coarser, {});
+    if (!other.report.converged) {
       console.warning(
           fmt::format("how far the fit depends on it is unknown: with {} there is no solution", variant.of));
       continue;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -17,10 +18,11 @@ struct Spread {
   double largest_mm = 0;  ///< of the surface
 };
 
-/// Solves again with other Poisson's ratios, with stiffnesses of segments farther apart where there are several, and
-/// with another trust, on a level coarser by one, where that has cells enough.
+/// Solves again with another Poisson's ratio, and with stiffnesses of segments farther apart where they differ, on a
+/// level coarser by one, where that has cells enough.
 /// @param level  of the fit
-std::vector<Spread> find_spread(const hexmesh::Lattice& lattice, const hexsolver::Scene& scene, int level,
-                                const Console& console);
+/// @param file   of the lattice
+std::vector<Spread> find_spread(const hexmesh::Lattice& lattice, const std::filesystem::path& file,
+                                const hexsolver::Scene& scene, int level, const Console& console);
 
 }  // namespace hextools

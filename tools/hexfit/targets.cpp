@@ -26,6 +26,12 @@ Targets::Targets(FitOptions& o, RunFiles& files, const Console& console) : o_(o)
   inputs.erase(std::remove_if(inputs.begin(), inputs.end(), is_surface), inputs.end());
   if (o.segments.has_inputs()) segments_ = std::make_unique<SegmentReader>(o.segments, files, console);
   for (const std::string& name : o.landmarks) landmarks_.push_back(&files.input(name));
+  const SegmentOptions& s = o.segments;
+  const bool asks_segments = !s.segments.empty() || !s.priority.empty() || !s.label_names.empty() || !s.roi.empty() ||
+                             !s.roi_markup.empty() || s.margin >= 0 || s.open > 0 || s.close > 0 || s.specks_ml > 0 ||
+                             s.isotropic >= 0 || s.fill_cavities || s.largest_component;
+  if (!segments_ && asks_segments)
+    throw Error(ErrorKind::usage, "--segment and what else is of segmentations goes with one, but no target is one");
   if (surfaces_.empty() && !segments_ && landmarks_.empty())
     throw Error(ErrorKind::usage,
                 "no target, expected a surface, a segmentation or --landmarks BEFORE NOW of what is seen now");
@@ -56,7 +62,10 @@ std::vector<Match> Targets::read(const std::vector<hexmesh::LatticeSegment>& seg
   std::vector<Match> out;
   const auto add = [&](const std::string& name, hexmesh::TriangleSurface target, const std::string& segment) {
     Match m;
-    m.name = m.where = name;
+    m.name = name;
+    for (int n = 2; std::any_of(out.begin(), out.end(), [&](const Match& other) { return other.name == m.name; }); ++n)
+      m.name = fmt::format("{} {}", name, n);
+    m.where = "a target";
     m.target = std::move(target);
     m.segment = segment;
     if (o_.is_part) m.is_partial = true;
@@ -72,8 +81,20 @@ std::vector<Match> Targets::read(const std::vector<hexmesh::LatticeSegment>& seg
   if (segments_) {
     // Cut as lattices are, so that the surface of the same voxels is the same to the last digit.
     const hexmesh::LabelVolume volume = hexmesh::crop_to_segments(segments_->read(), 0);
-    for (const hexmesh::Segment& s : volume.segments)
-      add(s.name, hexmesh::extract_surface(volume.grid, volume.labels, s.label), body_segment(s.name, segments));
+    if (!o_.body_segment.empty() && volume.segments.size() > 1)
+      throw Error(ErrorKind::usage, fmt::format("--body is '{}' and the segmentation has {} segments, expected one of "
+                                                "them by --segment",
+                                                o_.body_segment, volume.segments.size()));
+    for (const hexmesh::Segment& s : volume.segments) {
+      const std::string of_body = body_segment(s.name, segments);
+      if (of_body.empty() && volume.segments.size() > 1) {
+        console_.warning(fmt::format("segment '{}' of the segmentation is none of the lattice's: left out", s.name));
+        continue;
+      }
+      add(s.name, hexmesh::extract_surface(volume.grid, volume.labels, s.label), of_body);
+    }
+    if (out.empty())
+      throw Error(ErrorKind::input, "no segment of the segmentation is one of the lattice's, expected --segment");
   }
   if (!landmarks_.empty()) {
     Match m;

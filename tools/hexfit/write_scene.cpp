@@ -15,6 +15,9 @@ namespace {
 
 using std::filesystem::path;
 
+/// Without "." and "..".
+path folder_of(const path& file) { return std::filesystem::absolute(file).lexically_normal().parent_path(); }
+
 /// In TOML's basic strings.
 std::string quoted(const std::string& text) {
   std::string out = "\"";
@@ -27,7 +30,7 @@ std::string quoted(const std::string& text) {
 
 /// A file seen from a folder.
 std::string from_folder(const path& file, const path& folder) {
-  return std::filesystem::absolute(file).lexically_proximate(std::filesystem::absolute(folder)).string();
+  return std::filesystem::absolute(file).lexically_normal().lexically_proximate(folder).string();
 }
 
 }  // namespace
@@ -38,8 +41,12 @@ SceneWriter::SceneWriter(const FitOptions& o) : o_(o) {
   if (o.scene_output.empty()) return;
   if (o.scene_output == "-")
     throw Error(ErrorKind::usage, "--write-scene is '-', expected a file, beside which surfaces can lie");
+  if (std::count(o.landmarks.begin(), o.landmarks.end(), "-") > 0)
+    throw Error(ErrorKind::usage, "--landmarks is '-', expected files that the scene of --write-scene can name");
+  if (!o.scene.empty() && o.level)
+    throw Error(ErrorKind::usage, "--write-scene goes without --level, expected solve.level in --scene");
   if (!o.settings.empty()) throw Error(ErrorKind::usage, "--write-scene goes without --set, expected these in --scene");
-  if (!o.scene.empty() && path(o.scene).parent_path() != path(o.scene_output).parent_path())
+  if (!o.scene.empty() && folder_of(o.scene) != folder_of(o.scene_output))
     throw Error(ErrorKind::usage, "--write-scene is in another folder than --scene, whose names are relative to it");
 }
 
@@ -48,13 +55,13 @@ void SceneWriter::write(const Input* base, const std::vector<hexsolver::Match>& 
   const path scene = o_.scene_output;
   std::string text =
       base ? hexmesh::read_text_file(base->path(), base->known_as()) + "\n" : "[solve]\nlaw = \"neo-hookean\"\n";
-  if (o_.level) text = fmt::format("# made for --level {}\n", *o_.level) + text;
+  if (o_.level) text += fmt::format("level = {}\n", *o_.level);
   std::size_t number = 0;
   for (const hexsolver::Match& m : matches) {
     text += "\n[[match]]\nname = " + quoted(m.name) + "\n";
     if (m.is_of_landmarks()) {
-      text += fmt::format("from = {}\nto = {}\n", quoted(from_folder(o_.landmarks[0], scene.parent_path())),
-                          quoted(from_folder(o_.landmarks[1], scene.parent_path())));
+      text += fmt::format("from = {}\nto = {}\n", quoted(from_folder(o_.landmarks[0], folder_of(scene))),
+                          quoted(from_folder(o_.landmarks[1], folder_of(scene))));
     } else {
       path surface = scene;
       surface.replace_extension(fmt::format("{}.hexsurface", ++number));

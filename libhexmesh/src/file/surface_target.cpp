@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexmesh/file/surface_target.h"
 
+#include "hexmesh/core/error.h"
 #include "shared_groups.h"
 
 namespace hexmesh {
@@ -19,6 +20,8 @@ void write_surface_target(const TriangleSurface& surface, const std::filesystem:
 }
 
 TriangleSurface read_surface_target(const std::filesystem::path& path) {
+  if (!std::filesystem::exists(path))
+    throw Error(ErrorKind::input, "no such surface '" + path.string() + "', expected a .hexsurface of hexfit");
   const hdf5::Reader file(path, "surface");
   hdf5::read_header(file, format, version);
   TriangleSurface surface = hdf5::read_surface(file);

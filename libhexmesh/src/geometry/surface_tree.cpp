@@ -32,7 +32,16 @@ Foot nearest_in(const Triangle& t, const Vec3& place) {
     return foot(1 - c, c);
   }
   const double sum = va + vb + vc;
-  return foot(vb / sum, vc / sum);
+  if (sum > 1e-12 * ab.squaredNorm() * ac.squaredNorm()) return foot(vb / sum, vc / sum);
+  // Without an area: the nearest of the three edges.
+  const auto along = [](const Vec3& from, const Vec3& to) {
+    return to.squaredNorm() > 0 ? std::clamp(from.dot(to) / to.squaredNorm(), 0.0, 1.0) : 0.0;
+  };
+  const double c = along(bp, t[2] - t[1]);
+  Foot best = foot(along(ap, ab), 0);
+  for (const Foot& other : {foot(0, along(ap, ac)), foot(1 - c, c)})
+    if (other.distance < best.distance) best = other;
+  return best;
 }
 
 struct SurfaceTree::Boxes {

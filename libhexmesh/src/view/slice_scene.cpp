@@ -42,7 +42,8 @@ void SliceRenderer::add_target(const Grid& f, Canvas& canvas) const {
       const Vec3 &a = pixels[as_size(t[n])], &b = pixels[as_size(t[(n + 1) % 3])];
       if ((a[2] < 0) != (b[2] < 0)) ends.emplace_back(a + a[2] / (a[2] - b[2]) * (b - a));
     }
-    if (ends.size() == 2)
+    const auto is_near = [](const Vec3& end) { return end.cwiseAbs().maxCoeff() < 1e5; };  // of pixels there are fewer
+    if (ends.size() == 2 && is_near(ends[0]) && is_near(ends[1]))
       canvas.line(round(ends[0][0]), round(ends[0][1]), round(ends[1][0]), round(ends[1][1]), target_color);
   }
 }

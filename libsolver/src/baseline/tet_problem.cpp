@@ -22,6 +22,7 @@ void refuse_unknown(const Scene& scene) {
     throw Error(ErrorKind::usage, fmt::format("{}, which tetrahedra are not compared with", what));
   };
   if (!scene.contacts.empty()) refuse("the scene has a [[contact]]");
+  if (!scene.matches.empty()) refuse("the scene has a [[match]]");
   for (const Condition& c : scene.conditions) {
     if (!c.selection.segment.empty()) refuse(fmt::format("condition '{}' acts beside a segment", c.name));
     if (c.history) refuse(fmt::format("condition '{}' has a table", c.name));

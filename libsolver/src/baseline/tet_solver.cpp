@@ -145,6 +145,7 @@ public:
   TetLevel(const TetProblem& problem, const TetOptions& options) : equations_(problem, options) {}
 
   TetEquations& equations() { return equations_; }
+  double least_move() const { return 0; }
   bool attach(const NodeVector& /*u*/, double /*caution*/) const { return false; }
   NodeVector make_start() const { return equations_.make_field(); }
   double largest_load_step() const { return 1; }

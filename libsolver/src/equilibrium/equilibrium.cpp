@@ -49,11 +49,12 @@ bool leaves_islands_out(const Lattice& lattice, const Scene& scene, int level) {
 namespace {
 
 /// A body that stays far from what it is to lie on is no solution, whatever balances there.
-void expect_matched(const Matchings& matchings, SolveReport& report) {
+void expect_matched(const Matchings& matchings, const Lattice& lattice, SolveReport& report) {
   constexpr double far = 0.01;  // of the size of the body
+  const double most = far * size_of(lattice);
   for (std::size_t n = 0; n < matchings.size() && report.converged; ++n) {
-    const double mean = report.matches[n].distance.mean_mm, most = far * size_of(matchings[n]->points());
-    if (!(matchings[n]->is_surface() && mean > most)) continue;
+    const double mean = report.matches[n].distance.mean_mm;
+    if (!(matchings[n]->judges_mean() && mean > most)) continue;
     report.converged = false;
     report.reason = fmt::format(
         "match '{}' is {:.3g} mm off in the mean, expected at most {:.3g} mm, a hundredth of the body's size: is the "
@@ -91,7 +92,7 @@ Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int lev
                   {"meshes", problem.hierarchy().bytes()},
                   {"multigrid", solved.state.newton.preconditioner_bytes}};
   Outcome outcome = make_result(lattice, problem, solved.state.u, std::move(report));
-  expect_matched(matchings, outcome.report);
+  expect_matched(matchings, whole, outcome.report);
   outcome.result.labels = whole.labels;  // with the islands that were left out
   return outcome;
 }

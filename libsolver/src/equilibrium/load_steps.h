@@ -94,14 +94,14 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
                                            const NewtonProgress& progress) {
   constexpr int most_rounds = 40;
   constexpr double rough = 1e-3;
-  constexpr double still = 1e-3;    // of what a round moves the body by, beside its displacement
-  constexpr double nothing = 1e-9;  // mm
+  constexpr double still = 1e-3;  // of what a round moves the body by, beside how far it has come from where it began
   if (!level.attach(u, 0)) return level.minimize(options, u, progress);
   NewtonReport before;
   NewtonOptions roughly = options;
   roughly.tolerance = std::max(rough, options.tolerance);
   roughly.estimate_error = false;
-  Vector last = copy_of(u);
+  const Vector begin = level.make_start();
+  Vector last = copy_of(u), displacement = copy_of(u);
   for (int round = 0; round < most_rounds; ++round) {
     const NewtonOutcomeOf<Vector> outcome = level.minimize(roughly, u, progress);
     before.iterations += outcome.iterations;
@@ -110,9 +110,10 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
     if (outcome.interrupted || !outcome.converged) break;
     level.attach(u, caution_in(round));
     set_sum(last, u, -1, last);
-    const double moved = norm(last), size = norm(u);
+    set_sum(displacement, u, -1, begin);
+    const double moved = norm(last), size = norm(displacement);
     set_to(last, u);
-    if (moved <= still * size + nothing) break;
+    if (moved <= still * size + level.least_move()) break;
   }
   NewtonOutcomeOf<Vector> outcome = level.minimize(options, u, progress);
   outcome.iterations += before.iterations;

@@ -110,7 +110,7 @@ std::vector<std::string> check_contacts(const LevelProblem& problem, const NodeV
   for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
     const Contact& contact = problem.scene().contacts[c];
     const PenaltyContact& term = *problem.contacts()[c];
-    const PenaltyContact::State state = start ? term.state(*start) : term.state_at_rest();
+    const PenaltyContact::State state = start ? term.state(*start) : term.state_before(problem.start());
     if (state.points == 0) continue;
     const std::string what =
         fmt::format("contact '{}' ({}): {} surface points are inside it {}, up to {:.3g} mm", contact.name,

@@ -7,7 +7,7 @@
 
 namespace hexsolver {
 
-void LandmarkMatching::pull(const std::vector<Vec3>& places, Pull& out) const {
+void LandmarkMatching::pull(const std::vector<Vec3>& places, const Eigen::Isometry3d& /*pose*/, Pull& out) const {
   out.reset(places.size());
   for (std::size_t n = 0; n < places.size(); ++n) {
     const Vec3 away = places[n] - wanted_[n];
@@ -20,7 +20,7 @@ void LandmarkMatching::pull(const std::vector<Vec3>& places, Pull& out) const {
 
 /// All of them, however few samples of a surface are wanted: those of a surface stand for as much more.
 void LandmarkMatching::pair(const Eigen::Isometry3d& /*pose*/, std::size_t every, const Pair& f) const {
-  for (std::size_t n = 0; n < points_.size(); ++n) f(area_ / static_cast<double>(every), points_[n], wanted_[n]);
+  for (std::size_t n = 0; n < points_.size(); ++n) f(area_ / static_cast<double>(every), 1, points_[n], wanted_[n]);
 }
 
 MatchReport LandmarkMatching::distances(const std::vector<Vec3>& places) const {

@@ -14,10 +14,10 @@ public:
       : name_(match.name), points_(match.from), wanted_(match.to), area_(area), stiffness_(area * stiffness) {}
 
   const std::vector<Vec3>& points() const override { return points_; }
-  void pull(const std::vector<Vec3>& places, Pull& out) const override;
+  void pull(const std::vector<Vec3>& places, const Eigen::Isometry3d& pose, Pull& out) const override;
   void pair(const Eigen::Isometry3d& pose, std::size_t every, const Pair& f) const override;
   bool is_whole() const override { return false; }
-  bool is_surface() const override { return false; }
+  bool judges_mean() const override { return false; }
   Vec3 middle() const override { return Vec3::Zero(); }
   Mat3 spread() const override { return Mat3::Zero(); }
   MatchReport distances(const std::vector<Vec3>& places) const override;

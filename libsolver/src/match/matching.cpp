@@ -35,12 +35,6 @@ const LatticeSegment& segment_of(const Match& match, const Lattice& lattice) {
   return *found;
 }
 
-double area_of(const hexmesh::TriangleSurface& surface) {
-  double area = 0;
-  for (const double a : hexmesh::areas_of_points(surface.points, surface.triangles)) area += a;
-  return area;
-}
-
 /// Mean of the segments, by volume [MPa].
 double young_of(const Lattice& lattice) {
   double sum = 0, voxels = 0;
@@ -53,31 +47,37 @@ double young_of(const Lattice& lattice) {
 }
 
 /// The distance that a match trusts where it names none: of the body's size.
-double trust_of(const Match& match, const hexmesh::TriangleSurface& body) {
+double trust_of(const Match& match, const Lattice& lattice) {
   constexpr double of_size = 1e-3;
-  if (match.trust > 0) return match.trust;
-  return of_size * size_of(body.points);
+  return match.trust > 0 ? match.trust : of_size * size_of(lattice);
 }
 
 /// Which traction leaves the distance that a match trusts, over Young's modulus.
 constexpr double traction = 0.1;
-/// Of the body's surface, that a landmark stands for.
-constexpr double of_landmark = 0.01;
+/// Of the body's size, the edge of the square that a landmark stands for: about a hundredth of the surface.
+constexpr double of_landmark = 1.0 / 8;
 
 }  // namespace
 
-double size_of(const std::vector<Vec3>& points) {
-  Eigen::AlignedBox3d box;
-  for (const Vec3& p : points) box.extend(p);
-  return points.empty() ? 0 : box.diagonal().norm();
+double size_of(const Lattice& lattice) {
+  const Index3& n = lattice.voxels.extent();
+  return lattice.voxels.spacing().cwiseProduct(Vec3(n[0], n[1], n[2])).norm();
 }
 
 Matchings make_matchings(const Scene& scene, const Lattice& lattice) {
+  constexpr double most = 1e6;  // mm
   Matchings out;
   for (const Match& match : scene.matches) {
+    for (const std::vector<Vec3>* places : {&match.target.points, &match.to})
+      for (const Vec3& p : *places)
+        if (!(p.cwiseAbs().maxCoeff() <= most))
+          throw hexmesh::Error(hexmesh::ErrorKind::input,
+                               fmt::format("{} has a point at [{:g}, {:g}, {:g}] mm, expected within {:g} mm",
+                                           with_place("match", match), p[0], p[1], p[2], most));
     if (match.is_of_landmarks()) {
-      const double stiffness = traction * young_of(lattice) / trust_of(match, lattice.surface);
-      out.push_back(std::make_shared<LandmarkMatching>(match, of_landmark * area_of(lattice.surface), stiffness));
+      const double stiffness = traction * young_of(lattice) / trust_of(match, lattice);
+      const double edge = of_landmark * size_of(lattice);
+      out.push_back(std::make_shared<LandmarkMatching>(match, edge * edge, stiffness));
       continue;
     }
     const LatticeSegment& segment = segment_of(match, lattice);
@@ -86,7 +86,7 @@ Matchings make_matchings(const Scene& scene, const Lattice& lattice) {
       throw hexmesh::Error(hexmesh::ErrorKind::input,
                            fmt::format("{}: segment '{}' has no picture surface, expected one to lie on the target",
                                        with_place("match", match), segment.segment.name));
-    const double stiffness = traction * segment.material->young / trust_of(match, body);
+    const double stiffness = traction * segment.material->young / trust_of(match, lattice);
     out.push_back(std::make_shared<SurfaceMatching>(match, std::move(body), stiffness));
   }
   return out;

@@ -32,17 +32,20 @@ public:
   virtual const std::vector<Vec3>& points() const = 0;  ///< of the body, at rest [mm]
 
   /// @param places  of the points
-  virtual void pull(const std::vector<Vec3>& places, Pull& out) const = 0;
+  /// @param pose    where the body began: what nothing is known of is held there, weakly
+  virtual void pull(const std::vector<Vec3>& places, const Eigen::Isometry3d& pose, Pull& out) const = 0;
 
-  /// Pairs that a rigid motion is to bring together: f(weight [mm^2], point of the body at rest, where it is to be).
+  /// Pairs that a rigid motion is to bring together: f(area [mm^2], part of it that counts, point of the body at rest,
+  /// where it is to be).
   /// @param pose   of the body now
   /// @param every  so many samples are one
-  using Pair = std::function<void(double weight, const Vec3& rest, const Vec3& wanted)>;
+  using Pair = std::function<void(double area, double part, const Vec3& rest, const Vec3& wanted)>;
   virtual void pair(const Eigen::Isometry3d& pose, std::size_t every, const Pair& f) const = 0;
 
   /// Whether all of the body is to lie on all of a closed surface.
   virtual bool is_whole() const = 0;
-  virtual bool is_surface() const = 0;
+  /// Whether to be far from the target in the mean is to have missed it.
+  virtual bool judges_mean() const = 0;
   virtual Vec3 middle() const = 0;  ///< of where the body is to be [mm]
   virtual Mat3 spread() const = 0;  ///< about that: the mean of x x^T [mm^2]
 
@@ -52,8 +55,8 @@ public:
 
 using Matchings = std::vector<std::shared_ptr<const Matching>>;
 
-/// The size of a body: the diagonal of the box around its points [mm].
-double size_of(const std::vector<Vec3>& points);
+/// The size of a body: the diagonal of the lattice's box [mm].
+double size_of(const hexmesh::Lattice& lattice);
 
 /// Of each [[match]], in their order.
 /// @param lattice  with its picture surface

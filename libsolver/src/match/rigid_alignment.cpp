@@ -24,16 +24,16 @@ Aligned iterate(const Matchings& matchings, const Vec3& center, Isometry3d pose,
   double size = 0, left = 0;
   for (int n = 0; n < most; ++n) {
     RigidFit fit;
-    double weight = 0, sum = 0;
+    double all = 0, sum = 0;
     for (const auto& m : matchings)
-      m->pair(pose, every, [&](double w, const Vec3& rest, const Vec3& wanted) {
-        fit.add(w, rest - center, wanted - rest);
+      m->pair(pose, every, [&](double area, double part, const Vec3& rest, const Vec3& wanted) {
+        fit.add(area * part, rest - center, wanted - rest);
         size = std::max(size, (rest - center).norm());
-        weight += w;
-        sum += w * (pose * rest - wanted).squaredNorm();
+        all += area;
+        sum += area * part * (pose * rest - wanted).squaredNorm();
       });
-    left = weight > 0 ? std::sqrt(sum / weight) : 0;
-    if (weight == 0 || left <= 1e-12 * size) break;
+    left = all > 0 ? std::sqrt(sum / all) : 0;
+    if (all == 0 || left <= 1e-12 * size) break;
     fit.solve();
     const Isometry3d next = Eigen::Translation3d(center) * fit.motion() * Eigen::Translation3d(-center);
     const Isometry3d change = pose.inverse() * next;

@@ -82,10 +82,23 @@ std::pair<double, double> SurfaceMatching::huber(double distance) const {
   return {distance * distance / 2, 1};
 }
 
-void SurfaceMatching::pull(const std::vector<Vec3>& places, Pull& out) const {
+void SurfaceMatching::pull(const std::vector<Vec3>& places, const Eigen::Isometry3d& pose, Pull& out) const {
   out.reset(places.size());
-  pull_body(places, out);
+  if (is_partial_)
+    hold(places, pose, out);
+  else
+    pull_body(places, out);
   pull_to_target(places, out);
+}
+
+void SurfaceMatching::hold(const std::vector<Vec3>& places, const Eigen::Isometry3d& pose, Pull& out) const {
+  for (const auto& [point, area] : body_samples_) {
+    const Vec3 away = places[point] - pose * body_.points[point];
+    out.energy += of_body_ * area * away.squaredNorm() / 2;
+    out.gradient[point] += of_body_ * area * away;
+    out.hessian[point] += of_body_ * area * Mat3::Identity();
+    out.bound[point] += of_body_ * area;
+  }
 }
 
 void SurfaceMatching::pull_body(const std::vector<Vec3>& places, Pull& out) const {
@@ -139,7 +152,7 @@ void SurfaceMatching::pair(const Eigen::Isometry3d& pose, std::size_t every, con
   });
   for (std::size_t n = 0; n < on_body.size(); ++n) {
     const auto& [point, area] = target_samples_[n * every];
-    f(area, on_body[n].place, target_.points[point]);
+    f(area, huber(on_body[n].distance).second, on_body[n].place, target_.points[point]);
   }
   if (is_partial_) return;
   const auto on_target = feet(target_tree_, count(body_samples_), [&](std::size_t n) -> Vec3 {
@@ -147,7 +160,7 @@ void SurfaceMatching::pair(const Eigen::Isometry3d& pose, std::size_t every, con
   });
   for (std::size_t n = 0; n < on_target.size(); ++n) {
     const auto& [point, area] = body_samples_[n * every];
-    f(area, body_.points[point], on_target[n].place);
+    f(area, huber(on_target[n].distance).second, body_.points[point], on_target[n].place);
   }
 }
 

@@ -11,8 +11,8 @@ namespace hexsolver {
 ///     + sum over points t of the target    s_t rho(distance of t from the deformed body),
 /// rho(d) = d^2 / 2, or linear beyond a distance d0 (Huber): d0 (d - d0 / 2). s is the stiffness of the [[match]] times
 /// the area that a point stands for. Both sums have half of it; of a target that is a part of the surface the second
-/// has all, and the first as little as keeps the body from drifting. Points slide: across the normal nothing holds
-/// them.
+/// has all, and in place of the first the points of the body are held where it began, as little as keeps it from
+/// drifting. Points slide: across the normal nothing holds them.
 class SurfaceMatching final : public Matching {
 public:
   /// @param body       at rest; its points are points()
@@ -22,10 +22,10 @@ public:
   SurfaceMatching& operator=(const SurfaceMatching&) = delete;
 
   const std::vector<Vec3>& points() const override { return body_.points; }
-  void pull(const std::vector<Vec3>& places, Pull& out) const override;
+  void pull(const std::vector<Vec3>& places, const Eigen::Isometry3d& pose, Pull& out) const override;
   void pair(const Eigen::Isometry3d& pose, std::size_t every, const Pair& f) const override;
   bool is_whole() const override { return !is_partial_; }
-  bool is_surface() const override { return true; }
+  bool judges_mean() const override { return outliers_ == 0; }
   Vec3 middle() const override;
   Mat3 spread() const override;
   MatchReport distances(const std::vector<Vec3>& places) const override;
@@ -36,6 +36,7 @@ private:
     double area;  ///< [mm^2]
   };
   static std::vector<Sample> samples_of(const std::vector<double>& areas);
+  void hold(const std::vector<Vec3>& places, const Eigen::Isometry3d& pose, Pull& out) const;
   void pull_body(const std::vector<Vec3>& places, Pull& out) const;
   void pull_to_target(const std::vector<Vec3>& places, Pull& out) const;
   /// The energy of a distance, its first derivative over the distance.

@@ -114,7 +114,7 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int le
     check.warnings.insert(check.warnings.end(), of_level.begin(), of_level.end());
   }
   for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
-    const PenaltyContact::State state = problem.contacts()[c]->state_at_rest();
+    const PenaltyContact::State state = problem.contacts()[c]->state_before(problem.start());
     check.contacts.push_back({scene.contacts[c].name, state.points, state.deepest, state.nearest, state.force});
   }
   check.conditions = report_points(problem.constraints(), problem.scene());

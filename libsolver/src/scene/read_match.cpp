@@ -6,7 +6,7 @@
 namespace hexsolver {
 namespace {
 
-/// Places of a key: the points of a markup, or rows [x, y, z].
+/// Places of a key: the points of a markup.
 std::vector<Vec3> read_places(TomlReader& table, const char* key, const std::filesystem::path& folder, Match& match) {
   constexpr const char* expected = "a markup file of points (.mrk.json, .fcsv)";
   const auto name = table.text(key, expected);

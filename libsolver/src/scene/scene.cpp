@@ -130,6 +130,9 @@ void check_matches(Scene& scene) {
   const std::string what = with_place("match", scene.matches.front());
   if (scene.dynamics)
     throw Error(ErrorKind::input, what + " goes with an equilibrium, expected solve.kind = \"equilibrium\"");
+  if (scene.is_graded())
+    throw Error(ErrorKind::input, what + " lies on all of the surface, expected cells alike, solve.grading = \"off\"");
+  check_names(scene);
   if (scene.finds_strain) {
     scene.finds_strain = false;
     scene.elasticity = Elasticity::corotational;

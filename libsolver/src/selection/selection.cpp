@@ -310,7 +310,7 @@ std::vector<SurfacePoint> Selector::embed(const std::vector<Vec3>& places) const
     out.emplace_back();
     Embedding e = locator.locate_position(place);
     if (e.cell < 0) continue;
-    if (mesh_.is_graded()) {
+    if (cells_.is_graded()) {
       Index3 voxel = level.cells[hexmesh::as_size(e.cell)];
       for (std::size_t d = 0; d < 3; ++d) voxel[d] *= level.voxels_per_cell[d];
       e = embed(voxel, lattice().voxels.continuous_index(place));

@@ -93,8 +93,8 @@ double PenaltyContact::largest_load_step() const {
 
 PenaltyContact::State PenaltyContact::state(const NodeVector& u) const { return state(u, moved_); }
 
-PenaltyContact::State PenaltyContact::state_at_rest() const {
-  return state(NodeVector::Zero(mesh_.num_dofs()), contact_.history ? contact_.history->at(0) : Vec3::Zero());
+PenaltyContact::State PenaltyContact::state_before(const NodeVector& u) const {
+  return state(u, contact_.history ? contact_.history->at(0) : Vec3::Zero());
 }
 
 std::vector<Vec3> PenaltyContact::places_swept_at_rest() const {

@@ -38,8 +38,8 @@ public:
     Vec3 force = Vec3::Zero();  ///< on the body [N]
     bool is_inside = false;     ///< the centre of a ball lies in the body: it went through the surface
   };
-  State state(const NodeVector& u) const;  ///< as the last set_progress() says
-  State state_at_rest() const;             ///< before the obstacle has moved
+  State state(const NodeVector& u) const;         ///< as the last set_progress() says
+  State state_before(const NodeVector& u) const;  ///< before the obstacle has moved
 
   /// Points of the body at rest that the obstacle has in it on its way [mm].
   std::vector<Vec3> places_swept_at_rest() const;

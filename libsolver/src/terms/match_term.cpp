@@ -12,8 +12,8 @@
 namespace hexsolver {
 
 MatchTerm::MatchTerm(std::string name, std::shared_ptr<const Matching> matching, const Mesh& mesh,
-                     const std::vector<SurfacePoint>& points)
-    : name_(std::move(name)), matching_(std::move(matching)), mesh_(mesh), hessians_(mesh) {
+                     const std::vector<SurfacePoint>& points, const Eigen::Isometry3d& pose)
+    : name_(std::move(name)), matching_(std::move(matching)), mesh_(mesh), pose_(pose), hessians_(mesh) {
   for (std::size_t n = 0; n < points.size(); ++n) points_.push_back({points[n].cell, points[n].weights, n});
   std::stable_sort(points_.begin(), points_.end(), [](const Point& a, const Point& b) { return a.cell < b.cell; });
 }
@@ -27,7 +27,7 @@ std::vector<Vec3> MatchTerm::places(const NodeVector& u) const {
 
 void MatchTerm::attach(const NodeVector& u, double caution) {
   attached_at_ = places(u);
-  matching_->pull(attached_at_, pull_);
+  matching_->pull(attached_at_, pose_, pull_);
   for (std::size_t n = 0; n < pull_.hessian.size(); ++n)
     pull_.hessian[n] += caution * (pull_.bound[n] * Mat3::Identity() - pull_.hessian[n]);
   set_hessians();
@@ -71,7 +71,7 @@ void MatchTerm::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVect
 
 std::size_t MatchTerm::bytes() const {
   return hexmesh::bytes_of(points_) + hessians_.bytes() + hexmesh::bytes_of(attached_at_) +
-         hexmesh::bytes_of(pull_.gradient) + hexmesh::bytes_of(pull_.hessian);
+         hexmesh::bytes_of(pull_.bound) + hexmesh::bytes_of(pull_.gradient) + hexmesh::bytes_of(pull_.hessian);
 }
 
 std::vector<std::unique_ptr<MatchTerm>> make_match_terms(const Scene& scene, const Matchings& matchings,
@@ -88,7 +88,8 @@ std::vector<std::unique_ptr<MatchTerm>> make_match_terms(const Scene& scene, con
             fmt::format("{}: its point [{:.1f}, {:.1f}, {:.1f}] is in no cell, expected at most {:g} mm from the body",
                         with_place("match", match), at[0], at[1], at[2], hexmesh::embedding_reach));
       }
-    out.push_back(std::make_unique<MatchTerm>(match_name(match), matchings[n], mesh, points));
+    out.push_back(std::make_unique<MatchTerm>(match_name(match), matchings[n], mesh, points,
+                                              scene.pose.value_or(Eigen::Isometry3d::Identity())));
   }
   return out;
 }

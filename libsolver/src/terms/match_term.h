@@ -18,8 +18,9 @@ class MatchTerm final : public Term {
 public:
   /// @param mesh    must outlive this
   /// @param points  those of the matching, where they sit in the mesh
+  /// @param pose    where the body begins
   MatchTerm(std::string name, std::shared_ptr<const Matching> matching, const Mesh& mesh,
-            const std::vector<SurfacePoint>& points);
+            const std::vector<SurfacePoint>& points, const Eigen::Isometry3d& pose = Eigen::Isometry3d::Identity());
 
   EffectKind effect() const override { return EffectKind::match; }
   std::string name() const override { return name_; }
@@ -44,6 +45,7 @@ private:
   std::string name_;
   std::shared_ptr<const Matching> matching_;
   const Mesh& mesh_;
+  Eigen::Isometry3d pose_;
   struct Point {
     std::int32_t cell;
     NodeWeights weights;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <map>
 
 #include "hexmesh/geometry/surface_tree.h"
@@ -128,13 +129,13 @@ protected:
 TEST_P(Pulls, ForcesAreDerivativesOfTheEnergyWhichSpringsBound) {
   const SurfaceMatching matching(match, lattice.surface, 0.01);
   Pull here, there;
-  matching.pull(places, here);
+  matching.pull(places, Isometry3d::Identity(), here);
   for (unsigned seed = 1; seed < 6; ++seed) {
     const NodeVector direction = noise(3 * places.size(), 1, seed);
     constexpr double h = 1e-6;
-    matching.pull(along(direction, h), there);
+    matching.pull(along(direction, h), Isometry3d::Identity(), there);
     double after = there.energy;
-    matching.pull(along(direction, -h), there);
+    matching.pull(along(direction, -h), Isometry3d::Identity(), there);
     const double measured = (after - there.energy) / (2 * h);
     double claimed = 0, size = 0;
     for (std::size_t n = 0; n < places.size(); ++n) {
@@ -144,7 +145,7 @@ TEST_P(Pulls, ForcesAreDerivativesOfTheEnergyWhichSpringsBound) {
     }
     EXPECT_NEAR(measured, claimed, 1e-6 * size);
     for (const double length : {0.01, 0.3, 3.0}) {
-      matching.pull(along(direction, length), there);
+      matching.pull(along(direction, length), Isometry3d::Identity(), there);
       double bound = here.energy;
       for (std::size_t n = 0; n < places.size(); ++n) {
         const Vec3 d = length * direction.segment<3>(3 * static_cast<Eigen::Index>(n));
@@ -175,7 +176,7 @@ TEST(SurfaceMatching, PointsSlideAlongFaces) {
   match.is_partial = false;
   const SurfaceMatching matching(match, body, 2);
   Pull pull;
-  matching.pull(body.points, pull);
+  matching.pull(body.points, Isometry3d::Identity(), pull);
   const double area = 0.04 / 3;  // of each point; the target's points are nearest to edges and corners of the body
   for (const Vec3& g : pull.gradient) EXPECT_GT(g[2], 0.99 * area) << "half of the stiffness, 1 mm";
   EXPECT_NEAR(matching.distances(body.points).body_to_target->mean_mm, 1, 1e-12);
@@ -249,6 +250,62 @@ TEST(Matching, LandmarksPullTheirPointsAndNothingElseIsNeeded) {
   EXPECT_LT(outcome.report.matches.at(0).distance.largest_mm, 0.02);
   scene.matches[0].from[0] += Vec3(500, 0, 0);
   EXPECT_THROW(solve_equilibrium(lattice, scene, 0), hexmesh::Error) << "a landmark in no cell";
+}
+
+/// What is not seen stays where the rigid motion puts it, however little is seen.
+TEST(Matching, APartOfTheBodyItselfMovesNothing) {
+  const Lattice lattice = crooked_body();
+  for (const double limit : {5.0, 20.0, 29.0}) {
+    TriangleSurface part = lattice.surface;
+    std::erase_if(part.triangles, [&](const auto& t) {
+      return std::any_of(t.begin(), t.end(),
+                         [&](std::int32_t n) { return part.points[hexmesh::as_size(n)][0] < limit; });
+    });
+    ASSERT_FALSE(part.triangles.empty());
+    Scene scene;
+    scene.elasticity = Elasticity::neo_hookean;
+    scene.matches = {match_to(part)};
+    const Outcome outcome = solve_equilibrium(lattice, scene, 1);
+    ASSERT_TRUE(outcome.report.converged) << outcome.report.reason;
+    for (const Vec3& u : outcome.result.displacement) ASSERT_LT(u.norm(), 1e-6) << limit;
+  }
+}
+
+TEST(Matching, PiecesThatAreOutliersPullLittle) {
+  const Lattice lattice = crooked_body();
+  TriangleSurface target = lattice.surface;
+  const auto first = static_cast<std::int32_t>(target.points.size());
+  for (const Vec3& p : {Vec3(0, 40, 0), Vec3(8, 40, 0), Vec3(0, 48, 0), Vec3(0, 40, 8)}) target.points.push_back(p);
+  for (const auto& t : {std::array{0, 2, 1}, std::array{0, 1, 3}, std::array{0, 3, 2}, std::array{1, 2, 3}})
+    target.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+  target.segment.assign(target.triangles.size(), 1);
+  double moved[2] = {};
+  for (const double outliers : {0.0, 0.5}) {
+    Scene scene;
+    scene.elasticity = Elasticity::neo_hookean;
+    scene.matches = {match_to(target)};
+    scene.matches[0].outliers = outliers;
+    const Outcome outcome = solve_equilibrium(lattice, scene, 1);
+    ASSERT_TRUE(outcome.report.converged || outliers == 0) << outcome.report.reason;
+    for (const Vec3& u : outcome.result.displacement)
+      moved[outliers > 0] += u.norm() / static_cast<double>(outcome.result.displacement.size());
+  }
+  EXPECT_LT(moved[1], 0.3 * moved[0]);
+}
+
+TEST(Matching, GoesWithCellsAlikeAndContactsThatAreMetOnTheWay) {
+  const Lattice lattice = crooked_body();
+  Scene scene;
+  scene.elasticity = Elasticity::corotational;
+  const Vec3 shift(3000, 0, 0);
+  scene.matches = {match_to(moved(lattice.surface, [&](const Vec3& p) -> Vec3 { return p + shift; }))};
+  scene.contacts = {{"ball", "test", Ball{Vec3(8, 5, 5), 12}, Vec3::Zero(), 0.1}};
+  EXPECT_TRUE(solve_equilibrium(lattice, scene, 1).report.converged) << "it is where the body was";
+  scene.contacts[0].obstacle = Ball{Vec3(3008, 5, 5), 12};
+  EXPECT_THROW(solve_equilibrium(lattice, scene, 1), hexmesh::Error) << "it is in the body";
+  scene.contacts.clear();
+  scene.grading = Grading::scene;
+  EXPECT_THROW(check_matches(scene), hexmesh::Error);
 }
 
 TEST(Matching, ATargetThatIsNotThisBodyIsNoSolution) {
