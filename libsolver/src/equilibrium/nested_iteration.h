@@ -362,7 +362,7 @@ void NestedIteration<Level>::add_look(double seconds) {
 template <EquilibriumLevel Level>
 bool NestedIteration<Level>::is_accurate() const {
   constexpr std::size_t least_cells = 100;
-  const double margin = scene_.is_graded() ? 3 : 1.5;
+  const double margin = scene_.is_graded() || !scene_.contacts.empty() ? 3 : 1.5;
   const LevelReport& last = report_.levels.back();
   const bool is_finest = last.level == finest_ && !scene_.is_graded();
   if (!is_finest && last.cells < least_cells) return false;
