@@ -26,6 +26,18 @@ TEST(Markup, AnRoiBecomesABox) {
   EXPECT_LT((box.to_box * (Vec3(10, 19, 30) - box.center) - Vec3(1, 0, 0)).norm(), 1e-12);
 }
 
+TEST(Markup, PointsOfElastixAreAllThere) {
+  const TemporaryFolder folder;
+  const auto points_of = [&](const std::string& text) {
+    write_text(folder / "a.txt", text);
+    return read_markup(folder / "a.txt").points;
+  };
+  EXPECT_EQ(points_of("point\n2\n1 2 3\n-4.5 5 6e1\n"), (std::vector{Vec3(1, 2, 3), Vec3(-4.5, 5, 60)}));
+  for (const char* bad : {"index\n1\n1 2 3\n", "point\n2\n1 2 3\n", "point\n1\n1 2 3\n4 5 6\n", "point\n0\n", "",
+                          "point\n-1\n1 2 3\n", "point\n1\n1 2 nan\n", "point\n1\n1 2 1e20\n"})
+    EXPECT_NE(message_of(ErrorKind::input, [&] { points_of(bad); }).find("a.txt"), std::string::npos) << bad;
+}
+
 TEST(Markup, WhatIsNoMarkupIsNamed) {
   const TemporaryFolder folder;
   write_text(folder / "a.mrk.json", "{\"markups\":[]}");

@@ -7,7 +7,8 @@ void add_options(CLI::App& app, FitOptions& o) {
   app.add_option("lattice", o.lattice, "Lattice file of hexmesh build: the body before")->required();
   add_segment_options(app, o.segments);
   app.add_option("--landmarks", o.landmarks,
-                 "BEFORE NOW: two markups of 3D Slicer (.mrk.json, .fcsv) of the same points, inside or on the body")
+                 "BEFORE NOW: two markups of 3D Slicer (.mrk.json, .fcsv), or points of elastix (.txt), of the same "
+                 "points, inside or on the body")
       ->expected(2);
   app.add_option("--body", o.body_segment,
                  "Segment of the lattice whose surface is to lie on the targets; without it each target is of the "

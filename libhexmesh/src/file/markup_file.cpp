@@ -88,6 +88,21 @@ Markup read_fcsv(const std::string& text) {
   return out;
 }
 
+/// "point", how many, and so many rows x y z, LPS in mm: the points of elastix and transformix.
+Markup read_elastix(const std::string& text) {
+  std::istringstream file(text);
+  std::string kind;
+  std::size_t count = 0;
+  if (!(file >> kind >> count) || kind != "point")
+    throw std::runtime_error(kind == "index" ? "indices of voxels" : "no 'point' and number of points");
+  Markup out{"Fiducial", {}, {}};
+  Vec3 p;
+  while (out.points.size() < count && file >> p[0] >> p[1] >> p[2]) out.points.push_back(p);
+  if (out.points.size() < count || (file >> kind) || count == 0)
+    throw std::runtime_error(fmt::format("not the {} points that it claims", count));
+  return out;
+}
+
 Markup read_json(const std::string& text) {
   const json document = parse_json(text);
   const json& markup = document.at("markups").at(0);
@@ -107,12 +122,15 @@ Markup read_markup(const std::filesystem::path& path) {
   constexpr std::uintmax_t most_bytes = std::uintmax_t{32} << 20;  // curves of many thousand points
   const std::string text = read_text_file(path, path.string(), most_bytes);
   try {
-    Markup out = path.extension() == ".fcsv" ? read_fcsv(text) : read_json(text);
+    const std::filesystem::path ending = path.extension();
+    Markup out = ending == ".fcsv" ? read_fcsv(text) : ending == ".txt" ? read_elastix(text) : read_json(text);
     for (const Vec3& p : out.points) check_place(p);
     return out;
   } catch (const std::exception& e) {
-    throw Error(ErrorKind::input, fmt::format("markup '{}' cannot be used: {}, expected a 3D Slicer .mrk.json or .fcsv",
-                                              path.string(), e.what()));
+    throw Error(ErrorKind::input,
+                fmt::format("markup '{}' cannot be used: {}, expected a 3D Slicer .mrk.json or .fcsv, or "
+                            "points of elastix (.txt)",
+                            path.string(), e.what()));
   }
 }
 

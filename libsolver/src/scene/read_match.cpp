@@ -8,7 +8,7 @@ namespace {
 
 /// Places of a key: the points of a markup.
 std::vector<Vec3> read_places(TomlReader& table, const char* key, const std::filesystem::path& folder, Match& match) {
-  constexpr const char* expected = "a markup file of points (.mrk.json, .fcsv)";
+  constexpr const char* expected = "a file of points (.mrk.json, .fcsv, .txt)";
   const auto name = table.text(key, expected);
   if (!name) return {};
   const std::filesystem::path path = folder / *name;
