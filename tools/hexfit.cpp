@@ -34,16 +34,6 @@ Scene scene_of(const FitOptions& o, const Input* file, RunFiles& files) {
   return hexsolver::make_scene(settings);
 }
 
-std::vector<std::string> checksums(const Input& lattice, const Input* scene_file, const Scene& scene,
-                                   const Targets& targets) {
-  std::vector<std::string> read = {hexmesh::content_checksum(lattice.path()) + "  " + lattice.name()};
-  if (scene_file) read.push_back(checksum_line(scene_file->name(), scene_file->path()));
-  for (const std::filesystem::path& file : hexsolver::files_of(scene))
-    read.push_back(checksum_line(file.string(), file));
-  for (const Input* file : targets.files()) read.push_back(checksum_line(file->name(), file->path()));
-  return read;
-}
-
 int run(FitOptions& o, const CommonOptions& common, const Console& console) {
   RunTimes times;
   times.start = omp_get_wtime();
@@ -77,7 +67,10 @@ int run(FitOptions& o, const CommonOptions& common, const Console& console) {
   for (const Spread& s : spread)
     summary["spread"].push_back({{"of", s.of}, {"mean_mm", s.mean_mm}, {"largest_mm", s.largest_mm}});
   result.history = lattice.history;
-  result.history.push_back(history_entry(checksums(lattice_file, scene_file, scene, targets)));
+  std::vector<std::string> read =
+      files_read(o.lattice, lattice_file.path(), o.scene, scene_file ? scene_file->path() : "", scene);
+  for (const Input* file : targets.files()) read.push_back(checksum_line(file->name(), file->path()));
+  result.history.push_back(history_entry(read));
   result.report = json_line(summary);
   result.costs = json_line(costs_of(report, times.read_done - times.start));
   const double solve_done = omp_get_wtime();

@@ -155,7 +155,7 @@ int main(int argc, char** argv) {
        [o, &run](CLI::App& app, const CommonOptions& common, const Console& console) -> std::function<int()> {
          omp_set_num_threads(1);  // a process for each core, unless --threads says otherwise
          app.add_option("lattice", o->lattice, "Lattice file of hexmesh build")->required();
-         app.add_option("scene", o->scene, "Scene file (TOML): an equilibrium without contacts");
+         app.add_option("scene", o->scene, "Scene file (TOML): an equilibrium without contacts and matches");
          app.add_option("--level", o->level,
                         "Mechanical level, 0 = voxels; without it and what the scene says the finest of at most 20000 "
                         "cells")

@@ -373,14 +373,20 @@ void summarize(const SolveReport& r, const Console& console) {
                            r.strain_energy_n_mm, r.min_jacobian, r.inverted_voxels, 100 * r.volume_change));
 }
 
+std::vector<std::string> files_read(const std::string& lattice, const std::filesystem::path& lattice_file,
+                                    const std::string& scene_name, const std::filesystem::path& scene_file,
+                                    const hexsolver::Scene& scene) {
+  std::vector<std::string> read = {hexmesh::content_checksum(lattice_file) + "  " + lattice};
+  if (!scene_name.empty()) read.push_back(checksum_line(scene_name, scene_file));
+  for (const std::filesystem::path& file : hexsolver::files_of(scene))
+    read.push_back(checksum_line(file.string(), file));
+  return read;
+}
+
 std::string solve_history(const std::string& lattice, const std::filesystem::path& lattice_file,
                           const std::string& scene_name, const std::filesystem::path& scene_file,
                           const hexsolver::Scene& scene) {
-  std::vector<std::string> read = {hexmesh::content_checksum(lattice_file) + "  " + lattice,
-                                   checksum_line(scene_name, scene_file)};
-  for (const std::filesystem::path& file : hexsolver::files_of(scene))
-    read.push_back(checksum_line(file.string(), file));
-  return history_entry(read);
+  return history_entry(files_read(lattice, lattice_file, scene_name, scene_file, scene));
 }
 
 }  // namespace hextools

@@ -89,8 +89,6 @@ SurfaceTree::SurfaceTree(std::span<const Vec3> points, std::span<const std::arra
 }
 
 SurfaceTree::~SurfaceTree() = default;
-SurfaceTree::SurfaceTree(SurfaceTree&&) noexcept = default;
-SurfaceTree& SurfaceTree::operator=(SurfaceTree&&) noexcept = default;
 
 Triangle SurfaceTree::corners(std::size_t triangle) const {
   const auto& t = triangles_[triangle];

@@ -40,9 +40,9 @@ std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selecto
   return points;
 }
 
-void add_matched_points(const Matchings& matchings, const Selector& selector, std::vector<ConstraintPoint>& points) {
-  for (const auto& matching : matchings)
-    for (const SurfacePoint& p : selector.embed(matching->points()))
+void add_matched_points(const MatchedPoints& matched, std::vector<ConstraintPoint>& points) {
+  for (const std::vector<SurfacePoint>& of_one : matched)
+    for (const SurfacePoint& p : of_one)
       if (p.cell >= 0) points.push_back({0, p.cell, p.weights});
 }
 

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "constraints/constraints.h"
-#include "match/matching.h"
 #include "selection/selection.h"
+#include "terms/match_term.h"
 
 namespace hexsolver {
 
@@ -13,6 +13,6 @@ namespace hexsolver {
 std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selector);
 
 /// What a [[match]] pulls is held by that, as if its points were: for the search of what nothing holds.
-void add_matched_points(const Matchings& matchings, const Selector& selector, std::vector<ConstraintPoint>& points);
+void add_matched_points(const MatchedPoints& matched, std::vector<ConstraintPoint>& points);
 
 }  // namespace hexsolver

@@ -36,7 +36,7 @@ std::vector<std::int32_t> islands_to_leave_out(const Lattice& lattice, const Sce
   const Mesh mesh = all.make_mesh();
   Selector selector(all, mesh);
   std::vector<ConstraintPoint> holding = select_points(scene, selector);
-  add_matched_points(make_matchings(scene, lattice), selector, holding);
+  add_matched_points(embed(make_matchings(scene, lattice), selector), holding);
   const std::vector<FreePart> free = free_parts(mesh, holding);
   if (!only_islands_among(free, mesh)) return {};
   std::vector<std::int32_t> cells;

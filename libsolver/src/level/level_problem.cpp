@@ -60,7 +60,8 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
   std::vector<ConstraintPoint> points = select_points(scene, selector);
   if (matchings.empty()) matchings = make_matchings(scene, lattice);
   std::vector<ConstraintPoint> holding = points;
-  add_matched_points(matchings, selector, holding);
+  const MatchedPoints matched = embed(matchings, selector);
+  add_matched_points(matched, holding);
   find_islands(holding);
   for (ConstraintPoint& p : points) {
     const Condition& condition = scene.conditions[static_cast<std::size_t>(p.condition)];
@@ -76,7 +77,7 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
       contacts_.push_back(new_contacts_.back().get());
     }
   }
-  new_matches_ = make_match_terms(scene, matchings, mesh(), selector);
+  new_matches_ = make_match_terms(scene, matchings, mesh(), matched);
   for (const auto& match : new_matches_) matches_.push_back(match.get());
   set_loads(progress_);
 }

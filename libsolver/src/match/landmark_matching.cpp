@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "match/landmark_matching.h"
 
-#include <algorithm>
-
 #include "match/distances.h"
 
 namespace hexsolver {

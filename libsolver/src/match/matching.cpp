@@ -3,10 +3,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "hexmesh/core/error.h"
-#include "hexmesh/geometry/surface_tree.h"
 #include "match/landmark_matching.h"
 #include "match/surface_matching.h"
 

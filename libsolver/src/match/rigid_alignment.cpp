@@ -6,7 +6,6 @@
 
 #include "core/rigid_fit.h"
 #include "core/symmetric_eigen.h"
-#include "hexmesh/geometry/surface_tree.h"
 
 namespace hexsolver {
 namespace {

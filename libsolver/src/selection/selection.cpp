@@ -197,6 +197,12 @@ Selector::Selector(MeshCells cells, const Mesh& mesh, const SurfaceShare& share)
 
 Selector::~Selector() = default;
 
+const hexmesh::CellLocator& Selector::locator() {
+  if (!locator_)
+    locator_ = std::make_unique<const hexmesh::CellLocator>(lattice().voxels, cells_.unit(), mesh_.cells());
+  return *locator_;
+}
+
 Embedding Selector::embed(const Index3& voxel, const Vec3& voxel_index) const {
   if (locator_) return locator_->in_cell_of_voxel(voxel, voxel_index);
   Embedding e{cell_at(hexmesh::coarser_index(voxel, cells_.unit()), mesh_.cells(), mesh_.sizes()), {}};
@@ -214,8 +220,7 @@ std::vector<Selector::Candidate> Selector::candidates(SurfacePoints on, const Ma
   if (on == SurfacePoints::nodes) return node_candidates<Candidate>(cells_, mesh_, share_);
   if (!faces_) {
     faces_ = hexmesh::faces_of(lattice());
-    if (!mesh_.is_graded())
-      locator_ = std::make_unique<const hexmesh::CellLocator>(lattice().voxels, cells_.unit(), mesh_.cells());
+    if (!mesh_.is_graded()) locator();
   }
   return face_candidates<Candidate>(
       faces_->find(lattice().voxels, may_count), lattice().voxels,
@@ -302,20 +307,12 @@ std::array<NodeWeights, 4> Selector::gauss_points(const SurfacePoint& face) cons
   return out;
 }
 
-std::vector<SurfacePoint> Selector::embed(const std::vector<Vec3>& places) const {
-  const hexmesh::Level& level = lattice().level(cells_.level());
-  const hexmesh::CellLocator locator(lattice().voxels, level.voxels_per_cell, level.cells);
+std::vector<SurfacePoint> Selector::embed(const std::vector<Vec3>& places) {
   std::vector<SurfacePoint> out;
   for (const Vec3& place : places) {
+    const Embedding e = locator().locate_position(place);
     out.emplace_back();
-    Embedding e = locator.locate_position(place);
-    if (e.cell < 0) continue;
-    if (cells_.is_graded()) {
-      Index3 voxel = level.cells[hexmesh::as_size(e.cell)];
-      for (std::size_t d = 0; d < 3; ++d) voxel[d] *= level.voxels_per_cell[d];
-      e = embed(voxel, lattice().voxels.continuous_index(place));
-    }
-    out.back() = {e.cell, hexmesh::shape_functions(e.local), Vec3::Zero()};
+    if (e.cell >= 0) out.back() = {e.cell, hexmesh::shape_functions(e.local), Vec3::Zero()};
   }
   return out;
 }

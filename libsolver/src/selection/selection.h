@@ -59,7 +59,8 @@ public:
   std::vector<SurfacePoint> whole_surface();
 
   /// Any places at rest, each in the cell that holds it or the nearest one; cell -1 where none is near.
-  std::vector<SurfacePoint> embed(const std::vector<Vec3>& places) const;
+  /// @pre cells alike
+  std::vector<SurfacePoint> embed(const std::vector<Vec3>& places);
 
 private:
   static const SurfaceShare whole_surface_of_one;
@@ -69,6 +70,7 @@ private:
   std::vector<Candidate> candidates(SurfacePoints on, const MayCount& may_count);
 
   const hexmesh::Lattice& lattice() const noexcept { return cells_.lattice(); }
+  const hexmesh::CellLocator& locator();  ///< @pre cells alike
   hexmesh::Embedding embed(const Index3& voxel, const Vec3& voxel_index) const;
   std::vector<Candidate> choose_candidates(const Selection& selection, const std::string& what);
 

@@ -74,21 +74,26 @@ std::size_t MatchTerm::bytes() const {
          hexmesh::bytes_of(pull_.bound) + hexmesh::bytes_of(pull_.gradient) + hexmesh::bytes_of(pull_.hessian);
 }
 
+MatchedPoints embed(const Matchings& matchings, Selector& selector) {
+  MatchedPoints out;
+  for (const auto& matching : matchings) out.push_back(selector.embed(matching->points()));
+  return out;
+}
+
 std::vector<std::unique_ptr<MatchTerm>> make_match_terms(const Scene& scene, const Matchings& matchings,
-                                                         const Mesh& mesh, const Selector& selector) {
+                                                         const Mesh& mesh, const MatchedPoints& points) {
   std::vector<std::unique_ptr<MatchTerm>> out;
   for (std::size_t n = 0; n < matchings.size(); ++n) {
     const Match& match = scene.matches[n];
-    const std::vector<SurfacePoint> points = selector.embed(matchings[n]->points());
-    for (std::size_t p = 0; p < points.size(); ++p)
-      if (points[p].cell < 0) {
+    for (std::size_t p = 0; p < points[n].size(); ++p)
+      if (points[n][p].cell < 0) {
         const Vec3& at = matchings[n]->points()[p];
         throw hexmesh::Error(
             hexmesh::ErrorKind::geometry,
             fmt::format("{}: its point [{:.1f}, {:.1f}, {:.1f}] is in no cell, expected at most {:g} mm from the body",
                         with_place("match", match), at[0], at[1], at[2], hexmesh::embedding_reach));
       }
-    out.push_back(std::make_unique<MatchTerm>(match_name(match), matchings[n], mesh, points,
+    out.push_back(std::make_unique<MatchTerm>(match_name(match), matchings[n], mesh, points[n],
                                               scene.pose.value_or(Eigen::Isometry3d::Identity())));
   }
   return out;

@@ -60,9 +60,14 @@ private:
   Pull pull_;
 };
 
+/// Where the points of each matching sit in a mesh.
+using MatchedPoints = std::vector<std::vector<SurfacePoint>>;
+MatchedPoints embed(const Matchings& matchings, Selector& selector);
+
 /// Of each [[match]].
+/// @param points  of its matching
 /// @throws Error{geometry} for a landmark far from the body
 std::vector<std::unique_ptr<MatchTerm>> make_match_terms(const Scene& scene, const Matchings& matchings,
-                                                         const Mesh& mesh, const Selector& selector);
+                                                         const Mesh& mesh, const MatchedPoints& points);
 
 }  // namespace hexsolver

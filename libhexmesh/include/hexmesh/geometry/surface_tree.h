@@ -28,8 +28,6 @@ public:
   /// Both must outlive this, and stay as they are.
   SurfaceTree(std::span<const Vec3> points, std::span<const std::array<std::int32_t, 3>> triangles);
   ~SurfaceTree();
-  SurfaceTree(SurfaceTree&&) noexcept;
-  SurfaceTree& operator=(SurfaceTree&&) noexcept;
 
   /// @pre there is a triangle
   Foot nearest(const Vec3& place) const;
