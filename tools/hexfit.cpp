@@ -56,11 +56,11 @@ int run(FitOptions& o, const CommonOptions& common, const Console& console) {
   const hexmesh::Lattice lattice = read_lattice(lattice_file.path(), scene, o.level, true, level);
   times.read_done = omp_get_wtime();
   level = fit_into_memory(lattice, level, scene, console);
-  auto [result, report] = solve_equilibrium(lattice, scene, level, console);
-  const std::vector<Spread> spread =
-      o.without_spread || !report.converged
-          ? std::vector<Spread>()
-          : find_spread(lattice, lattice_file.path(), scene, report.levels.back().level, console);
+  hexsolver::Outcome fit = solve_equilibrium(lattice, scene, level, console);
+  auto& [result, report] = fit;
+  const std::vector<Spread> spread = o.without_spread || !report.converged
+                                         ? std::vector<Spread>()
+                                         : find_spread(lattice, lattice_file.path(), scene, fit, console);
 
   json summary = to_json(report, scene);
   summary["spread"] = json::array();

@@ -123,9 +123,9 @@ def main():
     for percent in SEEN:
         part = folder / f"part_{percent}.off"
         write_part(part, points, triangles, percent, 1)
-        rows.append((f"{percent} % of the surface", 1, [part, "--body", body, "--part", "--trust", 1], []))
+        rows.append((f"{percent} % of the surface", 1, [part, "--body", body, "--part"], []))
         if percent == 50:
-            rows.append((f"{percent} % and five landmarks", 1, [part, "--body", body, "--part", "--trust", 1], marks))
+            rows.append((f"{percent} % and five landmarks", 1, [part, "--body", body, "--part"], marks))
     for what, noise, target, more in rows:
         start = time.time()
         done = run("hexfit", "-q", lattice, *target, *more, "--no-spread", "--report", folder / "fit.json", "--force", "-o",

@@ -56,6 +56,8 @@ json to_json(const std::vector<hexsolver::MatchReport>& matches) {
   for (const hexsolver::MatchReport& m : matches)
     out.push_back({{"name", m.name},
                    {"points", m.points},
+                   {"trust_mm", m.trust_mm},
+                   {"eased_points", m.eased_points},
                    {"at_start", to_json(m.at_start)},
                    {"distance", to_json(m.distance)},
                    {"target_to_body", to_json(m.target_to_body)},

@@ -10,7 +10,6 @@
 #include "cli/progress.h"
 #include "cli/solve_run.h"
 #include "hexmesh/result/result.h"
-#include "hexsolver/equilibrium/equilibrium.h"
 
 namespace hextools {
 namespace {
@@ -78,38 +77,28 @@ Spread difference(const std::string& of, const hexmesh::Result& a, const hexmesh
   return out;
 }
 
-int level_for(const Lattice& lattice, int level) {
-  constexpr std::size_t least_cells = 100;
-  const bool is_there = level + 1 < lattice.num_levels() && lattice.level(level + 1).cells.size() >= least_cells;
-  return is_there ? level + 1 : level;
-}
-
 }  // namespace
 
 std::vector<Spread> find_spread(const Lattice& lattice, const std::filesystem::path& file, const Scene& fitted,
-                                int level, const Console& console) {
+                                const hexsolver::Outcome& fit, const Console& console) {
   Scene scene = fitted;
   scene.error_estimation = hexsolver::ErrorEstimation::off;
-  const int coarser = level_for(lattice, level);
-  scene.name_level(coarser);
-  const hexsolver::Outcome base = hexsolver::solve_equilibrium(lattice, scene, coarser, {});
+  scene.pose = fit.report.pose;
+  const int level = fit.report.levels.back().level;
+  scene.name_level(level);
+  const std::vector<Vec3>* start = fit.report.dropped_cells == 0 ? &fit.result.displacement : nullptr;
   std::vector<Spread> out;
-  if (!base.report.converged) {
-    console.warning(
-        fmt::format("how far the fit depends on what was assumed is unknown: level {} has no solution", coarser));
-    return out;
-  }
   for (const Variant& variant : variants_of(lattice, scene)) {
     at_work("solving with " + variant.of);
     int same = 0;
-    const hexsolver::Outcome other = hexsolver::solve_equilibrium(
-        read_lattice(file, variant.scene, coarser, true, same), variant.scene, coarser, {});
+    const hexsolver::Outcome other = hexsolver::solve_equilibrium(read_lattice(file, variant.scene, level, true, same),
+                                                                  variant.scene, level, {}, start);
     if (!other.report.converged) {
       console.warning(
           fmt::format("how far the fit depends on it is unknown: with {} there is no solution", variant.of));
       continue;
     }
-    out.push_back(difference(variant.of, base.result, other.result));
+    out.push_back(difference(variant.of, fit.result, other.result));
   }
   return out;
 }

@@ -7,6 +7,7 @@
 
 #include "cli/tool.h"
 #include "hexmesh/lattice/lattice.h"
+#include "hexsolver/equilibrium/equilibrium.h"
 #include "hexsolver/scene/scene.h"
 
 namespace hextools {
@@ -18,11 +19,10 @@ struct Spread {
   double largest_mm = 0;  ///< of the surface
 };
 
-/// Solves again with another Poisson's ratio, and with stiffnesses of segments farther apart where they differ, on a
-/// level coarser by one, where that has cells enough.
-/// @param level  of the fit
-/// @param file   of the lattice
+/// Solves again from the fit with another Poisson's ratio, and with stiffnesses of segments farther apart where they
+/// differ.
+/// @param file  of the lattice
 std::vector<Spread> find_spread(const hexmesh::Lattice& lattice, const std::filesystem::path& file,
-                                const hexsolver::Scene& scene, int level, const Console& console);
+                                const hexsolver::Scene& scene, const hexsolver::Outcome& fit, const Console& console);
 
 }  // namespace hextools

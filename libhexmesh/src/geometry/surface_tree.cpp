@@ -59,7 +59,10 @@ struct Search {
   double least = std::numeric_limits<double>::infinity();
   Foot best = {};
 
-  double minimumOnVolume(const Eigen::AlignedBox3d& box) const { return box.squaredExteriorDistance(place); }
+  double minimumOnVolume(const Eigen::AlignedBox3d& box) const {
+    const double d = box.squaredExteriorDistance(place);
+    return d <= least ? d : std::numeric_limits<double>::infinity();  // nothing there that matters
+  }
   double minimumOnObject(std::size_t triangle) {
     Foot foot = nearest_in(surface.corners(triangle), place);
     const double d = foot.distance * foot.distance;
@@ -100,8 +103,9 @@ Vec3 SurfaceTree::normal(std::size_t triangle) const {
   return (c[1] - c[0]).cross(c[2] - c[0]);
 }
 
-Foot SurfaceTree::nearest(const Vec3& place) const {
+Foot SurfaceTree::nearest(const Vec3& place, std::size_t guess) const {
   Search search{*this, place};
+  search.minimumOnObject(guess);
   Eigen::BVMinimize(boxes_->tree, search);
   return search.best;
 }

@@ -145,6 +145,8 @@ public:
   TetLevel(const TetProblem& problem, const TetOptions& options) : equations_(problem, options) {}
 
   TetEquations& equations() { return equations_; }
+  NodeVector make_zero() const { return equations_.make_field(); }
+  double mean_length(const NodeVector& /*field*/) const { return 0; }
   double least_move() const { return 0; }
   bool attach(const NodeVector& /*u*/, double /*caution*/) const { return false; }
   NodeVector make_start() const { return equations_.make_field(); }

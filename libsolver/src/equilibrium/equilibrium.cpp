@@ -10,6 +10,7 @@
 #include "level/islands.h"
 #include "level/make_result.h"
 #include "match/rigid_alignment.h"
+#include "mesh/points.h"
 
 namespace hexsolver {
 
@@ -48,7 +49,7 @@ bool leaves_islands_out(const Lattice& lattice, const Scene& scene, int level) {
 
 namespace {
 
-/// A body that stays far from what it is to lie on is no solution, whatever balances there.
+/// A body that stays far from what it is to lie on is no solution, whatever balances there, nor is one that moves on.
 void expect_matched(const Matchings& matchings, const Lattice& lattice, SolveReport& report) {
   constexpr double far = 0.01;  // of the size of the body
   const double most = far * size_of(lattice);
@@ -61,11 +62,15 @@ void expect_matched(const Matchings& matchings, const Lattice& lattice, SolveRep
         "target this body? A smaller trust_mm pulls harder",
         report.matches[n].name, mean, most);
   }
+  if (!report.converged || report.levels.back().newton.at_rest) return;
+  report.converged = false;
+  report.reason = "what matches pull to did not come to rest: a larger trust_mm pulls less";
 }
 
 }  // namespace
 
-Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int level, const SolveProgress& progress) {
+Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int level, const SolveProgress& progress,
+                          const std::vector<Vec3>* start) {
   SolveReport report;
   const Matchings matchings = make_matchings(as_written, whole);
   const Scene scene = placed(as_written, matchings);
@@ -82,6 +87,11 @@ Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int lev
   levels.looks_beyond_graded = cells_beyond(lattice, scene, level) > 0;
   for (const hexmesh::Level& l : lattice.levels) levels.mixture.push_back(l.mixture);
   while (levels.num_cells[static_cast<std::size_t>(levels.finest_there_is)] == 0) ++levels.finest_there_is;
+  NodeVector begin;
+  if (start) {
+    begin = to_field(*start);
+    levels.start = &begin;
+  }
   levels.make = [&](int n, const Scene& of_level) {
     return std::make_unique<LocalLevel>(lattice, of_level, n, matchings);
   };

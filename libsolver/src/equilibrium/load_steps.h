@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "equilibrium/rounds.h"
 #include "hexsolver/scene/history.h"
 #include "newton/minimize.h"
 
@@ -38,6 +39,7 @@ public:
     if (report.converged || reached_ == 0) total_.relative_residual = report.relative_residual;
     total_.reason = report.reason;
     total_.interrupted = report.interrupted;
+    total_.at_rest = report.at_rest;
     total_.preconditioner_bytes = std::max(total_.preconditioner_bytes, report.preconditioner_bytes);
     total_.seconds += report.seconds;
     if (report.interrupted) return false;
@@ -79,48 +81,6 @@ struct LoadedState {
   NewtonReport newton;
   std::optional<Vector> algebraic_error;  ///< of the whole load; see NewtonOutcomeOf
 };
-
-/// The first rounds are quick; some go to and fro between two states then, so that later ones are careful.
-inline double caution_in(int round) {
-  constexpr double first = 1.0 / 64;
-  constexpr int quick = 6;
-  return round < quick ? first : std::min(1.0, first * std::pow(2.0, round - quick));
-}
-
-/// Newton's method, and where the scene has matches again and again, each time from what the state before is nearest
-/// to, until that moves it no more: roughly at first, the last time to the tolerance.
-template <class Level, class Vector = typename Level::Vector>
-NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& options, Vector& u,
-                                           const NewtonProgress& progress) {
-  constexpr int most_rounds = 40;
-  constexpr double rough = 1e-3;
-  constexpr double still = 1e-3;  // of what a round moves the body by, beside how far it has come from where it began
-  if (!level.attach(u, 0)) return level.minimize(options, u, progress);
-  NewtonReport before;
-  NewtonOptions roughly = options;
-  roughly.tolerance = std::max(rough, options.tolerance);
-  roughly.estimate_error = false;
-  const Vector begin = level.make_start();
-  Vector last = copy_of(u), displacement = copy_of(u);
-  for (int round = 0; round < most_rounds; ++round) {
-    const NewtonOutcomeOf<Vector> outcome = level.minimize(roughly, u, progress);
-    before.iterations += outcome.iterations;
-    before.linear_iterations += outcome.linear_iterations;
-    before.seconds += outcome.seconds;
-    if (outcome.interrupted || !outcome.converged) break;
-    level.attach(u, caution_in(round));
-    set_sum(last, u, -1, last);
-    set_sum(displacement, u, -1, begin);
-    const double moved = norm(last), size = norm(displacement);
-    set_to(last, u);
-    if (moved <= still * size + level.least_move()) break;
-  }
-  NewtonOutcomeOf<Vector> outcome = level.minimize(options, u, progress);
-  outcome.iterations += before.iterations;
-  outcome.linear_iterations += before.linear_iterations;
-  outcome.seconds += before.seconds;
-  return outcome;
-}
 
 /// Newton's method under the loads of a level, cut back and raised in steps where it fails.
 /// @param level  has make_start(), largest_load_step(), set_progress(), minimize(), limit_reached()

@@ -35,6 +35,7 @@ public:
     int finest_there_is = 0;                                           ///< of the levels that make() can make
     bool looks_beyond_graded = false;                                  ///< at graded cells beyond those of level 0
     std::function<bool(bool)> agree = [](bool mine) { return mine; };  ///< of what all processes decide alike
+    const Vector* start = nullptr;                                     ///< of the finest: no coarser one is solved
   };
 
   /// @param report  with the effects of the scene
@@ -42,7 +43,7 @@ public:
       : levels_(std::move(levels)),
         scene_(scene),
         coarse_scene_(for_coarser_levels(scene)),
-        first_(first_nested_level(levels_.num_cells, finest)),
+        first_(levels_.start ? finest : first_nested_level(levels_.num_cells, finest)),
         finest_(finest),
         report_(report),
         progress_(progress) {}
@@ -216,6 +217,7 @@ void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level
     next.coarser.push_back(copy_of(here));
   }
   if (coarser.converged()) start = std::move(here);
+  if (levels_.start) start = copy_of(*levels_.start);
   if (aim == Aim::look)  // as many as the solution took, or what easy ones take
     options.most_linear_iterations_in_all = std::max(500, coarser.state.newton.linear_iterations);
   next.state = solve(*next.level, options, std::move(start), aim);

@@ -11,6 +11,7 @@
 #include "level/grading.h"
 #include "level/islands.h"
 #include "selection/selection.h"
+#include "terms/cell_measures.h"
 #include "terms/loads.h"
 #include "terms/make_elastic_cells.h"
 
@@ -83,8 +84,12 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
 }
 
 bool LevelProblem::attach_matches(const NodeVector& u, double caution) {
-  for (MatchTerm* m : matches_) m->attach(potential_->at_all(u), caution);
-  return !matches_.empty();
+  if (matches_.empty()) return false;
+  constexpr double nearly_flat = 0.1;
+  const NodeVector& all = potential_->at_all(u);
+  const std::vector<bool> folding = cells_near_folds(*elastic_, all, nearly_flat);
+  for (MatchTerm* m : matches_) m->attach(all, caution, folding);
+  return true;
 }
 
 NodeVector LevelProblem::start() const {

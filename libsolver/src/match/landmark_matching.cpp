@@ -24,7 +24,7 @@ void LandmarkMatching::pair(const Eigen::Isometry3d& /*pose*/, std::size_t every
 MatchReport LandmarkMatching::distances(const std::vector<Vec3>& places) const {
   Distances all;
   for (std::size_t n = 0; n < places.size(); ++n) all.emplace_back((places[n] - wanted_[n]).norm(), 1);
-  MatchReport out{name_, places.size()};
+  MatchReport out{name_, places.size(), trust_};
   out.distance = out.target_to_body = statistics(std::move(all));
   return out;
 }

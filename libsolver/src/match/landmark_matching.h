@@ -11,7 +11,12 @@ public:
   /// @param area       that each stands for [mm^2]
   /// @param stiffness  of that [N/mm^3]
   LandmarkMatching(const Match& match, double area, double stiffness)
-      : name_(match.name), points_(match.from), wanted_(match.to), area_(area), stiffness_(area * stiffness) {}
+      : name_(match.name),
+        trust_(match.trust),
+        points_(match.from),
+        wanted_(match.to),
+        area_(area),
+        stiffness_(area * stiffness) {}
 
   const std::vector<Vec3>& points() const override { return points_; }
   void pull(const std::vector<Vec3>& places, const Eigen::Isometry3d& pose, Pull& out) const override;
@@ -24,6 +29,7 @@ public:
 
 private:
   std::string name_;
+  double trust_;
   std::vector<Vec3> points_, wanted_;
   double area_, stiffness_;
 };

@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "hexmesh/core/error.h"
 #include "match/landmark_matching.h"
+#include "match/noise.h"
 #include "match/surface_matching.h"
 
 namespace hexsolver {
@@ -43,10 +46,14 @@ double young_of(const Lattice& lattice) {
   return voxels > 0 ? sum / voxels : 0;
 }
 
-/// The distance that a match trusts where it names none: of the body's size.
-double trust_of(const Match& match, const Lattice& lattice) {
-  constexpr double of_size = 1e-3;
-  return match.trust > 0 ? match.trust : of_size * size_of(lattice);
+/// The match with the distance that it trusts, where it names none: of landmarks of the body's size, of a surface half
+/// of its noise, and not less than a part of the body's size.
+Match with_trust(Match match, const Lattice& lattice) {
+  constexpr double of_landmarks = 1e-3, of_surface = 1e-4, of_noise = 0.5;
+  if (match.trust > 0) return match;
+  match.trust = match.is_of_landmarks() ? of_landmarks * size_of(lattice)
+                                        : std::max(of_surface * size_of(lattice), of_noise * noise_of(match.target));
+  return match;
 }
 
 /// Which traction leaves the distance that a match trusts, over Young's modulus.
@@ -64,7 +71,8 @@ double size_of(const Lattice& lattice) {
 Matchings make_matchings(const Scene& scene, const Lattice& lattice) {
   constexpr double most = 1e6;  // mm
   Matchings out;
-  for (const Match& match : scene.matches) {
+  for (const Match& asked : scene.matches) {
+    const Match match = with_trust(asked, lattice);
     for (const std::vector<Vec3>* places : {&match.target.points, &match.to})
       for (const Vec3& p : *places)
         if (!(p.cwiseAbs().maxCoeff() <= most))
@@ -72,7 +80,7 @@ Matchings make_matchings(const Scene& scene, const Lattice& lattice) {
                                fmt::format("{} has a point at [{:g}, {:g}, {:g}] mm, expected within {:g} mm",
                                            with_place("match", match), p[0], p[1], p[2], most));
     if (match.is_of_landmarks()) {
-      const double stiffness = traction * young_of(lattice) / trust_of(match, lattice);
+      const double stiffness = traction * young_of(lattice) / match.trust;
       const double edge = of_landmark * size_of(lattice);
       out.push_back(std::make_shared<LandmarkMatching>(match, edge * edge, stiffness));
       continue;
@@ -83,7 +91,7 @@ Matchings make_matchings(const Scene& scene, const Lattice& lattice) {
       throw hexmesh::Error(hexmesh::ErrorKind::input,
                            fmt::format("{}: segment '{}' has no picture surface, expected one to lie on the target",
                                        with_place("match", match), segment.segment.name));
-    const double stiffness = traction * segment.material->young / trust_of(match, lattice);
+    const double stiffness = traction * segment.material->young / match.trust;
     out.push_back(std::make_shared<SurfaceMatching>(match, std::move(body), stiffness));
   }
   return out;

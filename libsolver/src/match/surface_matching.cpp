@@ -39,9 +39,12 @@ Mat3 hessian_of_foot(const Foot& foot, const SurfaceTree& surface) {
 /// @param place  number -> place
 template <class Place>
 std::vector<Foot> feet(const SurfaceTree& tree, std::size_t count, const Place& place) {
+  constexpr std::size_t at_once = 64;  // neighbours mostly, of which one's foot is near the next one's
   std::vector<Foot> out(count);
-#pragma omp parallel for schedule(dynamic, 64)
-  for (std::size_t n = 0; n < count; ++n) out[n] = tree.nearest(place(n));
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t begin = 0; begin < count; begin += at_once)
+    for (std::size_t n = begin; n < std::min(count, begin + at_once); ++n)
+      out[n] = tree.nearest(place(n), n > begin ? out[n - 1].triangle : 0);
   return out;
 }
 
@@ -64,6 +67,7 @@ std::vector<SurfaceMatching::Sample> SurfaceMatching::samples_of(const std::vect
 
 SurfaceMatching::SurfaceMatching(const Match& match, hexmesh::TriangleSurface body, double stiffness)
     : name_(match.name),
+      trust_(match.trust),
       body_(std::move(body)),
       target_(match.target),
       is_partial_(match.is_partial ? *match.is_partial : hexmesh::count_open_edges(target_) > 0),
@@ -195,7 +199,7 @@ MatchReport SurfaceMatching::distances(const std::vector<Vec3>& places) const {
     return out;
   };
   Distances both = measure(SurfaceTree(places, body_.triangles), target_.points, target_areas_);
-  MatchReport out{name_, target_.points.size()};
+  MatchReport out{name_, target_.points.size(), trust_};
   out.target_to_body = statistics(both);
   if (!is_partial_) {
     const Distances to_target = measure(target_tree_, places, hexmesh::areas_of_points(places, body_.triangles));

@@ -43,6 +43,7 @@ private:
   std::pair<double, double> huber(double distance) const;
 
   std::string name_;
+  double trust_;
   hexmesh::TriangleSurface body_, target_;
   bool is_partial_;                                ///< the target is a part of the surface
   double outliers_;                                ///< [mm]; 0: none

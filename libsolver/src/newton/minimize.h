@@ -12,6 +12,7 @@ namespace hexsolver {
 /// How Newton's method ended, and how far u is from the exact solution.
 template <class Vector>
 struct NewtonOutcomeOf : NewtonReport {
+  NewtonEnd end = NewtonEnd::converged;
   /// What one more step would add, by one V-cycle: an estimate of the algebraic error. Where it converged, if asked.
   std::optional<Vector> algebraic_error;
 };
@@ -24,6 +25,7 @@ NewtonOutcomeOf<Vector> minimize(NewtonProblem<Vector>& problem, const NewtonOpt
   Newton<Vector> newton(problem, options);
   const NewtonEnd end = newton.run(u, progress);
   NewtonOutcomeOf<Vector> out;
+  out.end = end;
   out.converged = end == NewtonEnd::converged;
   out.reason = reason_of(end, problem.is_conservative());
   out.interrupted = end == NewtonEnd::interrupted;

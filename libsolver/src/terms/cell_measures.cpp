@@ -82,4 +82,18 @@ CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u,
   return out;
 }
 
+std::vector<bool> cells_near_folds(const ElasticCells& cells, const NodeVector& u, double least) {
+  const Mesh& mesh = cells.mesh();
+  std::vector<char> folds(mesh.num_cells());
+  parallel_for(mesh.num_cells(), [&](std::ptrdiff_t c) {
+    folds[static_cast<std::size_t>(c)] = cells.jacobians(static_cast<std::size_t>(c), u).least < least;
+  });
+  std::vector<bool> at_fold(mesh.num_all_nodes()), out(mesh.num_cells());
+  for (std::size_t c = 0; c < folds.size(); ++c)
+    for (std::size_t a = 0; folds[c] && a < 8; ++a) at_fold[mesh.node(c, a)] = true;
+  for (std::size_t c = 0; c < folds.size(); ++c)
+    for (std::size_t a = 0; a < 8; ++a) out[c] = out[c] || at_fold[mesh.node(c, a)];
+  return out;
+}
+
 }  // namespace hexsolver

@@ -31,4 +31,9 @@ struct CellMeasures {
 CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u,
                            const std::function<bool(const Index3&)>& counts = {});
 
+/// Of each cell: whether it, or one that shares a node with it, is nearly inside out somewhere.
+/// @param u      of all nodes
+/// @param least  det F below which that is so
+std::vector<bool> cells_near_folds(const ElasticCells& cells, const NodeVector& u, double least);
+
 }  // namespace hexsolver

@@ -25,11 +25,17 @@ std::vector<Vec3> MatchTerm::places(const NodeVector& u) const {
   return out;
 }
 
-void MatchTerm::attach(const NodeVector& u, double caution) {
+void MatchTerm::attach(const NodeVector& u, double caution, const std::vector<bool>& folding) {
   attached_at_ = places(u);
   matching_->pull(attached_at_, pose_, pull_);
-  for (std::size_t n = 0; n < pull_.hessian.size(); ++n)
+  part_of_.resize(points_.size(), 1);
+  for (const Point& p : points_)
+    if (!folding.empty() && folding[static_cast<std::size_t>(p.cell)]) part_of_[p.number] /= 2;
+  for (std::size_t n = 0; n < pull_.hessian.size(); ++n) {
     pull_.hessian[n] += caution * (pull_.bound[n] * Mat3::Identity() - pull_.hessian[n]);
+    pull_.hessian[n] *= part_of_[n];
+    pull_.gradient[n] *= part_of_[n];
+  }
   set_hessians();
 }
 
@@ -99,6 +105,11 @@ std::vector<std::unique_ptr<MatchTerm>> make_match_terms(const Scene& scene, con
   return out;
 }
 
-MatchReport MatchTerm::report(const NodeVector& u) const { return matching_->distances(places(u)); }
+MatchReport MatchTerm::report(const NodeVector& u) const {
+  MatchReport out = matching_->distances(places(u));
+  out.eased_points =
+      static_cast<std::size_t>(std::count_if(part_of_.begin(), part_of_.end(), [](double p) { return p < 1; }));
+  return out;
+}
 
 }  // namespace hexsolver

@@ -30,7 +30,8 @@ public:
 
   /// Find what the points are pulled to from where they are. Before this nothing pulls.
   /// @param caution  0: with the second derivatives there; 1: with springs that bound the energy, so that it falls
-  void attach(const NodeVector& u, double caution);
+  /// @param folding  cells whose points are pulled half as hard from now on; nothing: none
+  void attach(const NodeVector& u, double caution, const std::vector<bool>& folding = {});
   void add_product(const NodeVector& x, NodeVector& y) const override { hessians_.add_product(x, y); }
   void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override { hessians_.add_product(x, y); }
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override { hessians_.add_cell_hessian(cell, h); }
@@ -58,6 +59,7 @@ private:
   PointHessians hessians_;
   std::vector<Vec3> attached_at_;  ///< places that pull_ is of
   Pull pull_;
+  std::vector<double> part_of_;  ///< the pull of each point that is left to it
 };
 
 /// Where the points of each matching sit in a mesh.

@@ -4,11 +4,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
+#include <random>
 
 #include "hexmesh/geometry/surface_tree.h"
 #include "hexmesh/lattice/surface_faces.h"
 #include "hexsolver/equilibrium/equilibrium.h"
 #include "match/landmark_matching.h"
+#include "match/noise.h"
 #include "match/rigid_alignment.h"
 #include "match/surface_matching.h"
 #include "support/bodies.h"
@@ -46,9 +48,10 @@ TriangleSurface surface_of(const Lattice& lattice) {
 }
 
 /// A body like no turned one of itself.
-Lattice crooked_body() {
+Lattice crooked_body(double poisson = 0.45) {
   Lattice lattice = one_material(
-      {16, 10, 8}, {2, 2, 2}, [](const Index3& n) { return n[1] < 5 || n[0] < 5 || (n[0] > 12 && n[2] < 4); }, 3, 0.45);
+      {16, 10, 8}, {2, 2, 2}, [](const Index3& n) { return n[1] < 5 || n[0] < 5 || (n[0] > 12 && n[2] < 4); }, 3,
+      poisson);
   lattice.surface = surface_of(lattice);
   return lattice;
 }
@@ -250,6 +253,74 @@ TEST(Matching, LandmarksPullTheirPointsAndNothingElseIsNeeded) {
   EXPECT_LT(outcome.report.matches.at(0).distance.largest_mm, 0.02);
   scene.matches[0].from[0] += Vec3(500, 0, 0);
   EXPECT_THROW(solve_equilibrium(lattice, scene, 0), hexmesh::Error) << "a landmark in no cell";
+}
+
+TEST(Noise, IsFoundOnCurvedSurfacesAndNotInvented) {
+  constexpr int around = 120, up = 60;
+  TriangleSurface ball;
+  for (int v = 0; v <= up; ++v)
+    for (int n = 0; n < around; ++n) {
+      const double a = 2 * std::acos(-1.0) * (n + v / 2.0) / around, b = std::acos(-1.0) * (0.1 + 0.8 * v / up);
+      ball.points.emplace_back(50 * std::sin(b) * std::cos(a), 70 * std::sin(b) * std::sin(a), 40 * std::cos(b));
+    }
+  for (int v = 0; v < up; ++v)
+    for (int n = 0; n < around; ++n) {
+      const int a = v * around + n, b = v * around + (n + 1) % around;
+      ball.triangles.push_back({a, b, a + around});
+      ball.triangles.push_back({b, b + around, a + around});
+    }
+  EXPECT_LT(noise_of(ball), 0.002);
+  for (const double sigma : {0.1, 0.5}) {  // of 7,000 points the median is known to 2 %
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal(0, sigma);
+    TriangleSurface rough = ball;
+    for (Vec3& p : rough.points) p += Vec3(normal(random), normal(random), normal(random));
+    EXPECT_NEAR(noise_of(rough), sigma, 0.1 * sigma);
+  }
+}
+
+/// Cells with little material bear little: what noise would fold is pulled less, and the rest as before.
+TEST(Matching, NoiseFoldsNoVoxels) {
+  const Lattice lattice = crooked_body();
+  Scene scene;
+  scene.elasticity = Elasticity::neo_hookean;
+  const NodeVector off = noise(3 * lattice.surface.points.size(), 1.3, 9);
+  std::size_t n = 0;
+  scene.matches = {match_to(moved(lattice.surface, [&](const Vec3& p) -> Vec3 {
+    return bent(p) + off.segment<3>(3 * static_cast<Eigen::Index>(n++));
+  }))};
+  scene.matches[0].trust = 0.02;
+  const Outcome outcome = solve_equilibrium(lattice, scene, 0);
+  ASSERT_TRUE(outcome.report.converged) << outcome.report.reason;
+  EXPECT_EQ(outcome.report.inverted_voxels, 0U) << outcome.report.min_jacobian;
+  const MatchReport& match = outcome.report.matches.at(0);
+  EXPECT_GT(match.eased_points, 0U);
+  EXPECT_LT(match.eased_points, lattice.surface.points.size());
+  EXPECT_EQ(match.trust_mm, 0.02);
+}
+
+/// From a solution of other material rounds end where they end from rest.
+TEST(Matching, AStartSavesRoundsAndChangesNothing) {
+  const Lattice lattice = crooked_body();
+  Scene scene;
+  scene.elasticity = Elasticity::corotational;
+  scene.matches = {match_to(moved(lattice.surface, bent))};
+  const Outcome from_rest = solve_equilibrium(lattice, scene, 0),
+                of_other = solve_equilibrium(crooked_body(0.3), scene, 0),
+                from_other = solve_equilibrium(lattice, scene, 0, {}, &of_other.result.displacement);
+  ASSERT_TRUE(from_other.report.converged) << from_other.report.reason;
+  EXPECT_EQ(from_other.report.levels.size(), 1U);
+  const auto apart = [&](const Outcome& a, const Outcome& b) {
+    double sum = 0;
+    for (std::size_t n = 0; n < lattice.surface.points.size(); ++n)
+      sum += (a.result.surface_displacement[n] - b.result.surface_displacement[n]).norm();
+    return sum / static_cast<double>(lattice.surface.points.size());
+  };
+  double size = 0;
+  for (const Vec3& u : from_rest.result.surface_displacement)
+    size += u.norm() / static_cast<double>(lattice.surface.points.size());
+  EXPECT_LT(apart(from_other, from_rest), 5e-3 * size) << "rounds rest at a thousandth";
+  EXPECT_LT(apart(from_other, from_rest), 0.5 * apart(of_other, from_rest)) << "another solution";
 }
 
 /// What is not seen stays where the rigid motion puts it, however little is seen.

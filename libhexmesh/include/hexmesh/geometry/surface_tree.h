@@ -29,8 +29,9 @@ public:
   SurfaceTree(std::span<const Vec3> points, std::span<const std::array<std::int32_t, 3>> triangles);
   ~SurfaceTree();
 
+  /// @param guess  a triangle that may be near: the nearer it is the quicker the search, the foot is the same
   /// @pre there is a triangle
-  Foot nearest(const Vec3& place) const;
+  Foot nearest(const Vec3& place, std::size_t guess = 0) const;
 
   Triangle corners(std::size_t triangle) const;
   /// Outward, as long as twice the area [mm^2].

@@ -36,10 +36,12 @@ bool leaves_islands_out(const hexmesh::Lattice& lattice, const Scene& scene, int
 /// The error of a level is estimated from the differences between consecutive levels (THEORY.md, "Accuracy").
 /// @param lattice  with its levels from finest_level_needed() up; with all where it leaves_islands_out(). Without the
 ///                 one finer than `level` errors are estimated from the levels passed
+/// @param start    displacement of the level's nodes [mm], to begin with instead of coarser levels; of uniform cells
+///                 without islands left out
 /// @throws Error{geometry} for selections, incompatible conditions and missing supports, before the level they concern
 ///                         is solved
 /// @throws Error{input} for an accuracy asked of a single point, which has no limit, or of a lattice of one level
 Outcome solve_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level,
-                          const SolveProgress& progress = {});
+                          const SolveProgress& progress = {}, const std::vector<Vec3>* start = nullptr);
 
 }  // namespace hexsolver

@@ -31,6 +31,7 @@ struct NewtonReport {
   int linear_iterations = 0;
   double relative_residual = 0;
   bool interrupted = false;
+  bool at_rest = true;                   ///< what matches pull to came to rest, or there are none
   std::size_t preconditioner_bytes = 0;  ///< of memory
   NewtonSeconds seconds;
 };
@@ -68,6 +69,8 @@ struct DistanceReport {
 struct MatchReport {
   std::string name;
   std::size_t points = 0;                        ///< of the target
+  double trust_mm = 0;                           ///< the scene's, or the one found
+  std::size_t eased_points = 0;                  ///< of the body, pulled less since cells would fold there
   DistanceReport distance;                       ///< both ways together
   DistanceReport target_to_body;                 ///< of points of the target from the body
   std::optional<DistanceReport> body_to_target;  ///< nothing where the target is a part of the surface

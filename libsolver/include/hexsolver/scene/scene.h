@@ -108,7 +108,7 @@ struct Match {
   double outliers = 0;                         ///< beyond this distance pulls no longer grow [mm]; 0: they do
   std::vector<std::filesystem::path> markups;  ///< that landmarks come from
   std::vector<Vec3> from, to;                  ///< landmarks at rest and where they are to be [mm]
-  double trust = 0;  ///< distance left where the body resists with a tenth of its Young's modulus [mm]; 0: by its size
+  double trust = 0;  ///< distance left where the body resists with a tenth of its Young's modulus [mm]; 0: found
 
   bool is_of_landmarks() const { return !from.empty(); }
 };

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <algorithm>
+#include <limits>
+
+#include "newton/minimize.h"
+
+namespace hexsolver {
+
+/// What rounds learn from how far they move the body.
+class Rounds {
+public:
+  double caution() const { return caution_; }      ///< of the next attachment
+  double tolerance() const { return tolerance_; }  ///< of the next round
+  bool at_rest() const { return at_rest_; }
+
+  /// @param moved  by the last round, beside how far the body has come from where it began
+  /// @param back   against the round before
+  void add(double moved, bool back) {
+    constexpr double still = 1e-3, nothing = 1e-6, part = 0.1, falls = 0.7;
+    // Rounds that each move q times as much as the one before have moved q / (1 - q) before them.
+    const bool rests = moved * moved <= still * std::max(0.0, before_ - moved);
+    at_rest_ = tolerance_ <= sharp && (rests || moved <= nothing);
+    if (moved > falls * before_)  // to and fro between two states, or slowly along
+      caution_ = back ? std::min(1.0, 2 * caution_) : std::max(least_caution, caution_ / 2);
+    before_ = moved;
+    tolerance_ = std::clamp(part * moved, sharp, tolerance_);
+  }
+
+private:
+  static constexpr double rough = 3e-2, sharp = 1e-3, least_caution = 1.0 / 64;
+  double caution_ = least_caution, tolerance_ = rough, before_ = std::numeric_limits<double>::infinity();
+  bool at_rest_ = false;
+};
+
+/// Newton's method, and where the scene has matches again and again, each time from what the state before is nearest
+/// to, until that moves it no more: roughly at first, the last time to the tolerance.
+template <class Level, class Vector = typename Level::Vector>
+NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& options, Vector& u,
+                                           const NewtonProgress& progress) {
+  constexpr int most_rounds = 40, most_halvings = 6;
+  if (!level.attach(u, 0)) return level.minimize(options, u, progress);
+  const Vector begin = level.make_start();
+  Vector last = copy_of(u), displacement = copy_of(u), move = level.make_zero(), move_before = level.make_zero();
+  NewtonReport before;
+  Rounds rounds;
+  int halvings = 0;
+  for (int round = 0; round < most_rounds && !rounds.at_rest(); ++round) {
+    NewtonOptions roughly = options;
+    roughly.tolerance = std::max(rounds.tolerance(), options.tolerance);
+    roughly.estimate_error = false;
+    const NewtonOutcomeOf<Vector> outcome = level.minimize(roughly, u, progress);
+    before.iterations += outcome.iterations;
+    before.linear_iterations += outcome.linear_iterations;
+    before.seconds += outcome.seconds;
+    if (outcome.interrupted) break;
+    if (outcome.end == NewtonEnd::start_is_inside_out && halvings++ < most_halvings) {
+      set_sum(displacement, u, -1, begin);  // a coarser level's solution: halfway back
+      set_sum(u, begin, 0.5, displacement);
+    }
+    level.attach(u, rounds.caution());
+    swap_fields(move, move_before);
+    set_sum(move, u, -1, last);
+    set_sum(displacement, u, -1, begin);
+    const double moved = level.mean_length(move), size = level.mean_length(displacement);
+    const bool back = dot(move, move_before) < 0;
+    set_to(last, u);
+    rounds.add(moved / (size + level.least_move()), back);
+  }
+  NewtonOutcomeOf<Vector> outcome = level.minimize(options, u, progress);
+  outcome.iterations += before.iterations;
+  outcome.linear_iterations += before.linear_iterations;
+  outcome.seconds += before.seconds;
+  outcome.at_rest = rounds.at_rest();
+  return outcome;
+}
+
+}  // namespace hexsolver
