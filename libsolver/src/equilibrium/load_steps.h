@@ -39,7 +39,7 @@ public:
     if (report.converged || reached_ == 0) total_.relative_residual = report.relative_residual;
     total_.reason = report.reason;
     total_.interrupted = report.interrupted;
-    total_.at_rest = report.at_rest;
+    total_.moving = report.moving;
     total_.preconditioner_bytes = std::max(total_.preconditioner_bytes, report.preconditioner_bytes);
     total_.seconds += report.seconds;
     if (report.interrupted) return false;
@@ -103,7 +103,7 @@ LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std
     const NewtonProgress tell = [&](int iteration, double residual, int linear) {
       if (progress) progress(target, iteration, residual, linear);
     };
-    NewtonOutcomeOf<Vector> outcome = minimize_in_rounds(level, options, trial, tell);
+    NewtonOutcomeOf<Vector> outcome = minimize_in_rounds(level, options, trial, tell, at_once);
     if (outcome.converged)
       good = std::move(trial);
     else if (!outcome.interrupted && !from_start)

@@ -11,16 +11,20 @@ namespace hexsolver {
 /// What rounds learn from how far they move the body.
 class Rounds {
 public:
+  /// @param still  what may be before them when they rest, beside how far the body has come
+  explicit Rounds(double still) : still_(still) {}
+
   double caution() const { return caution_; }      ///< of the next attachment
   double tolerance() const { return tolerance_; }  ///< of the next round
   bool at_rest() const { return at_rest_; }
+  double moving() const { return at_rest_ ? 0 : before_; }  ///< by the last one, beside how far the body has come
 
   /// @param moved  by the last round, beside how far the body has come from where it began
   /// @param back   against the round before
   void add(double moved, bool back) {
-    constexpr double still = 1e-3, nothing = 1e-6, part = 0.1, falls = 0.7;
+    constexpr double nothing = 1e-6, part = 0.1, falls = 0.7;
     // Rounds that each move q times as much as the one before have moved q / (1 - q) before them.
-    const bool rests = moved * moved <= still * std::max(0.0, before_ - moved);
+    const bool rests = moved * moved <= still_ * std::max(0.0, before_ - moved);
     at_rest_ = tolerance_ <= sharp && (rests || moved <= nothing);
     if (moved > falls * before_)  // to and fro between two states, or slowly along
       caution_ = back ? std::min(1.0, 2 * caution_) : std::max(least_caution, caution_ / 2);
@@ -30,21 +34,23 @@ public:
 
 private:
   static constexpr double rough = 3e-2, sharp = 1e-3, least_caution = 1.0 / 64;
-  double caution_ = least_caution, tolerance_ = rough, before_ = std::numeric_limits<double>::infinity();
+  double still_, caution_ = least_caution, tolerance_ = rough, before_ = std::numeric_limits<double>::infinity();
   bool at_rest_ = false;
 };
 
 /// Newton's method, and where the scene has matches again and again, each time from what the state before is nearest
 /// to, until that moves it no more: roughly at first, the last time to the tolerance.
+/// @param is_look  the state is wanted for a difference only
 template <class Level, class Vector = typename Level::Vector>
 NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& options, Vector& u,
-                                           const NewtonProgress& progress) {
-  constexpr int most_rounds = 40, most_halvings = 6;
+                                           const NewtonProgress& progress, bool is_look) {
+  constexpr int most_halvings = 6;
+  const int most_rounds = is_look ? 10 : 40;
   if (!level.attach(u, 0)) return level.minimize(options, u, progress);
   const Vector begin = level.make_start();
   Vector last = copy_of(u), displacement = copy_of(u), move = level.make_zero(), move_before = level.make_zero();
   NewtonReport before;
-  Rounds rounds;
+  Rounds rounds(is_look ? 1e-2 : 1e-3);
   int halvings = 0;
   for (int round = 0; round < most_rounds && !rounds.at_rest(); ++round) {
     NewtonOptions roughly = options;
@@ -72,7 +78,7 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
   outcome.iterations += before.iterations;
   outcome.linear_iterations += before.linear_iterations;
   outcome.seconds += before.seconds;
-  outcome.at_rest = rounds.at_rest();
+  outcome.moving = rounds.moving();
   return outcome;
 }
 

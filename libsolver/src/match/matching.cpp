@@ -49,7 +49,7 @@ double young_of(const Lattice& lattice) {
 /// The match with the distance that it trusts, where it names none: of landmarks of the body's size, of a surface half
 /// of its noise, and not less than a part of the body's size.
 Match with_trust(Match match, const Lattice& lattice) {
-  constexpr double of_landmarks = 1e-3, of_surface = 1e-4, of_noise = 0.5;
+  constexpr double of_landmarks = 1e-3, of_surface = 5e-4, of_noise = 0.5;
   if (match.trust > 0) return match;
   match.trust = match.is_of_landmarks() ? of_landmarks * size_of(lattice)
                                         : std::max(of_surface * size_of(lattice), of_noise * noise_of(match.target));

@@ -31,7 +31,7 @@ struct NewtonReport {
   int linear_iterations = 0;
   double relative_residual = 0;
   bool interrupted = false;
-  bool at_rest = true;                   ///< what matches pull to came to rest, or there are none
+  double moving = 0;                     ///< what matches pull to, at the end, beside the displacement; 0: at rest
   std::size_t preconditioner_bytes = 0;  ///< of memory
   NewtonSeconds seconds;
 };
