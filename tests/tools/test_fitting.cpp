@@ -130,7 +130,8 @@ TEST_F(Fitting, WhatIsNoTargetIsToldInOneLine) {
 TEST_F(Fitting, AnotherBodyEndsWithWhatIsLeft) {
   const CommandResult r =
       run("hexscan -q phantom sheet --set length=300 --set width=300 --set height=16 --spacing 8 -o sheet.nrrd && "
-          "hexfit liver.hexmesh sheet.nrrd --body liver --level 3 --trust 5 --no-spread --set solve.error_estimate=off -o sheet.hexresult");
+          "hexfit liver.hexmesh sheet.nrrd --body liver --level 3 --trust 5 --no-spread --set solve.error_estimate=off "
+          "-o sheet.hexresult");
   EXPECT_EQ(r.exit_code, 5) << r.errors;
   EXPECT_NE(r.errors.find("mm"), std::string::npos) << r.errors;
 }
@@ -140,10 +141,12 @@ TEST_F(Fitting, LungsOfTwoBreathingStates) {
   if (!std::filesystem::exists(data)) GTEST_SKIP() << "needs the lungs of the shared data";
   const std::string before = (data / "CT_3D_lung_fixed_mask.mha").string();
   const std::string now = (data / "CT_3D_lung_moving_mask.mha").string();
-  const CommandResult r = run("hexmesh build -q '" + before +
-                              "' --segment 1=lung --material lung:young_kpa=3,poisson=0.3 -o lung.hexmesh && hexfit "
-                              "lung.hexmesh '" +
-                              now + "' --segment 1=lung --level 3 --no-spread --set solve.error_estimate=off --report lung.json -o lung.hexresult");
+  const CommandResult r = run(
+      "hexmesh build -q '" + before +
+      "' --segment 1=lung --material lung:young_kpa=3,poisson=0.3 -o lung.hexmesh && hexfit "
+      "lung.hexmesh '" +
+      now +
+      "' --segment 1=lung --level 3 --no-spread --set solve.error_estimate=off --report lung.json -o lung.hexresult");
   ASSERT_EQ(r.exit_code, 0) << r.errors;
   const json report = read_json("lung.json");
   EXPECT_LT(report["matches"][0]["distance"]["mean_mm"], 1);

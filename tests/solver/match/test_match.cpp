@@ -284,19 +284,19 @@ TEST(Matching, NoiseFoldsNoVoxels) {
   const Lattice lattice = crooked_body();
   Scene scene;
   scene.elasticity = Elasticity::neo_hookean;
-  const NodeVector off = noise(3 * lattice.surface.points.size(), 1.3, 9);
+  const NodeVector off = noise(3 * lattice.surface.points.size(), 1.5, 9);
   std::size_t n = 0;
   scene.matches = {match_to(moved(lattice.surface, [&](const Vec3& p) -> Vec3 {
     return bent(p) + off.segment<3>(3 * static_cast<Eigen::Index>(n++));
   }))};
-  scene.matches[0].trust = 0.02;
+  scene.matches[0].trust = 0.1;
   const Outcome outcome = solve_equilibrium(lattice, scene, 0);
-  ASSERT_TRUE(outcome.report.converged) << outcome.report.reason;
+  ASSERT_EQ(outcome.report.load_fraction, 1) << outcome.report.reason;
   EXPECT_EQ(outcome.report.inverted_voxels, 0U) << outcome.report.min_jacobian;
   const MatchReport& match = outcome.report.matches.at(0);
   EXPECT_GT(match.eased_points, 0U);
   EXPECT_LT(match.eased_points, lattice.surface.points.size());
-  EXPECT_EQ(match.trust_mm, 0.02);
+  EXPECT_EQ(match.trust_mm, 0.1);
 }
 
 /// From a solution of other material rounds end where they end from rest.
