@@ -8,6 +8,7 @@
 #include "baseline/tet_system.h"
 #include "core/stopwatch.h"
 #include "equilibrium/load_steps.h"
+#include "terms/elastic.h"
 
 namespace hexsolver {
 namespace {
@@ -145,10 +146,11 @@ public:
   TetLevel(const TetProblem& problem, const TetOptions& options) : equations_(problem, options) {}
 
   TetEquations& equations() { return equations_; }
-  NodeVector make_zero() const { return equations_.make_field(); }
-  double mean_length(const NodeVector& /*field*/) const { return 0; }
-  double least_move() const { return 0; }
   bool attach(const NodeVector& /*u*/, double /*caution*/) const { return false; }
+  // Of levels with something attached:
+  NodeVector make_zero() const { return equations_.make_field(); }
+  ElasticCells::Size size_in_material(const NodeVector& /*field*/, bool /*with_islands*/) const { return {}; }
+  double diameter() const { return 0; }
   NodeVector make_start() const { return equations_.make_field(); }
   double largest_load_step() const { return 1; }
   void set_progress(const Progress& progress) { equations_.set_fraction(progress.fraction); }

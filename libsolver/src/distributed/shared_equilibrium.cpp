@@ -44,8 +44,6 @@ public:
   }
   RotatingCells build(Elasticity elasticity, const CoarseStart<DistributedLevel>* start, OwnedVec& u);
   OwnedVec make_zero() const { return shared_.make_vector(); }
-  double mean_length(const OwnedVec& field) const { return shared_.size_in_material(field).mean; }
-  double least_move() const { return 0; }
   bool attach(const OwnedVec& /*u*/, double /*caution*/) const { return false; }
   OwnedVec make_start() const { return make_zero(); }
   void set_progress(const Progress& progress) { shared_.set_progress(progress); }

@@ -42,8 +42,6 @@ concept EquilibriumLevel = requires(Level level, const Level& other, typename Le
   other.prolongate(other, u, u);                                   ///< (coarser level, field there, field here)
   { level.measures(u) } -> std::same_as<LevelMeasures>;
   level.set_progress(Progress{});
-  { other.mean_length(u) } -> std::same_as<double>;  ///< of a field, over the material [mm]
-  { other.least_move() } -> std::same_as<double>;    ///< that is nothing beside the body [mm]
   { level.attach(u, 0.0) } -> std::same_as<bool>;  ///< find what each match pulls to (MatchTerm); whether there is any
   { other.largest_load_step() } -> std::same_as<double>;
   { level.minimize(options, u, progress) } -> std::same_as<NewtonOutcomeOf<typename Level::Vector>>;

@@ -34,14 +34,12 @@ public:
   /// How the step to target() went. @returns whether another one is to be tried
   bool add(const NewtonReport& report) {
     constexpr double smallest = 1.0 / 64;
-    total_.iterations += report.iterations;
-    total_.linear_iterations += report.linear_iterations;
+    add_work(total_, report);
     if (report.converged || reached_ == 0) total_.relative_residual = report.relative_residual;
     total_.reason = report.reason;
     total_.interrupted = report.interrupted;
     total_.moving = report.moving;
     total_.preconditioner_bytes = std::max(total_.preconditioner_bytes, report.preconditioner_bytes);
-    total_.seconds += report.seconds;
     if (report.interrupted) return false;
     const bool was_from_start = std::exchange(from_start_, false);
     if (report.converged) {

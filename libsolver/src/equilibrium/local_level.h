@@ -27,8 +27,6 @@ public:
   std::vector<std::string> check(const Scene& scene) const { return check_level(problem_, scene); }
   RotatingCells build(Elasticity elasticity, const CoarseStart<LocalLevel>* start, NodeVector& u);
   NodeVector make_zero() const { return NodeVector::Zero(static_cast<Eigen::Index>(problem_.mesh().num_dofs())); }
-  double mean_length(const NodeVector& field) const { return size_in_material(field, true).mean; }
-  double least_move() const { return 1e-7 * diameter(); }
   bool attach(const NodeVector& u, double caution) { return problem_.attach_matches(u, caution); }
   NodeVector make_start() const { return problem_.start(); }
   void set_progress(const Progress& progress) { problem_.set_progress(progress); }

@@ -216,8 +216,10 @@ void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level
     carry_on(coarser, next);
     next.coarser.push_back(copy_of(here));
   }
-  if (coarser.converged()) start = std::move(here);
-  if (levels_.start) start = copy_of(*levels_.start);
+  if (coarser.converged())
+    start = std::move(here);
+  else if (levels_.start && !coarser.level)
+    start = copy_of(*levels_.start);
   if (aim == Aim::look)  // as many as the solution took, or what easy ones take
     options.most_linear_iterations_in_all = std::max(500, coarser.state.newton.linear_iterations);
   next.state = solve(*next.level, options, std::move(start), aim);
@@ -234,9 +236,7 @@ void NestedIteration<Level>::sharpen(Solved<Level>& next, NewtonOptions options)
     options.tolerance = std::max(scene_.tolerance, 0.1 * options.tolerance);
     LoadedState<Vector> sharper = solve(*next.level, options, copy_of(next.state.u));
     if (!sharper.newton.converged) break;
-    sharper.newton.iterations += next.state.newton.iterations;
-    sharper.newton.linear_iterations += next.state.newton.linear_iterations;
-    sharper.newton.seconds += next.state.newton.seconds;
+    add_work(sharper.newton, next.state.newton);
     next.state = std::move(sharper);
   }
 }

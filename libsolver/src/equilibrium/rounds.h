@@ -45,6 +45,7 @@ template <class Level, class Vector = typename Level::Vector>
 NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& options, Vector& u,
                                            const NewtonProgress& progress, bool is_look) {
   constexpr int most_halvings = 6;
+  constexpr double nothing = 1e-7;  // beside the size of the body
   const int most_rounds = is_look ? 10 : 40;
   if (!level.attach(u, 0)) return level.minimize(options, u, progress);
   const Vector begin = level.make_start();
@@ -57,9 +58,7 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
     roughly.tolerance = std::max(rounds.tolerance(), options.tolerance);
     roughly.estimate_error = false;
     const NewtonOutcomeOf<Vector> outcome = level.minimize(roughly, u, progress);
-    before.iterations += outcome.iterations;
-    before.linear_iterations += outcome.linear_iterations;
-    before.seconds += outcome.seconds;
+    add_work(before, outcome);
     if (outcome.interrupted) break;
     if (outcome.end == NewtonEnd::start_is_inside_out && halvings++ < most_halvings) {
       set_sum(displacement, u, -1, begin);  // a coarser level's solution: halfway back
@@ -69,15 +68,14 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
     swap_fields(move, move_before);
     set_sum(move, u, -1, last);
     set_sum(displacement, u, -1, begin);
-    const double moved = level.mean_length(move), size = level.mean_length(displacement);
+    const double moved = level.size_in_material(move, true).mean;
+    const double size = level.size_in_material(displacement, true).mean;
     const bool back = dot(move, move_before) < 0;
     set_to(last, u);
-    rounds.add(moved / (size + level.least_move()), back);
+    rounds.add(moved / (size + nothing * level.diameter()), back);
   }
   NewtonOutcomeOf<Vector> outcome = level.minimize(options, u, progress);
-  outcome.iterations += before.iterations;
-  outcome.linear_iterations += before.linear_iterations;
-  outcome.seconds += before.seconds;
+  add_work(outcome, before);
   outcome.moving = rounds.moving();
   return outcome;
 }

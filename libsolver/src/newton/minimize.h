@@ -18,6 +18,13 @@ struct NewtonOutcomeOf : NewtonReport {
 };
 using NewtonOutcome = NewtonOutcomeOf<NodeVector>;
 
+/// Counts the work of another run with it.
+inline void add_work(NewtonReport& to, const NewtonReport& other) {
+  to.iterations += other.iterations;
+  to.linear_iterations += other.linear_iterations;
+  to.seconds += other.seconds;
+}
+
 /// One run of Newton's method on a problem, told as a report.
 template <class Vector>
 NewtonOutcomeOf<Vector> minimize(NewtonProblem<Vector>& problem, const NewtonOptions& options, Vector& u,

@@ -77,7 +77,8 @@ void MatchTerm::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVect
 
 std::size_t MatchTerm::bytes() const {
   return hexmesh::bytes_of(points_) + hessians_.bytes() + hexmesh::bytes_of(attached_at_) +
-         hexmesh::bytes_of(pull_.bound) + hexmesh::bytes_of(pull_.gradient) + hexmesh::bytes_of(pull_.hessian);
+         hexmesh::bytes_of(pull_.bound) + hexmesh::bytes_of(part_of_) + hexmesh::bytes_of(pull_.gradient) +
+         hexmesh::bytes_of(pull_.hessian);
 }
 
 MatchedPoints embed(const Matchings& matchings, Selector& selector) {

@@ -323,6 +323,19 @@ TEST(Matching, AStartSavesRoundsAndChangesNothing) {
   EXPECT_LT(apart(from_other, from_rest), 0.5 * apart(of_other, from_rest)) << "another solution";
 }
 
+/// The start is of the level asked, not of the one that is looked at for its error.
+TEST(Matching, AStartIsNotOfTheLevelThatIsLookedAt) {
+  const Lattice lattice = crooked_body();
+  Scene scene;
+  scene.elasticity = Elasticity::corotational;
+  scene.matches = {match_to(moved(lattice.surface, bent))};
+  scene.error_estimation = ErrorEstimation::look;
+  const Outcome first = solve_equilibrium(lattice, scene, 1),
+                again = solve_equilibrium(lattice, scene, 1, {}, &first.result.displacement);
+  ASSERT_TRUE(again.report.converged) << again.report.reason;
+  EXPECT_TRUE(again.report.levels.back().error.mean_mm) << "from the look";
+}
+
 /// What is not seen stays where the rigid motion puts it, however little is seen.
 TEST(Matching, APartOfTheBodyItselfMovesNothing) {
   const Lattice lattice = crooked_body();
