@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/file/surface_target.h"
+#include "hexmesh/surface/surface_file.h"
 #include "mpi/hexsolve_mpi.h"
 #include "support/forms.h"
 
@@ -86,5 +88,54 @@ rotate = { axis = [1, 0, 0], degrees = 20, about_mm = [0, 0, 0] }
                            std::erase(name, '-');
                            return name;
                          });
+
+/// A body that nothing else holds, on a target with a piece of something else.
+TEST_F(HexsolveMpi, TargetsAreMetAsByOne) {
+  const CommandResult made = run(
+      "hexsolve liver.hexmesh liver.toml --level 1 -o truth.hexresult && hexexport truth.hexresult --surface now.ply");
+  ASSERT_EQ(made.exit_code, 0) << made.errors;
+  hexmesh::TriangleSurface now = hexmesh::read_surface(*folder / "now.ply");  // and of the tumours inside
+  hexmesh::TriangleSurface piece = now;
+  for (Vec3& p : piece.points) p = 0.1 * p + Vec3(0, 150, 0);
+  append(now, piece);
+  hexmesh::write_surface_target(now, *folder / "now.hexsurface");
+  write_text(*folder / "mark.mrk.json",
+             R"({"markups": [{"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": [
+    {"position": [-60, 0, 0]}]}]})");
+  write_text(*folder / "match.toml", R"([solve]
+law = "neo-hookean"
+[[match]]
+surface = "now.hexsurface"
+segment = "liver"
+trust_mm = 0.2
+[[match]]
+from = "mark.mrk.json"
+to = "mark.mrk.json"
+)");
+  const std::string fit = "liver.hexmesh match.toml --level 1 --set solve.error_estimate=off ";
+  const CommandResult one = run("hexsolve " + fit + "-o one.fit.hexresult --report one.fit.json");
+  ASSERT_EQ(one.exit_code, 0) << one.errors;
+  const CommandResult many = run(mpi(3) + fit + "-o many.fit.hexresult --report many.fit.json");
+  ASSERT_EQ(many.exit_code, 0) << many.errors;
+  const Result a = result("one.fit.hexresult"), b = result("many.fit.hexresult");
+  ASSERT_EQ(a.displacement.size(), b.displacement.size());
+  double apart = 0, size = 0;
+  for (std::size_t n = 0; n < a.displacement.size(); ++n) {
+    apart += (a.displacement[n] - b.displacement[n]).norm();
+    size += a.displacement[n].norm();
+  }
+  EXPECT_LT(apart, 5e-4 * size) << "rounds leave a thousandth open";
+  const json in_one = report("one.fit.json"), in_many = report("many.fit.json");
+  EXPECT_EQ(in_one["pose"], in_many["pose"]);
+  ASSERT_EQ(in_many["matches"].size(), 2U);
+  for (std::size_t n = 0; n < 2; ++n) {
+    const json &x = in_one["matches"][n], &y = in_many["matches"][n];
+    EXPECT_EQ(x["points"], y["points"]);
+    EXPECT_NEAR(x["distance"]["mean_mm"].get<double>(), y["distance"]["mean_mm"].get<double>(), 0.01);
+    EXPECT_NEAR(x["left_out"].get<double>(), y["left_out"].get<double>(), 0.002);
+    for (int d = 0; d < 3; ++d) EXPECT_NEAR(x["force_n"][d].get<double>(), y["force_n"][d].get<double>(), 0.02);
+  }
+  EXPECT_GT(in_many["matches"][0]["left_out"], 0.001);
+}
 
 }  // namespace test_hexsolve_mpi_scenes

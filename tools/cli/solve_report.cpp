@@ -58,6 +58,9 @@ json to_json(const std::vector<hexsolver::MatchReport>& matches) {
                    {"points", m.points},
                    {"trust_mm", m.trust_mm},
                    {"eased_points", m.eased_points},
+                   {"part", m.is_part},
+                   {"left_out", m.left_out},
+                   {"kept_mean_mm", m.kept_mean_mm},
                    {"at_start", to_json(m.at_start)},
                    {"distance", to_json(m.distance)},
                    {"target_to_body", to_json(m.target_to_body)},
@@ -360,11 +363,11 @@ void summarize(const SolveReport& r, const Console& console) {
     console.note(fmt::format("contact '{}': {} points touch, {:.2g} mm deep, force [{:.4g}, {:.4g}, {:.4g}] N", c.name,
                              c.points, c.deepest_mm, c.force_n[0], c.force_n[1], c.force_n[2]));
   for (const hexsolver::MatchReport& m : r.matches)
-    console.note(
-        fmt::format("match '{}': {} points, off by {:.3g} mm in the mean, 95 % below {:.3g} mm, largest {:.3g} mm; {} "
-                    "{:.3g} mm in the mean",
-                    m.name, m.points, m.distance.mean_mm, m.distance.percentile95_mm, m.distance.largest_mm,
-                    r.pose ? "before, where a rigid motion puts the body," : "at rest", m.at_start.mean_mm));
+    console.note(fmt::format(
+        "match '{}': {} points{}, off by {:.3g} mm in the mean, 95 % below {:.3g} mm, largest {:.3g} mm; {} "
+        "{:.3g} mm in the mean",
+        m.name, m.points, m.is_part ? " of a part of the surface" : "", m.distance.mean_mm, m.distance.percentile95_mm,
+        m.distance.largest_mm, r.pose ? "before, where a rigid motion puts the body," : "at rest", m.at_start.mean_mm));
   if (const hexsolver::ErrorEstimate& e = l.error; e.mean_mm)
     console.note(fmt::format(
         "estimated error of the cells' size: mean {:.2g} mm, largest {}; of the equations: {:.1g} mm", *e.mean_mm,

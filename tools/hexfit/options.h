@@ -19,7 +19,8 @@ struct FitOptions {
   std::string body_segment;
   std::vector<std::string> settings;
   std::optional<int> level;
-  double trust = 0, outliers = 0;
+  double trust = 0;
+  std::optional<double> outliers;
   bool is_part = false, without_spread = false;
 };
 

@@ -69,7 +69,7 @@ void SceneWriter::write(const Input* base, const std::vector<hexsolver::Match>& 
       text += "surface = " + quoted(surface.filename().string()) + "\n";
       if (!m.segment.empty()) text += "segment = " + quoted(m.segment) + "\n";
       if (m.is_partial) text += fmt::format("part = {}\n", *m.is_partial);
-      if (m.outliers > 0) text += fmt::format("outliers_mm = {}\n", m.outliers);
+      if (m.outliers) text += fmt::format("outliers_mm = {}\n", *m.outliers);
     }
     if (m.trust > 0) text += fmt::format("trust_mm = {}\n", m.trust);
   }

@@ -15,7 +15,9 @@ constexpr int version = 1;
 void write_surface_target(const TriangleSurface& surface, const std::filesystem::path& path) {
   hdf5::Writer file(path);
   hdf5::write_header(file, format, version, {});
-  hdf5::write_surface(file, surface, false);
+  TriangleSurface labelled = surface;
+  labelled.segment.resize(surface.triangles.size());  // those of other files have no labels
+  hdf5::write_surface(file, labelled, false);
   file.close();
 }
 

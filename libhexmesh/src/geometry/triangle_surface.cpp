@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
+#include <set>
 
 namespace hexmesh {
 
@@ -51,6 +52,37 @@ std::size_t count_open_edges(const TriangleSurface& surface) {
     }
   return static_cast<std::size_t>(
       std::count_if(balance.begin(), balance.end(), [](const auto& edge) { return edge.second != 0; }));
+}
+
+Edges edges_of(const TriangleSurface& surface) {
+  std::map<std::pair<std::int32_t, std::int32_t>, int> triangles;
+  for (const auto& t : surface.triangles)
+    for (std::size_t a = 0; a < 3; ++a) ++triangles[std::minmax(t[a], t[(a + 1) % 3])];
+  const auto is_open = [](const auto& edge) { return edge.second % 2 != 0; };
+  return {triangles.size(), static_cast<std::size_t>(std::count_if(triangles.begin(), triangles.end(), is_open))};
+}
+
+TriangleSurface merged(const TriangleSurface& surface) {
+  struct Less {
+    bool operator()(const Vec3& a, const Vec3& b) const {
+      return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+    }
+  };
+  TriangleSurface out;
+  std::map<Vec3, std::int32_t, Less> number;
+  std::set<std::array<std::int32_t, 3>> there;
+  for (std::array<std::int32_t, 3> t : surface.triangles) {
+    for (std::int32_t& n : t) {
+      const Vec3& p = surface.points[n];
+      const auto [at, added] = number.emplace(p, static_cast<std::int32_t>(out.points.size()));
+      if (added) out.points.push_back(p);
+      n = at->second;
+    }
+    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+    const auto p = [&](std::size_t a) -> Vec3 { return out.points[t[a]]; };
+    if ((p(1) - p(0)).cross(p(2) - p(0)).norm() > 0 && there.insert(t).second) out.triangles.push_back(t);
+  }
+  return out;
 }
 
 void append(TriangleSurface& to, const TriangleSurface& surface) {

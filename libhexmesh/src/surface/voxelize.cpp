@@ -26,28 +26,6 @@ using Triangles = std::vector<Kernel::Triangle_3>;
 using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterator>;
 using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 
-/// Points that lie in one place become one, triangles without area go.
-TriangleSurface merged(const TriangleSurface& surface) {
-  struct Less {
-    bool operator()(const Vec3& a, const Vec3& b) const {
-      return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
-    }
-  };
-  TriangleSurface out;
-  std::map<Vec3, std::int32_t, Less> number;
-  for (std::array<std::int32_t, 3> t : surface.triangles) {
-    for (std::int32_t& n : t) {
-      const Vec3& p = surface.points[n];
-      const auto [at, added] = number.emplace(p, static_cast<std::int32_t>(out.points.size()));
-      if (added) out.points.push_back(p);
-      n = at->second;
-    }
-    const auto p = [&](std::size_t a) -> Vec3 { return out.points[t[a]]; };
-    if ((p(1) - p(0)).cross(p(2) - p(0)).norm() > 0) out.triangles.push_back(t);
-  }
-  return out;
-}
-
 /// Its parts that hang together by shared points.
 std::vector<TriangleSurface> parts_of(const TriangleSurface& surface) {
   Partition partition(surface.points.size());
@@ -64,19 +42,6 @@ std::vector<TriangleSurface> parts_of(const TriangleSurface& surface) {
     add_triangle(out[at->second], surface, t, number);
   }
   return out;
-}
-
-/// Edges, and those with an odd number of triangles: none where the surface closes.
-struct Edges {
-  std::size_t all = 0, open = 0;
-};
-
-Edges edges_of(const TriangleSurface& surface) {
-  std::map<std::pair<std::int32_t, std::int32_t>, int> triangles;
-  for (const auto& t : surface.triangles)
-    for (std::size_t a = 0; a < 3; ++a) ++triangles[std::minmax(t[a], t[(a + 1) % 3])];
-  const auto is_open = [](const auto& edge) { return edge.second % 2 != 0; };
-  return {triangles.size(), static_cast<std::size_t>(std::count_if(triangles.begin(), triangles.end(), is_open))};
 }
 
 /// The same triangles turned to face outwards where that is possible.

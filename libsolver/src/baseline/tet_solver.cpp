@@ -146,7 +146,7 @@ public:
   TetLevel(const TetProblem& problem, const TetOptions& options) : equations_(problem, options) {}
 
   TetEquations& equations() { return equations_; }
-  bool attach(const NodeVector& /*u*/, double /*caution*/) const { return false; }
+  bool attach(const NodeVector& /*u*/, const PullMode& /*mode*/) const { return false; }
   // Of levels with something attached:
   NodeVector make_zero() const { return equations_.make_field(); }
   ElasticCells::Size size_in_material(const NodeVector& /*field*/, bool /*with_islands*/) const { return {}; }

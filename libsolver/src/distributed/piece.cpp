@@ -27,6 +27,9 @@ public:
   }
   double least(double value) const override { return all_.least(value); }
   double sum(double value) const override { return all_.sum(value); }
+  void add_up(std::vector<Vec3>& values) const override {
+    if (!values.empty()) all_.add_up({values.front().data(), 3 * values.size()});
+  }
   bool is_first(bool mine) const override {
     const int rank = all_.rank();
     return all_.least(mine ? rank : all_.count()) == rank;

@@ -40,8 +40,8 @@ double Processes::reduce(double value, MPI_Op op) const {
   return value;
 }
 
-void Processes::reduce_to_sum(void* values, std::size_t count, MPI_Datatype type) const {
-  MPI_Allreduce(MPI_IN_PLACE, values, static_cast<int>(count), type, MPI_SUM, comm_);
+void Processes::reduce(void* values, std::size_t count, MPI_Datatype type, MPI_Op op) const {
+  MPI_Allreduce(MPI_IN_PLACE, values, static_cast<int>(count), type, op, comm_);
 }
 
 std::size_t Processes::sum(std::size_t value) const { return sum(std::vector<std::uint64_t>{value})[0]; }

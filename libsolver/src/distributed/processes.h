@@ -29,8 +29,9 @@ public:
   double largest(double value) const { return reduce(value, MPI_MAX); }
   std::size_t sum(std::size_t value) const;
   std::vector<std::uint64_t> sum(std::vector<std::uint64_t> values) const;
-  void add_up(std::span<double> values) const { reduce_to_sum(values.data(), values.size(), MPI_DOUBLE); }
-  void add_up(std::span<float> values) const { reduce_to_sum(values.data(), values.size(), MPI_FLOAT); }
+  void add_up(std::span<double> values) const { reduce(values.data(), values.size(), MPI_DOUBLE, MPI_SUM); }
+  void add_up(std::span<float> values) const { reduce(values.data(), values.size(), MPI_FLOAT, MPI_SUM); }
+  void take_least(std::span<double> values) const { reduce(values.data(), values.size(), MPI_DOUBLE, MPI_MIN); }
   std::size_t sum_before(std::size_t value) const;  ///< of the processes of lower rank
 
   /// @param to  what goes to each process; @returns what came from each
@@ -79,7 +80,7 @@ public:
   void all_or_none(const std::function<void()>& f) const;
 
 private:
-  void reduce_to_sum(void* values, std::size_t count, MPI_Datatype type) const;
+  void reduce(void* values, std::size_t count, MPI_Datatype type, MPI_Op op) const;
   double reduce(double value, MPI_Op op) const;
   void exchange_values(const void* send, const std::vector<int>& sizes, void* receive,
                        const std::vector<int>& from_sizes, std::size_t value_size) const;

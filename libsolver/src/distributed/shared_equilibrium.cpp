@@ -9,9 +9,11 @@
 #include "distributed/shared_equations.h"
 #include "distributed/shared_result.h"
 #include "equilibrium/nested_iteration.h"
+#include "hexmesh/file/lattice_file.h"
 #include "level/condition_reports.h"
 #include "level/level_problem.h"
 #include "level/make_result.h"
+#include "match/rigid_alignment.h"
 #include "newton/minimize.h"
 
 namespace hexsolver::mpi {
@@ -27,8 +29,8 @@ public:
   using Vector = OwnedVec;
 
   DistributedLevel(const Processes& all, const hexmesh::LatticeReader& file, const Lattice& outline, const Scene& scene,
-                   int level)
-      : outline_(outline), shared_(all, file, outline, scene, level) {}
+                   int level, const Matchings& matchings)
+      : outline_(outline), shared_(all, file, outline, scene, level, matchings) {}
 
   const SharedLevel& shared() const noexcept { return shared_; }
 
@@ -44,8 +46,12 @@ public:
   }
   RotatingCells build(Elasticity elasticity, const CoarseStart<DistributedLevel>* start, OwnedVec& u);
   OwnedVec make_zero() const { return shared_.make_vector(); }
-  bool attach(const OwnedVec& /*u*/, double /*caution*/) const { return false; }
-  OwnedVec make_start() const { return make_zero(); }
+  bool attach(const OwnedVec& u, const PullMode& mode) { return shared_.attach_matches(u, mode); }
+  OwnedVec make_start() const {
+    OwnedVec start = make_zero();
+    shared_.put_own(start_of(shared_.scene(), shared_.mesh()), start);
+    return start;
+  }
   void set_progress(const Progress& progress) { shared_.set_progress(progress); }
   double largest_load_step() const { return largest_turning_step(shared_.scene()); }
   NewtonOutcomeOf<OwnedVec> minimize(const NewtonOptions& options, OwnedVec& u, const NewtonProgress& progress) {
@@ -69,7 +75,9 @@ public:
   }
   double mean_deformation(const OwnedVec& u) const { return shared_.mean_deformation(u); }
   std::string limit_reached(const OwnedVec& u, bool nearly) const { return shared_.limit_reached(u, nearly); }
-  std::optional<std::string> obstacle_inside(const OwnedVec& /*u*/) const { return {}; }
+  std::optional<std::string> why_no_solution(const OwnedVec& u) const {
+    return hexsolver::why_missed(shared_.matches(), shared_.part_of(u));
+  }
   void add_effect_seconds(SolveReport& report) const { hexsolver::add_effect_seconds(shared_.potential(), report); }
 
 private:
@@ -100,7 +108,9 @@ void report_state(const SharedLevel& level, const OwnedVec& u, const Scene& scen
   report.strain_energy_n_mm = level.strain_energy(u);
   const Arms arms(level.outline(), report.elasticity);
   const std::vector<BalanceReport::Row> loads = level.loads(u, arms);
-  for (std::size_t n = 0; n < loads.size(); ++n)
+  report_matches(level.matches(), start_of(scene, level.mesh()), level.part_of(u), report);
+  report.pose = scene.pose;
+  for (std::size_t n = 0; n < level.num_loads(); ++n)
     report.forces.push_back({n < scene.forces.size() ? scene.forces[n].name : loads[n].name, loads[n].force_n});
   const OwnedVec gradient = level.make_vector();
   level.gradient(u, gradient);
@@ -179,17 +189,18 @@ void check_is_shareable(const Scene& scene) {
   if (scene.dynamics) refuse("solve.kind = \"dynamics\"");
   if (scene.islands != Islands::error) refuse("solve.islands other than \"error\"");
   if (!scene.contacts.empty()) refuse("[[contact]]");
-  if (!scene.matches.empty()) refuse("[[match]]");
   if (scene.is_graded()) refuse("solve.grading = \"scene\"");
 }
 
-SolveReport solve_equilibrium(const Run&, const std::filesystem::path& lattice, const Scene& scene,
+SolveReport solve_equilibrium(const Run&, const std::filesystem::path& lattice, const Scene& as_written,
                               const std::filesystem::path& result, std::vector<ProcessReport>& processes,
                               const std::function<void(hexmesh::Result&, const SolveReport&)>& finish,
                               const SolveProgress& progress) {
   const Processes all(PETSC_COMM_WORLD);
   std::unique_ptr<hexmesh::LatticeReader> file;
   std::optional<Lattice> outline;
+  Matchings matchings;
+  Scene scene = as_written;
   SolveReport report;
   NestedIteration<DistributedLevel>::Levels levels;
   int finest = 0;
@@ -198,6 +209,12 @@ SolveReport solve_equilibrium(const Run&, const std::filesystem::path& lattice, 
     outline = with_overrides(file->outline(), scene);
     report.warnings = check_single_points(scene);
     check_contrast(*outline);
+    if (!scene.matches.empty()) {
+      matchings = make_matchings(scene, with_overrides(hexmesh::read_lattice(lattice, {-1}, hexmesh::Elements::formed,
+                                                                             hexmesh::Voxels::surface_only),
+                                                       scene));
+      scene = placed(scene, matchings);
+    }
     for (int n = 0; n < static_cast<int>(outline->levels.size()); ++n) levels.num_cells.push_back(file->num_cells(n));
     for (const hexmesh::Level& l : outline->levels) levels.mixture.push_back(l.mixture);
     finest = finest_level(scene, levels.num_cells);
@@ -206,7 +223,7 @@ SolveReport solve_equilibrium(const Run&, const std::filesystem::path& lattice, 
   report.effects = list_effects(scene);
   report.elasticity = scene.elasticity;
   levels.make = [&](int n, const Scene& of_level) {
-    return std::make_unique<DistributedLevel>(all, *file, *outline, of_level, n);
+    return std::make_unique<DistributedLevel>(all, *file, *outline, of_level, n, matchings);
   };
   levels.agree = [&](bool mine) { return all.sum(all.is_first() && mine ? 1.0 : 0.0) > 0; };  // on what the first says
   Solved<DistributedLevel> best = NestedIteration<DistributedLevel>(levels, scene, finest, report, progress).run();

@@ -18,8 +18,14 @@ using hexmesh::Lattice;
 SharedLevel::~SharedLevel() = default;
 
 SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& file, const Lattice& outline,
-                         const Scene& scene, int level)
-    : all_(all), file_(file), outline_(outline), scene_(scene), level_(level), elasticity_(scene.elasticity) {
+                         const Scene& scene, int level, Matchings matchings)
+    : all_(all),
+      file_(file),
+      outline_(outline),
+      scene_(scene),
+      level_(level),
+      elasticity_(scene.elasticity),
+      matchings_(std::move(matchings)) {
   all.all_or_none([&] { num_cells_ = file.num_cells(level); });
   piece_ = std::make_unique<Piece>(all, file, outline, level, num_cells_);
   const SharedMerges merges = merges_of_parts(outline.cell_size(level), num_cells_, all.count());
@@ -32,7 +38,8 @@ SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& fil
   build_potential(scene.elasticity, {});
 
   all.all_or_none([&] { select(); });  // what is not found, nobody finds
-  check_supports(*this, points_);
+  check_supports(*this, holding_);
+  add_matches();
   constraints_ = std::make_unique<SharedConstraints>(points_, scene, outline.cell_edges(level), outline.corner(),
                                                      *nodes_, pattern_);
   hold_in_part();
@@ -58,6 +65,7 @@ void SharedLevel::build_potential(Elasticity elasticity, std::vector<bool> rotat
   energy_rounding_ = all_.sum(elastic->energy_rounding());
   potential_ = std::make_unique<Potential>(mesh());
   potential_->add(std::move(elastic));
+  if (!matched_.empty()) add_matches();
 }
 
 /// A cell of the coarser level is known by its first node.
@@ -111,6 +119,8 @@ void SharedLevel::select() {
   // In the order in which one process finds them.
   std::stable_sort(points_.begin(), points_.end(),
                    [](const auto& a, const auto& b) { return a.condition < b.condition; });
+
+  find_matched(selector);
 
   const auto add = [&](const std::vector<std::unique_ptr<DeadLoad>>& loads, const Mesh& mesh,
                        const NodeCopies& copies) {
@@ -177,6 +187,7 @@ void SharedLevel::make_hierarchy(SharedMerges merges) {
 void SharedLevel::set_progress(const Progress& progress) {
   constraints_->prescribe(scene_, progress);
   load_factor_ = progress.fraction;
+  for (MatchTerm* m : matches_) m->set_progress(progress);
 }
 
 double SharedLevel::strain_energy(Vec u) const {
@@ -185,7 +196,8 @@ double SharedLevel::strain_energy(Vec u) const {
 }
 
 double SharedLevel::energy(Vec u) const {
-  double sum = strain_energy(u);
+  copies_.get(u, x_);
+  double sum = all_.sum(potential_->energy(x_));
   for (const OwnedVec& load : loads_) sum -= load_factor_ * dot(load, u);
   return sum;
 }
@@ -209,10 +221,10 @@ double SharedLevel::gradient(Vec u, Vec gradient) const {
 
 double SharedLevel::inner_forces(Vec u) const {
   copies_.get(u, x_);
-  NodeVector magnitude;
-  potential_->gradient(x_, y_, magnitude);
+  NodeVector forces = NodeVector::Zero(x_.size()), magnitude = forces;
+  elastic_->add_gradient(x_, forces, magnitude);
   const OwnedVec sum = make_vector();
-  copies_.add_to(y_, sum);
+  copies_.add_to(forces, sum);
   return norm(sum);
 }
 
@@ -309,8 +321,14 @@ std::vector<BalanceReport::Row> SharedLevel::loads(Vec u, const Arms& arms) cons
   for (std::size_t n = 0; n < loads_.size(); ++n) {
     const std::string name = n < scene_.forces.size() ? load_name(scene_.forces[n]) : name_of(EffectKind::gravity);
     out.push_back(resultant(name, load_factor_ * part_of(loads_[n]), mesh(), displacement, arms, own));
-    for (Vec3* total : {&out.back().force_n, &out.back().moment_n_mm}) all_.add_up({total->data(), 3});
   }
+  for (const MatchTerm* match : matches_) {
+    NodeVector gradient = NodeVector::Zero(displacement.size()), magnitude = gradient;
+    match->add_gradient(displacement, gradient, magnitude);
+    out.push_back(resultant(match->name(), -gradient, mesh(), displacement, arms));
+  }
+  for (BalanceReport::Row& row : out)
+    for (Vec3* total : {&row.force_n, &row.moment_n_mm}) all_.add_up({total->data(), 3});
   return out;
 }
 

@@ -17,6 +17,7 @@
 #include "hexsolver/scene/scene.h"
 #include "level/balance.h"
 #include "terms/elastic.h"
+#include "terms/match_term.h"
 #include "terms/potential.h"
 
 namespace hexsolver::mpi {
@@ -61,9 +62,10 @@ private:
 class SharedLevel {
 public:
   /// @param outline  of the file, with the materials that count; all must outlive this
+  /// @param matchings  of the scene
   /// @throws SharedError{geometry} for selections and missing supports
   SharedLevel(const Processes& all, const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline,
-              const Scene& scene, int level);
+              const Scene& scene, int level, Matchings matchings = {});
   ~SharedLevel();
   SharedLevel(const SharedLevel&) = delete;
   SharedLevel& operator=(const SharedLevel&) = delete;
@@ -81,6 +83,8 @@ public:
   OwnedVec make_vector() const { return zero_like(pattern_); }  ///< three values for each node
 
   void set_progress(const Progress& progress);
+  bool attach_matches(Vec u, const PullMode& mode);  ///< see LevelProblem
+  const std::vector<MatchTerm*>& matches() const noexcept { return matches_; }
   double energy(Vec u) const;         ///< [N mm]
   double strain_energy(Vec u) const;  ///< [N mm]
   double inner_forces(Vec u) const;   ///< norm of those that cells exert on nodes [N]
@@ -114,7 +118,8 @@ public:
 
   ElasticCells::Size size_in_material(Vec field) const;                  ///< see there
   double mean_deformation(Vec u) const;                                  ///< see EquilibriumLevel
-  std::vector<BalanceReport::Row> loads(Vec u, const Arms& arms) const;  ///< forces of the scene, then gravity
+  std::vector<BalanceReport::Row> loads(Vec u, const Arms& arms) const;  ///< forces of the scene, then gravity, matches
+  std::size_t num_loads() const noexcept { return loads_.size(); }       ///< of these, without matches
   std::string limit_reached(Vec u, bool nearly) const;                   ///< ElasticCells::limit_reached of some cell
   double diameter() const;                                               ///< of the box of the body [mm]
 
@@ -129,6 +134,8 @@ public:
 
 private:
   void select();
+  void find_matched(Selector& selector);
+  void add_matches();
   void hold_in_part();
   void make_hierarchy(SharedMerges merges);
   double mean_of_all(double mean) const;  ///< from the mean over the material of each process
@@ -152,7 +159,18 @@ private:
   std::vector<OwnedVec> loads_;  ///< in full [N]
   double load_factor_ = 1;
 
+  /// A point of a matching that some process has in a cell.
+  struct MatchedPoint {
+    std::size_t matching, number;
+    Index3 cell;  ///< of the whole level
+    std::array<double, 8> weights;
+  };
+  Matchings matchings_;
+  MatchedPoints matched_;  ///< in cells of the part
+  std::vector<MatchTerm*> matches_;
+
   std::vector<SharedConstraints::Point> points_;
+  std::vector<SharedConstraints::Point> holding_;  ///< for the search of what nothing holds: and the matched ones
   std::unique_ptr<SharedConstraints> constraints_;
   std::unique_ptr<PartConstraints> held_in_part_;
   OwnedMat product_;

@@ -47,37 +47,6 @@ bool leaves_islands_out(const Lattice& lattice, const Scene& scene, int level) {
   return !islands_to_leave_out(lattice, scene, level).empty();
 }
 
-namespace {
-
-/// A body that stays far from what it is to lie on is no solution, whatever balances there, nor is one that moves on.
-void expect_matched(const Matchings& matchings, const Lattice& lattice, SolveReport& report) {
-  constexpr double far = 0.01;  // of the size of the body
-  const double most = far * size_of(lattice);
-  for (std::size_t n = 0; n < matchings.size() && report.converged; ++n) {
-    const double mean = report.matches[n].distance.mean_mm;
-    if (!(matchings[n]->judges_mean() && mean > most)) continue;
-    report.converged = false;
-    report.reason = fmt::format(
-        "match '{}' is {:.3g} mm off in the mean, expected at most {:.3g} mm, a hundredth of the body's size: is the "
-        "target this body? A smaller trust_mm pulls harder",
-        report.matches[n].name, mean, most);
-  }
-  constexpr double little = 1e-2;
-  const double moving = report.levels.empty() ? 0 : report.levels.back().newton.moving;
-  if (!report.converged || moving == 0) return;
-  report.converged = moving <= little;
-  const std::string what = fmt::format(
-      "what matches pull to still moves the body by {:.2g} % of its displacement when rounds end; a larger "
-      "trust_mm pulls less",
-      100 * moving);
-  if (report.converged)
-    report.warnings.push_back(what);
-  else
-    report.reason = what;
-}
-
-}  // namespace
-
 Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int level, const SolveProgress& progress,
                           const std::vector<Vec3>* start) {
   SolveReport report;
@@ -111,7 +80,6 @@ Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int lev
                   {"meshes", problem.hierarchy().bytes()},
                   {"multigrid", solved.state.newton.preconditioner_bytes}};
   Outcome outcome = make_result(lattice, problem, solved.state.u, std::move(report));
-  expect_matched(matchings, whole, outcome.report);
   outcome.result.labels = whole.labels;  // with the islands that were left out
   return outcome;
 }

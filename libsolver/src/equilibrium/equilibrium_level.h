@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <fmt/format.h>
+
 #include <concepts>
 #include <memory>
 #include <optional>
@@ -10,6 +12,7 @@
 #include "equilibrium/error_estimator.h"
 #include "equilibrium/load_steps.h"
 #include "hexsolver/equilibrium/equilibrium.h"
+#include "match/matching.h"
 
 namespace hexsolver {
 
@@ -42,14 +45,15 @@ concept EquilibriumLevel = requires(Level level, const Level& other, typename Le
   other.prolongate(other, u, u);                                   ///< (coarser level, field there, field here)
   { level.measures(u) } -> std::same_as<LevelMeasures>;
   level.set_progress(Progress{});
-  { level.attach(u, 0.0) } -> std::same_as<bool>;  ///< find what each match pulls to (MatchTerm); whether there is any
+  { level.attach(u, PullMode{}) } -> std::same_as<bool>;  ///< find what each match pulls to; whether there is any
   { other.largest_load_step() } -> std::same_as<double>;
   { level.minimize(options, u, progress) } -> std::same_as<NewtonOutcomeOf<typename Level::Vector>>;
   /// Of a field in the material; parts held by springs only where asked.
   { other.size_in_material(u, true) } -> std::same_as<ElasticCells::Size>;
   { other.mean_deformation(u) } -> std::same_as<double>;  ///< of the material, beside the rigid motion next to u [mm]
-  { other.limit_reached(u, true) } -> std::same_as<std::string>;             ///< see ElasticCells
-  { other.obstacle_inside(u) } -> std::same_as<std::optional<std::string>>;  ///< that went through the surface
+  { other.limit_reached(u, true) } -> std::same_as<std::string>;  ///< see ElasticCells
+  /// What balances in u and is not what was asked: an obstacle that went through the surface, a match that is far.
+  { other.why_no_solution(u) } -> std::same_as<std::optional<std::string>>;
   other.add_effect_seconds(std::declval<SolveReport&>());
 };
 
@@ -62,5 +66,22 @@ struct Solved {
 
   bool converged() const { return level && state.newton.converged; }
 };
+
+/// Why what converged is no solution: it is not what was asked, or what matches pull to moves on.
+template <EquilibriumLevel Level>
+std::optional<std::string> why_refused(const Solved<Level>& best, std::vector<std::string>& warnings) {
+  constexpr double little = 1e-2;
+  if (!best.converged()) return {};
+  if (const auto why = best.level->why_no_solution(best.state.u)) return why;
+  const double moving = best.state.newton.moving;
+  if (moving == 0) return {};
+  const std::string what = fmt::format(
+      "what matches pull to still moves the body by {:.2g} % of its displacement when rounds end; a larger "
+      "trust_mm pulls less",
+      100 * moving);
+  if (moving > little) return what;
+  warnings.push_back(what);
+  return {};
+}
 
 }  // namespace hexsolver

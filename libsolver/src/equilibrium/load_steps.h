@@ -101,7 +101,9 @@ LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std
     const NewtonProgress tell = [&](int iteration, double residual, int linear) {
       if (progress) progress(target, iteration, residual, linear);
     };
-    NewtonOutcomeOf<Vector> outcome = minimize_in_rounds(level, options, trial, tell, at_once);
+    // A start is where another solution let go of what is far.
+    const LetsGo lets_go = from_start ? LetsGo::at_once : target == 1 ? LetsGo::at_rest : LetsGo::never;
+    NewtonOutcomeOf<Vector> outcome = minimize_in_rounds(level, options, trial, tell, at_once, lets_go);
     if (outcome.converged)
       good = std::move(trial);
     else if (!outcome.interrupted && !from_start)

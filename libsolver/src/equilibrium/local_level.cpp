@@ -87,10 +87,12 @@ std::string LocalLevel::limit_reached(const NodeVector& u, bool nearly) const {
   return u.allFinite() ? problem_.elastic().limit_reached(u, nearly) : "";
 }
 
-std::optional<std::string> LocalLevel::obstacle_inside(const NodeVector& u) const {
+std::optional<std::string> LocalLevel::why_no_solution(const NodeVector& u) const {
   for (std::size_t c = 0; c < problem_.contacts().size(); ++c)
-    if (problem_.contacts()[c]->state(u).is_inside) return problem_.scene().contacts[c].name;
-  return {};
+    if (problem_.contacts()[c]->state(u).is_inside)
+      return fmt::format("the ball of contact '{}' went through the surface; a larger stiffness_n_mm holds it off",
+                         problem_.scene().contacts[c].name);
+  return why_missed(problem_.matches(), u);
 }
 
 }  // namespace hexsolver

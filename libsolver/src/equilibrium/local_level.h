@@ -27,7 +27,7 @@ public:
   std::vector<std::string> check(const Scene& scene) const { return check_level(problem_, scene); }
   RotatingCells build(Elasticity elasticity, const CoarseStart<LocalLevel>* start, NodeVector& u);
   NodeVector make_zero() const { return NodeVector::Zero(static_cast<Eigen::Index>(problem_.mesh().num_dofs())); }
-  bool attach(const NodeVector& u, double caution) { return problem_.attach_matches(u, caution); }
+  bool attach(const NodeVector& u, const PullMode& mode) { return problem_.attach_matches(u, mode); }
   NodeVector make_start() const { return problem_.start(); }
   void set_progress(const Progress& progress) { problem_.set_progress(progress); }
   double largest_load_step() const { return problem_.largest_load_step(); }
@@ -38,7 +38,7 @@ public:
   double mean_deformation(const NodeVector& u) const;
   LevelMeasures measures(const NodeVector& u);
   std::string limit_reached(const NodeVector& u, bool nearly) const;
-  std::optional<std::string> obstacle_inside(const NodeVector& u) const;
+  std::optional<std::string> why_no_solution(const NodeVector& u) const;
   void add_effect_seconds(SolveReport& report) const { hexsolver::add_effect_seconds(problem_.potential(), report); }
 
 private:

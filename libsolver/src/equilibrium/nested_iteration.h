@@ -80,7 +80,7 @@ private:
   void add_report(Solved<Level>& now, double seconds);
   void explain_rotation(const std::string& why, std::optional<bool> active);
   bool is_accurate() const;
-  void conclude(const Solved<Level>& best);
+  void conclude(const Solved<Level>& best, const std::optional<std::string>& refused);
 
   Levels levels_;
   const Scene& scene_;
@@ -140,10 +140,11 @@ Solved<Level> NestedIteration<Level>::run() {
     best = std::move(next);
     if (carries_less(best)) break;
   }
-  if (looks_beyond(best)) look_beyond(best);
+  const std::optional<std::string> refused = why_refused(best, report_.warnings);
+  if (!refused && looks_beyond(best)) look_beyond(best);
   report_.solve_seconds = solve.seconds();
   report_.warnings.insert(report_.warnings.end(), level_warnings_.begin(), level_warnings_.end());
-  conclude(best);
+  conclude(best, refused);
   return best;
 }
 
@@ -376,16 +377,15 @@ bool NestedIteration<Level>::is_accurate() const {
 }
 
 template <EquilibriumLevel Level>
-void NestedIteration<Level>::conclude(const Solved<Level>& best) {
+void NestedIteration<Level>::conclude(const Solved<Level>& best, const std::optional<std::string>& refused) {
   const NewtonReport& newton = best.state.newton;
   report_.converged = newton.converged;
   report_.reason = newton.reason;
   report_.load_fraction = best.state.load_fraction;
   report_.relative_residual = newton.relative_residual;
-  if (const auto name = report_.converged ? best.level->obstacle_inside(best.state.u) : std::nullopt) {
+  if (refused) {
     report_.converged = false;
-    report_.reason =
-        fmt::format("the ball of contact '{}' went through the surface; a larger stiffness_n_mm holds it off", *name);
+    report_.reason = *refused;
   }
   if (report_.converged && scene_.asks_accuracy()) {
     report_.accuracy_missed = !is_accurate();

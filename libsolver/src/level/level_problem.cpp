@@ -78,25 +78,23 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
       contacts_.push_back(new_contacts_.back().get());
     }
   }
+  expect_embedded(scene, matchings, matched);
   new_matches_ = make_match_terms(scene, matchings, mesh(), matched);
   for (const auto& match : new_matches_) matches_.push_back(match.get());
   set_loads(progress_);
 }
 
-bool LevelProblem::attach_matches(const NodeVector& u, double caution) {
+bool LevelProblem::attach_matches(const NodeVector& u, const PullMode& mode) {
   if (matches_.empty()) return false;
-  constexpr double nearly_flat = 0.1;
-  const NodeVector& all = potential_->at_all(u);
-  const std::vector<bool> folding = cells_near_folds(*elastic_, all, nearly_flat);
-  for (MatchTerm* m : matches_) m->attach(all, caution, folding);
+  attach(matches_, *elastic_, potential_->at_all(u), mode);
   return true;
 }
 
-NodeVector LevelProblem::start() const {
-  NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(mesh().num_dofs()));
-  if (scene_.pose)
-    for (std::size_t n = 0; n < mesh().num_nodes(); ++n)
-      u.segment<3>(3 * static_cast<Eigen::Index>(n)) = *scene_.pose * mesh().position(n) - mesh().position(n);
+NodeVector start_of(const Scene& scene, const Mesh& mesh) {
+  NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
+  if (scene.pose)
+    for (std::size_t n = 0; n < mesh.num_nodes(); ++n)
+      u.segment<3>(3 * static_cast<Eigen::Index>(n)) = *scene.pose * mesh.position(n) - mesh.position(n);
   return u;
 }
 

@@ -24,6 +24,9 @@ bool is_of_high_contrast(const hexmesh::Lattice& lattice);
 /// See Hierarchy.
 std::size_t coarsest_dofs(const hexmesh::Lattice& lattice, const Scene& scene);
 
+/// Displacements where load steps begin: none, or where the scene puts the body.
+NodeVector start_of(const Scene& scene, const Mesh& mesh);
+
 /// One level of a lattice under a scene. Its parts refer to each other: it stays where it was made.
 class LevelProblem {
 public:
@@ -78,10 +81,10 @@ public:
   const std::vector<MatchTerm*>& matches() const noexcept { return matches_; }
 
   /// Find what each [[match]] pulls to from a state, see MatchTerm. @returns whether there is any
-  bool attach_matches(const NodeVector& u, double caution);
+  bool attach_matches(const NodeVector& u, const PullMode& mode);
 
   /// Where load steps begin: at rest, or where the scene puts the body.
-  NodeVector start() const;
+  NodeVector start() const { return start_of(scene_, mesh()); }
 
 private:
   void set_loads(const Progress& progress);

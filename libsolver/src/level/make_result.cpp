@@ -59,7 +59,7 @@ void report_conditions(const Lattice& lattice, const LevelProblem& problem, cons
     if (c.points == 0 && !problem.scene().dynamics)
       report.warnings.push_back(fmt::format("{} touches nothing: the nearest surface point is {:.3g} mm away",
                                             "contact '" + c.name + "'", c.nearest_mm));
-  report.matches = match_reports(problem, u);
+  report_matches(problem.matches(), problem.start(), u, report);
   report.pose = problem.scene().pose;
   const Arms arms(lattice, report.elasticity);
   report_constraints(problem.constraints(), problem.scene(), problem.mesh(), u, gradient, arms, report);
@@ -122,15 +122,6 @@ std::vector<ContactReport> contact_reports(const LevelProblem& problem, const No
   for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
     const PenaltyContact::State state = problem.contacts()[c]->state(u);
     out.push_back({problem.scene().contacts[c].name, state.points, state.deepest, state.nearest, state.force});
-  }
-  return out;
-}
-
-std::vector<MatchReport> match_reports(const LevelProblem& problem, const NodeVector& u) {
-  std::vector<MatchReport> out;
-  for (const MatchTerm* match : problem.matches()) {
-    out.push_back(match->report(u));
-    out.back().at_start = match->report(problem.start()).distance;
   }
   return out;
 }

@@ -22,9 +22,6 @@ using CellFields = std::map<std::string, std::vector<double>>;
 hexmesh::Result state_of_cells(const MeshCells& cells, const ElasticCells& elastic, const NodeVector& u,
                                CellMeasures measures, CellFields fields = {});
 
-/// How far the body is from what each match asks, without forces.
-std::vector<MatchReport> match_reports(const LevelProblem& problem, const NodeVector& u);
-
 /// What each obstacle does, without moments.
 std::vector<ContactReport> contact_reports(const LevelProblem& problem, const NodeVector& u);
 

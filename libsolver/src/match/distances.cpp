@@ -23,4 +23,13 @@ DistanceReport statistics(Distances all) {
   return out;
 }
 
+double median(Distances all) {
+  std::sort(all.begin(), all.end());
+  double area = 0, below = 0;
+  for (const auto& entry : all) area += entry.second;
+  for (const auto& [d, w] : all)
+    if ((below += w) >= area / 2) return d;
+  return 0;
+}
+
 }  // namespace hexsolver

@@ -13,4 +13,7 @@ using Distances = std::vector<std::pair<double, double>>;
 
 DistanceReport statistics(Distances all);
 
+/// Half of the area is nearer; 0 of none.
+double median(Distances all);
+
 }  // namespace hexsolver

@@ -56,6 +56,30 @@ Match with_trust(Match match, const Lattice& lattice) {
   return match;
 }
 
+/// Landmarks that alone hold a body in space.
+void expect_holding(const Scene& scene) {
+  if (scene.matches.empty() || !scene.conditions.empty()) return;
+  std::vector<Vec3> points;
+  for (const Match& m : scene.matches) {
+    if (!m.is_of_landmarks()) return;
+    points.insert(points.end(), m.from.begin(), m.from.end());
+  }
+  double width = 0;  // beside the line through the two that are farthest from each other
+  const auto far_from = [&](const Vec3& p) {
+    return *std::max_element(points.begin(), points.end(), [&](const Vec3& a, const Vec3& b) {
+      return (a - p).squaredNorm() < (b - p).squaredNorm();
+    });
+  };
+  const Vec3 a = far_from(points.front()), b = far_from(a);
+  for (const Vec3& p : points) width = std::max(width, (p - a).cross((b - a).normalized()).norm());
+  if (constexpr double least = 1e-3; width > least * (b - a).norm()) return;
+  throw hexmesh::Error(hexmesh::ErrorKind::geometry,
+                       fmt::format("{} has {} in line, expected three or more that are not, or a surface or supports "
+                                   "beside them",
+                                   with_place("match", scene.matches.front()),
+                                   points.size() == 1 ? "1 point" : fmt::format("{} points", points.size())));
+}
+
 /// Which traction leaves the distance that a match trusts, over Young's modulus.
 constexpr double traction = 0.1;
 /// Of the body's size, the edge of the square that a landmark stands for: about a hundredth of the surface.
@@ -70,9 +94,12 @@ double size_of(const Lattice& lattice) {
 
 Matchings make_matchings(const Scene& scene, const Lattice& lattice) {
   constexpr double most = 1e6;  // mm
+  expect_holding(scene);
   Matchings out;
   for (const Match& asked : scene.matches) {
-    const Match match = with_trust(asked, lattice);
+    Match match = asked;
+    match.target = hexmesh::merged(match.target);
+    match = with_trust(std::move(match), lattice);
     for (const std::vector<Vec3>* places : {&match.target.points, &match.to})
       for (const Vec3& p : *places)
         if (!(p.cwiseAbs().maxCoeff() <= most))
@@ -82,7 +109,7 @@ Matchings make_matchings(const Scene& scene, const Lattice& lattice) {
     if (match.is_of_landmarks()) {
       const double stiffness = traction * young_of(lattice) / match.trust;
       const double edge = of_landmark * size_of(lattice);
-      out.push_back(std::make_shared<LandmarkMatching>(match, edge * edge, stiffness));
+      out.push_back(std::make_shared<LandmarkMatching>(match, edge * edge, stiffness, size_of(lattice)));
       continue;
     }
     const LatticeSegment& segment = segment_of(match, lattice);
@@ -92,7 +119,7 @@ Matchings make_matchings(const Scene& scene, const Lattice& lattice) {
                            fmt::format("{}: segment '{}' has no picture surface, expected one to lie on the target",
                                        with_place("match", match), segment.segment.name));
     const double stiffness = traction * segment.material->young / match.trust;
-    out.push_back(std::make_shared<SurfaceMatching>(match, std::move(body), stiffness));
+    out.push_back(std::make_shared<SurfaceMatching>(match, std::move(body), stiffness, size_of(lattice)));
   }
   return out;
 }

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,12 @@ struct Pull {
   void reset(std::size_t num_points);
 };
 
+/// How all that matches pull to is pulled to in a round.
+struct PullMode {
+  double caution = 0;    ///< 0: with the second derivatives there; 1: with springs that bound the energy
+  bool lets_go = false;  ///< of what stays far, beside the rest
+};
+
 /// What one [[match]] of a scene asks of a body, wherever the body is. It knows points of the body and nothing of
 /// cells.
 class Matching {
@@ -33,25 +40,35 @@ public:
 
   /// @param places  of the points
   /// @param pose    where the body began: what nothing is known of is held there, weakly
-  virtual void pull(const std::vector<Vec3>& places, const Eigen::Isometry3d& pose, Pull& out) const = 0;
+  /// @param lets_go  see PullMode
+  virtual void pull(const std::vector<Vec3>& places, const Eigen::Isometry3d& pose, bool lets_go, Pull& out) const = 0;
 
-  /// Pairs that a rigid motion is to bring together: f(area [mm^2], part of it that counts, point of the body at rest,
-  /// where it is to be).
+  /// What a rigid motion is to bring together.
+  struct Pair {
+    double area;                ///< [mm^2]
+    double part;                ///< of it that counts
+    double loss;                ///< square of the distance, of what is far less [mm^2]
+    const Vec3 &rest, &wanted;  ///< a point of the body at rest, and where it is to be
+  };
   /// @param pose   of the body now
   /// @param every  so many samples are one
-  using Pair = std::function<void(double area, double part, const Vec3& rest, const Vec3& wanted)>;
-  virtual void pair(const Eigen::Isometry3d& pose, std::size_t every, const Pair& f) const = 0;
+  virtual void pair(const Eigen::Isometry3d& pose, std::size_t every,
+                    const std::function<void(const Pair&)>& f) const = 0;
 
   /// Whether all of the body is to lie on all of a closed surface.
   virtual bool is_whole() const = 0;
-  /// Whether to be far from the target in the mean is to have missed it.
-  virtual bool judges_mean() const = 0;
+  virtual bool is_of_landmarks() const = 0;
   virtual Vec3 middle() const = 0;  ///< of where the body is to be [mm]
   virtual Mat3 spread() const = 0;  ///< about that: the mean of x x^T [mm^2]
 
   /// How far the body is from where it is to be.
   virtual MatchReport distances(const std::vector<Vec3>& places) const = 0;
+  /// Why a body at these distances is not where it is to be.
+  virtual std::optional<std::string> why_missed(const MatchReport& distances) const = 0;
 };
+
+/// A body that stays off by more than so much of its size in the mean is not where it is to be.
+constexpr double far_off = 0.01;
 
 using Matchings = std::vector<std::shared_ptr<const Matching>>;
 

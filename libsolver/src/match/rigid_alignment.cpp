@@ -2,6 +2,7 @@
 #include "match/rigid_alignment.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/rigid_fit.h"
@@ -14,7 +15,7 @@ using Eigen::Isometry3d;
 
 struct Aligned {
   Isometry3d pose;
-  double distance;  ///< root of the mean square of what is left [mm]
+  double distance;  ///< root of the mean square of what is left, of what is far less [mm]
 };
 
 /// @param center  near the body: fits are about it, for the rounding's sake
@@ -25,11 +26,11 @@ Aligned iterate(const Matchings& matchings, const Vec3& center, Isometry3d pose,
     RigidFit fit;
     double all = 0, sum = 0;
     for (const auto& m : matchings)
-      m->pair(pose, every, [&](double area, double part, const Vec3& rest, const Vec3& wanted) {
-        fit.add(area * part, rest - center, wanted - rest);
-        size = std::max(size, (rest - center).norm());
-        all += area;
-        sum += area * part * (pose * rest - wanted).squaredNorm();
+      m->pair(pose, every, [&](const Matching::Pair& p) {
+        fit.add(p.area * p.part, p.rest - center, p.wanted - p.rest);
+        size = std::max(size, (p.rest - center).norm());
+        all += p.area;
+        sum += p.area * p.loss;
       });
     left = all > 0 ? std::sqrt(sum / all) : 0;
     if (all == 0 || left <= 1e-12 * size) break;
@@ -49,35 +50,87 @@ Mat3 axes_of(const Mat3& spread) {
   return axes;
 }
 
+/// Turns that bring axes onto axes.
+std::vector<Mat3> turns_of_a_cube() {
+  std::vector<Mat3> out;
+  std::array<int, 3> axis = {0, 1, 2};
+  do
+    for (int signs = 0; signs < 8; ++signs) {
+      Mat3 turn = Mat3::Zero();
+      for (int d = 0; d < 3; ++d) turn(axis[static_cast<std::size_t>(d)], d) = signs & 1 << d ? -1 : 1;
+      if (turn.determinant() > 0) out.push_back(turn);
+    }
+  while (std::next_permutation(axis.begin(), axis.end()));
+  return out;
+}
+
+/// Iterations from several starts: a few from each, and on from the nearest ones.
+class Search {
+public:
+  Search(const Matchings& matchings, const Vec3& center, std::size_t every)
+      : matchings_(matchings), center_(center), every_(every) {
+    from(Isometry3d::Identity(), 1);
+  }
+
+  double least() const { return std::min_element(ends_.begin(), ends_.end(), nearer)->reached.distance; }
+  /// @param part  of the distance of others, that it must end below to be taken in place of them
+  void from(const Isometry3d& start, double part) {
+    ends_.push_back({iterate(matchings_, center_, start, every_, few), part});
+  }
+  /// From the middle of a target, turned about the body's.
+  void from_middle(const Matching& of, const Mat3& turn, double part) {
+    from(Eigen::Translation3d(of.middle()) * Isometry3d(turn) * Eigen::Translation3d(-center_), part);
+  }
+  Isometry3d best() {
+    std::stable_sort(ends_.begin() + 1, ends_.end(), nearer);
+    ends_.resize(std::min(ends_.size(), most_ends));
+    for (End& e : ends_) e.reached = iterate(matchings_, center_, e.reached.pose, every_, many);
+    const End* best = &ends_.front();
+    for (const End& e : ends_)
+      if (e.reached.distance < e.part * best->reached.distance) best = &e;
+    return best->reached.pose;
+  }
+
+private:
+  struct End {
+    Aligned reached;
+    double part;
+  };
+  static bool nearer(const End& a, const End& b) { return a.reached.distance < b.reached.distance; }
+  static constexpr int few = 20, many = 100;
+  static constexpr std::size_t most_ends = 5;
+  const Matchings& matchings_;
+  Vec3 center_;
+  std::size_t every_;
+  std::vector<End> ends_;  ///< the first is from where the body is
+};
+
 }  // namespace
 
 Isometry3d align(const Matchings& matchings) {
-  constexpr int of_first = 20, of_last = 100;
   constexpr std::size_t samples = 1000;
-  constexpr double far_nearer = 0.5;
+  constexpr double far_nearer = 0.5, near = 0.02;
   std::size_t most_points = 1;
-  const Matching* whole = nullptr;
-  Vec3 center = Vec3::Zero();
+  const Matching *whole = nullptr, *part = nullptr;
+  Matchings landmarks;
   for (const auto& m : matchings) {
     most_points = std::max(most_points, m->points().size());
     if (m->is_whole() && !whole) whole = m.get();
+    if (!m->is_whole() && !m->is_of_landmarks() && !part) part = m.get();
+    if (m->is_of_landmarks()) landmarks.push_back(m);
   }
-  Mat3 spread = Mat3::Zero();
-  const std::vector<Vec3>& body = (whole ? whole : matchings.front().get())->points();
+  const std::vector<Vec3>& body = (whole ? whole : part ? part : matchings.front().get())->points();
+  Vec3 center = Vec3::Zero();
   for (const Vec3& p : body) center += p / static_cast<double>(body.size());
-  for (const Vec3& p : body) spread += (p - center) * (p - center).transpose();
+  Mat3 spread = Mat3::Zero();
+  for (const Vec3& p : body) spread += (p - center) * (p - center).transpose() / static_cast<double>(body.size());
   const std::size_t every = std::max<std::size_t>(1, std::min(most_points, std::size_t{10'000}) / samples);
 
-  Aligned best = iterate(matchings, center, Isometry3d::Identity(), every, of_first);
+  Search search(matchings, center, every);
+  if (!landmarks.empty() && landmarks.size() < matchings.size())
+    search.from(iterate(landmarks, center, Isometry3d::Identity(), 1, 1).pose, far_nearer);
   if (whole) {
-    const auto from = [&](const Mat3& turn) -> Isometry3d {
-      return Eigen::Translation3d(whole->middle()) * Isometry3d(turn) * Eigen::Translation3d(-center);
-    };
-    const auto try_from = [&](const Mat3& turn, double part) {
-      const Aligned other = iterate(matchings, center, from(turn), every, of_first);
-      if (other.distance < part * best.distance) best = other;
-    };
-    try_from(Mat3::Identity(), 1);
+    search.from_middle(*whole, Mat3::Identity(), 1);
     const Mat3 of_target = axes_of(whole->spread()), of_body = axes_of(spread);
     for (int n = 0; n < 4; ++n) {  // axes have no sense of their own
       Vec3 signs = Vec3::Constant(-1);
@@ -85,10 +138,12 @@ Isometry3d align(const Matchings& matchings) {
         signs.setOnes();
       else
         signs[n] = 1;
-      try_from(of_target * signs.asDiagonal() * of_body.transpose(), far_nearer);
+      search.from_middle(*whole, of_target * signs.asDiagonal() * of_body.transpose(), far_nearer);
     }
+  } else if (part && search.least() > near * std::sqrt(spread.trace())) {
+    for (const Mat3& turn : turns_of_a_cube()) search.from_middle(*part, turn, far_nearer);
   }
-  return iterate(matchings, center, best.pose, every, of_last).pose;
+  return search.best();
 }
 
 Scene placed(Scene scene, const Matchings& matchings) {

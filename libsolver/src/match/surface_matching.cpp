@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "match/surface_matching.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include "match/distances.h"
+#include <limits>
 
 namespace hexsolver {
 namespace {
@@ -14,6 +15,8 @@ using hexmesh::SurfaceTree;
 
 /// So many samples of a surface find its shape; more take time.
 constexpr std::size_t most_samples = 10'000;
+/// Of the distance trusted, from where a body follows: three times its Young's modulus as traction.
+constexpr double of_trust = 30;
 /// Of the stiffness, for what a target that is a part of the surface does not see.
 constexpr double of_unseen = 1e-4;
 
@@ -33,6 +36,19 @@ Mat3 hessian_of_foot(const Foot& foot, const SurfaceTree& surface) {
   }
   const Vec3 normal = surface.normal(foot.triangle).normalized();
   return normal * normal.transpose();
+}
+
+/// Root of the mean square of the distance from the middle, by area [mm].
+double radius_of(const std::vector<Vec3>& points, const std::vector<double>& areas) {
+  Vec3 sum = Vec3::Zero();
+  double area = 0, squares = 0;
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    sum += areas[n] * points[n];
+    area += areas[n];
+  }
+  if (!(area > 0)) return 0;
+  for (std::size_t n = 0; n < points.size(); ++n) squares += areas[n] * (points[n] - sum / area).squaredNorm();
+  return std::sqrt(squares / area);
 }
 
 /// Feet of many places at once.
@@ -65,12 +81,14 @@ std::vector<SurfaceMatching::Sample> SurfaceMatching::samples_of(const std::vect
   return out;
 }
 
-SurfaceMatching::SurfaceMatching(const Match& match, hexmesh::TriangleSurface body, double stiffness)
+SurfaceMatching::SurfaceMatching(const Match& match, hexmesh::TriangleSurface body, double stiffness, double size)
     : name_(match.name),
       trust_(match.trust),
+      size_(size),
+      followed_(of_trust * match.trust),
       body_(std::move(body)),
       target_(match.target),
-      is_partial_(match.is_partial ? *match.is_partial : hexmesh::count_open_edges(target_) > 0),
+      is_partial_(match.is_partial ? *match.is_partial : hexmesh::edges_of(target_).open > 0),
       outliers_(match.outliers),
       of_body_(stiffness * (is_partial_ ? of_unseen : 0.5)),
       of_target_(stiffness * (is_partial_ ? 1 : 0.5)),
@@ -79,20 +97,37 @@ SurfaceMatching::SurfaceMatching(const Match& match, hexmesh::TriangleSurface bo
       body_samples_(samples_of(body_areas_)),
       target_samples_(samples_of(target_areas_)),
       body_tree_(body_.points, body_.triangles),
-      target_tree_(target_.points, target_.triangles) {}
-
-std::pair<double, double> SurfaceMatching::huber(double distance) const {
-  if (outliers_ > 0 && distance > outliers_) return {outliers_ * (distance - outliers_ / 2), outliers_ / distance};
-  return {distance * distance / 2, 1};
+      target_tree_(target_.points, target_.triangles) {
+  constexpr double most = 4, least = 0.25, least_part = 0.01;
+  const double of_target = radius_of(target_.points, target_areas_), of_body = radius_of(body_.points, body_areas_);
+  if (of_target <= most * of_body && of_target >= (is_partial_ ? least_part : least) * of_body) return;
+  throw hexmesh::Error(
+      hexmesh::ErrorKind::input,
+      fmt::format("{} has a radius of {:.3g} mm and the body one of {:.3g} mm, expected like sizes: is it in mm?",
+                  with_place("match", match), of_target, of_body));
 }
 
-void SurfaceMatching::pull(const std::vector<Vec3>& places, const Eigen::Isometry3d& pose, Pull& out) const {
+Influence SurfaceMatching::influence(const Distances& all, bool lets_go, double least) const {
+  constexpr double of_median = 3;  // of normally distributed ones two standard deviations
+  if (outliers_) return {*outliers_ > 0 ? *outliers_ : std::numeric_limits<double>::infinity(), lets_go};
+  return {std::max({far_off * size_, least, of_median * median(all)}), lets_go};
+}
+
+Distances SurfaceMatching::distances_of(const std::vector<Foot>& feet, const std::vector<Sample>& samples,
+                                        std::size_t every) {
+  Distances all;
+  for (std::size_t n = 0; n < feet.size(); ++n) all.emplace_back(feet[n].distance, samples[n * every].area);
+  return all;
+}
+
+void SurfaceMatching::pull(const std::vector<Vec3>& places, const Eigen::Isometry3d& pose, bool lets_go,
+                           Pull& out) const {
   out.reset(places.size());
   if (is_partial_)
     hold(places, pose, out);
   else
-    pull_body(places, out);
-  pull_to_target(places, out);
+    pull_body(places, lets_go, out);
+  pull_to_target(places, lets_go, out);
 }
 
 void SurfaceMatching::hold(const std::vector<Vec3>& places, const Eigen::Isometry3d& pose, Pull& out) const {
@@ -105,67 +140,74 @@ void SurfaceMatching::hold(const std::vector<Vec3>& places, const Eigen::Isometr
   }
 }
 
-void SurfaceMatching::pull_body(const std::vector<Vec3>& places, Pull& out) const {
+void SurfaceMatching::pull_body(const std::vector<Vec3>& places, bool lets_go, Pull& out) const {
   const std::vector<Foot> found =
       feet(target_tree_, body_samples_.size(), [&](std::size_t n) { return places[body_samples_[n].point]; });
+  const Influence of = influence(distances_of(found, body_samples_), lets_go, followed_);
   for (std::size_t n = 0; n < found.size(); ++n) {
     const auto& [point, area] = body_samples_[n];
-    const auto [energy, slope] = huber(found[n].distance);
+    const double part = of.part(found[n].distance);
     const Vec3 away = places[point] - found[n].place;
     Mat3 hessian = hessian_of_foot(found[n], target_tree_);
-    if (slope < 1) {  // along the distance the force is the same
+    if (part < 1) {  // along the distance the force does not grow
       const Mat3 across = Mat3::Identity() - away.normalized() * away.normalized().transpose();
       hessian = across * hessian * across;
     }
-    out.energy += of_body_ * area * energy;
-    out.gradient[point] += of_body_ * area * slope * away;
-    out.hessian[point] += of_body_ * area * slope * hessian;
-    out.bound[point] += of_body_ * area * slope;
+    out.energy += of_body_ * area * of.energy(found[n].distance);
+    out.gradient[point] += of_body_ * area * part * away;
+    out.hessian[point] += of_body_ * area * part * hessian;
+    out.bound[point] += of_body_ * area * part;
   }
 }
 
-void SurfaceMatching::pull_to_target(const std::vector<Vec3>& places, Pull& out) const {
+void SurfaceMatching::pull_to_target(const std::vector<Vec3>& places, bool lets_go, Pull& out) const {
   const SurfaceTree tree(places, body_.triangles);
   const std::vector<Foot> found =
       feet(tree, target_samples_.size(), [&](std::size_t n) { return target_.points[target_samples_[n].point]; });
+  const Influence of = influence(distances_of(found, target_samples_), lets_go, followed_);
   for (std::size_t n = 0; n < found.size(); ++n) {
     const Foot& foot = found[n];
     const auto& [point, area] = target_samples_[n];
-    const auto [energy, slope] = huber(foot.distance);
+    const double part = of.part(foot.distance);
     const Vec3 away = foot.place - target_.points[point];
     const Vec3 normal = (foot.distance > 0 ? away : tree.normal(foot.triangle)).normalized();
     // Of a foot between three points each has its share: that is more than the Hessian, and not less.
-    const double curvature = slope < 1 ? 0 : of_target_ * area;
-    out.energy += of_target_ * area * energy;
+    const double curvature = part < 1 ? 0 : of_target_ * area;
+    out.energy += of_target_ * area * of.energy(foot.distance);
     for (int corner = 0; corner < 3; ++corner) {
       const double weight = foot.weights[corner];
       if (weight <= 0) continue;
       const std::size_t p = hexmesh::as_size(body_.triangles[foot.triangle][static_cast<std::size_t>(corner)]);
-      out.gradient[p] += of_target_ * area * slope * weight * away;
+      out.gradient[p] += of_target_ * area * part * weight * away;
       out.hessian[p] += curvature * weight * normal * normal.transpose();
-      out.bound[p] += of_target_ * area * slope * weight;
+      out.bound[p] += of_target_ * area * part * weight;
     }
   }
 }
 
-void SurfaceMatching::pair(const Eigen::Isometry3d& pose, std::size_t every, const Pair& f) const {
+void SurfaceMatching::pair(const Eigen::Isometry3d& pose, std::size_t every,
+                           const std::function<void(const Pair&)>& f) const {
   const Eigen::Isometry3d back = pose.inverse();
-  const auto count = [&](const std::vector<Sample>& samples) { return (samples.size() + every - 1) / every; };
-  const auto on_body = feet(body_tree_, count(target_samples_), [&](std::size_t n) -> Vec3 {
-    return back * target_.points[target_samples_[n * every].point];
-  });
-  for (std::size_t n = 0; n < on_body.size(); ++n) {
-    const auto& [point, area] = target_samples_[n * every];
-    f(area, huber(on_body[n].distance).second, on_body[n].place, target_.points[point]);
-  }
+  /// @param to    point -> where its foot is looked for
+  /// @param pair  (point, its foot) -> (at rest, wanted)
+  const auto each = [&](const SurfaceTree& tree, const std::vector<Sample>& samples, const auto& to, const auto& pair) {
+    const std::vector<Foot> found =
+        feet(tree, (samples.size() + every - 1) / every, [&](std::size_t n) { return to(samples[n * every].point); });
+    const Influence of = influence(distances_of(found, samples, every), true, 0);
+    for (std::size_t n = 0; n < found.size(); ++n) {
+      const auto& [point, area] = samples[n * every];
+      const auto& [rest, wanted] = pair(point, found[n].place);
+      f({area, of.part(found[n].distance), 2 * of.energy(found[n].distance), rest, wanted});
+    }
+  };
+  using Ends = std::pair<const Vec3&, const Vec3&>;
+  each(
+      body_tree_, target_samples_, [&](std::size_t p) -> Vec3 { return back * target_.points[p]; },
+      [&](std::size_t p, const Vec3& foot) { return Ends(foot, target_.points[p]); });
   if (is_partial_) return;
-  const auto on_target = feet(target_tree_, count(body_samples_), [&](std::size_t n) -> Vec3 {
-    return pose * body_.points[body_samples_[n * every].point];
-  });
-  for (std::size_t n = 0; n < on_target.size(); ++n) {
-    const auto& [point, area] = body_samples_[n * every];
-    f(area, huber(on_target[n].distance).second, body_.points[point], on_target[n].place);
-  }
+  each(
+      target_tree_, body_samples_, [&](std::size_t p) -> Vec3 { return pose * body_.points[p]; },
+      [&](std::size_t p, const Vec3& foot) { return Ends(body_.points[p], foot); });
 }
 
 Vec3 SurfaceMatching::middle() const {
@@ -198,16 +240,46 @@ MatchReport SurfaceMatching::distances(const std::vector<Vec3>& places) const {
       if (areas[n] > 0) out.emplace_back(found[n].distance, areas[n]);
     return out;
   };
-  Distances both = measure(SurfaceTree(places, body_.triangles), target_.points, target_areas_);
+  Distances both, kept;
+  double all = 0, left_out = 0;
+  const auto add = [&](const Distances& way) {
+    const Influence of = influence(way, true, followed_);
+    for (const auto& [distance, area] : way) {
+      all += area;
+      if (of.ends_before(distance))
+        left_out += area;
+      else
+        kept.emplace_back(distance, area);
+    }
+    both.insert(both.end(), way.begin(), way.end());
+    return statistics(way);
+  };
   MatchReport out{name_, target_.points.size(), trust_};
-  out.target_to_body = statistics(both);
-  if (!is_partial_) {
-    const Distances to_target = measure(target_tree_, places, hexmesh::areas_of_points(places, body_.triangles));
-    out.body_to_target = statistics(to_target);
-    both.insert(both.end(), to_target.begin(), to_target.end());
-  }
+  out.is_part = is_partial_;
+  out.target_to_body = add(measure(SurfaceTree(places, body_.triangles), target_.points, target_areas_));
+  if (!is_partial_)
+    out.body_to_target = add(measure(target_tree_, places, hexmesh::areas_of_points(places, body_.triangles)));
   out.distance = statistics(std::move(both));
+  out.kept_mean_mm = statistics(std::move(kept)).mean_mm;
+  out.left_out = all > 0 ? left_out / all : 0;
   return out;
+}
+
+std::optional<std::string> SurfaceMatching::why_missed(const MatchReport& distances) const {
+  constexpr double most_left_out = 0.2;
+  const double most = far_off * size_;
+  if (distances.kept_mean_mm > most)
+    return fmt::format(
+        "match '{}' is {:.3g} mm off in the mean, expected at most {:.3g} mm, a hundredth of the body's size: is the "
+        "target this body? A smaller trust_mm pulls harder",
+        name_, distances.kept_mean_mm, most);
+  if (distances.left_out > most_left_out)
+    return fmt::format(
+        "match '{}' leaves {:.0f} % of the surfaces out, far from each other, expected at most {:.0f} %: is the target "
+        "a "
+        "part of this body (part = true, --part)?",
+        name_, 100 * distances.left_out, 100 * most_left_out);
+  return {};
 }
 
 }  // namespace hexsolver

@@ -34,7 +34,7 @@ Match read_match(TomlReader table, const std::filesystem::path& folder, std::siz
   m.to = read_places(table, "to", folder, m);
   m.segment = table.text("segment", "the name of a segment").value_or("");
   m.is_partial = table.flag("part");
-  m.outliers = table.number("outliers_mm", 0, infinity, "a distance >= 0 mm").value_or(0);
+  m.outliers = table.number("outliers_mm", 0, infinity, "a distance >= 0 mm");
   m.trust = table.number("trust_mm", 1e-6, infinity, "a distance > 0 mm").value_or(0);
   table.finish();
   if (surface.has_value() == !m.from.empty() || m.from.empty() != m.to.empty())
@@ -42,7 +42,7 @@ Match read_match(TomlReader table, const std::filesystem::path& folder, std::siz
   if (m.from.size() != m.to.size())
     table.fail_here(
         fmt::format("[[match]] has {} points in from and {} in to, expected as many", m.from.size(), m.to.size()));
-  if (!surface && (m.is_partial || m.outliers > 0 || !m.segment.empty()))
+  if (!surface && (m.is_partial || m.outliers || !m.segment.empty()))
     table.fail_here("[[match]] of points has part, outliers_mm or segment, expected these with surface only");
   return m;
 }

@@ -190,8 +190,6 @@ std::string nothing_selected(const Selection& s, const std::string& what, const 
 
 }  // namespace
 
-const SurfaceShare Selector::whole_surface_of_one;
-
 Selector::Selector(MeshCells cells, const Mesh& mesh, const SurfaceShare& share)
     : cells_(std::move(cells)), mesh_(mesh), share_(share) {}
 

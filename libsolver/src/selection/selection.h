@@ -20,11 +20,16 @@ struct SurfacePoint {
 /// Which part of a surface a process has, and what all find together. Here: one process with all of it.
 class SurfaceShare {
 public:
+  static const SurfaceShare& of_one() {
+    static const SurfaceShare all;
+    return all;
+  }
   virtual ~SurfaceShare() = default;
   virtual bool has_voxel(const Index3& /*voxel*/) const { return true; }
   virtual bool has_node(const Index3& /*node*/) const { return true; }
   virtual double least(double value) const { return value; }  ///< of all processes
   virtual double sum(double value) const { return value; }
+  virtual void add_up(std::vector<Vec3>& /*values*/) const {}
   virtual bool is_first(bool mine) const { return mine; }  ///< of the processes for which it is true
 };
 
@@ -34,7 +39,7 @@ public:
   /// All must outlive this.
   /// @param cells  of a lattice with faces or labels
   /// @param mesh   of these
-  Selector(MeshCells cells, const Mesh& mesh, const SurfaceShare& share = whole_surface_of_one);
+  Selector(MeshCells cells, const Mesh& mesh, const SurfaceShare& share = SurfaceShare::of_one());
   ~Selector();
 
   /// @param what   named in messages, e.g. "condition 'hilum' (scene.toml:7:1)"
@@ -63,7 +68,6 @@ public:
   std::vector<SurfacePoint> embed(const std::vector<Vec3>& places);
 
 private:
-  static const SurfaceShare whole_surface_of_one;
   struct Candidate;
   /// Those of the blocks of faces that may_count() of their balls; all nodes.
   template <class MayCount>

@@ -82,7 +82,8 @@ CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u,
   return out;
 }
 
-std::vector<bool> cells_near_folds(const ElasticCells& cells, const NodeVector& u, double least) {
+std::vector<bool> cells_near_folds(const ElasticCells& cells, const NodeVector& u, double least,
+                                   const std::function<void(std::vector<bool>&)>& share_nodes) {
   const Mesh& mesh = cells.mesh();
   std::vector<char> folds(mesh.num_cells());
   parallel_for(mesh.num_cells(), [&](std::ptrdiff_t c) {
@@ -91,6 +92,7 @@ std::vector<bool> cells_near_folds(const ElasticCells& cells, const NodeVector& 
   std::vector<bool> at_fold(mesh.num_all_nodes()), out(mesh.num_cells());
   for (std::size_t c = 0; c < folds.size(); ++c)
     for (std::size_t a = 0; folds[c] && a < 8; ++a) at_fold[mesh.node(c, a)] = true;
+  if (share_nodes) share_nodes(at_fold);
   for (std::size_t c = 0; c < folds.size(); ++c)
     for (std::size_t a = 0; a < 8; ++a) out[c] = out[c] || at_fold[mesh.node(c, a)];
   return out;

@@ -34,6 +34,9 @@ CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u,
 /// Of each cell: whether it, or one that shares a node with it, is nearly inside out somewhere.
 /// @param u      of all nodes
 /// @param least  det F below which that is so
-std::vector<bool> cells_near_folds(const ElasticCells& cells, const NodeVector& u, double least);
+/// @param share_nodes  tell other processes which nodes are of such cells, and hear it of theirs; nothing: there are
+/// none
+std::vector<bool> cells_near_folds(const ElasticCells& cells, const NodeVector& u, double least,
+                                   const std::function<void(std::vector<bool>&)>& share_nodes = {});
 
 }  // namespace hexsolver

@@ -36,6 +36,15 @@ double enclosed_volume(const TriangleSurface& surface);
 /// Edges with no triangle, or none of the opposite sense, on the other side; 0 for a closed surface.
 std::size_t count_open_edges(const TriangleSurface& surface);
 
+/// Edges, and those with an odd number of triangles: none where the surface closes, whichever way these face.
+struct Edges {
+  std::size_t all = 0, open = 0;
+};
+Edges edges_of(const TriangleSurface& surface);
+
+/// Points that lie in one place become one; triangles without area go, and those that are there already. No labels.
+TriangleSurface merged(const TriangleSurface& surface);
+
 /// Add another surface's triangles.
 void append(TriangleSurface& to, const TriangleSurface& surface);
 

@@ -71,6 +71,9 @@ struct MatchReport {
   std::size_t points = 0;                        ///< of the target
   double trust_mm = 0;                           ///< the scene's, or the one found
   std::size_t eased_points = 0;                  ///< of the body, pulled less since cells would fold there
+  bool is_part = false;                          ///< the target is one of the surface
+  double left_out = 0;                           ///< part of the area that is far beside the rest and pulls no more
+  double kept_mean_mm = 0;                       ///< of the rest
   DistanceReport distance;                       ///< both ways together
   DistanceReport target_to_body;                 ///< of points of the target from the body
   std::optional<DistanceReport> body_to_target;  ///< nothing where the target is a part of the surface

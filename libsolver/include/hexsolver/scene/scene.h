@@ -105,7 +105,7 @@ struct Match {
   hexmesh::TriangleSurface target;             ///< a surface, whole or in part
   std::string segment;                         ///< of the body, whose surface is to lie there; empty: of the only one
   std::optional<bool> is_partial;              ///< the target is a part of the surface; nothing: if it is open
-  double outliers = 0;                         ///< beyond this distance pulls no longer grow [mm]; 0: they do
+  std::optional<double> outliers;              ///< what is far [mm], see Influence; 0: nothing; nothing: found
   std::vector<std::filesystem::path> markups;  ///< that landmarks come from
   std::vector<Vec3> from, to;                  ///< landmarks at rest and where they are to be [mm]
   double trust = 0;  ///< distance left where the body resists with a tenth of its Young's modulus [mm]; 0: found

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <limits>
+
+#include "distributed/shared_level.h"
+
+namespace hexsolver::mpi {
+namespace {
+
+/// Of a point that no cell holds, from the one that it moves with [mm]; of one in none without end.
+double distance_from_cell(const SurfacePoint& p, const Mat3& edges) {
+  if (p.cell < 0) return std::numeric_limits<double>::infinity();
+  Vec3 outside = Vec3::Zero();
+  for (int d = 0; d < 3; ++d) {
+    double local = 0;  // along the axis, from 0 to 1 in the cell
+    for (int a = 0; a < 8; ++a) local += a >> d & 1 ? p.weights[a] : 0;
+    outside[d] = std::max({0.0, -local, local - 1});
+  }
+  return (edges * outside).norm();
+}
+
+}  // namespace
+
+void SharedLevel::add_matches() {
+  matches_.clear();
+  for (auto& match : make_match_terms(scene_, matchings_, mesh(), matched_, piece_->share())) {
+    matches_.push_back(match.get());
+    potential_->add(std::move(match));
+  }
+}
+
+/// Points are embedded in the layers of the scan that each process has, and kept by the one in whose cells they are, or
+/// which they are nearest to. They move with cells that some process, mostly another, has in its part.
+void SharedLevel::find_matched(Selector& selector) {
+  std::vector<MatchedPoint> own;
+  for (std::size_t m = 0; m < matchings_.size(); ++m) {
+    const std::vector<SurfacePoint> found = selector.embed(matchings_[m]->points());
+    std::vector<double> off, rank;
+    for (const SurfacePoint& p : found) off.push_back(distance_from_cell(p, piece_->mesh().edges()));
+    std::vector<double> least = off;
+    all_.take_least(least);
+    for (std::size_t n = 0; n < found.size(); ++n)
+      rank.push_back(found[n].cell >= 0 && off[n] == least[n] ? all_.rank() : all_.count());
+    std::vector<double> first = rank;
+    all_.take_least(first);
+    for (std::size_t n = 0; n < found.size(); ++n) {
+      if (rank[n] != first[n] || found[n].cell < 0) continue;
+      own.push_back({m, n, piece_->in_whole({piece_->mesh().cells()[static_cast<std::size_t>(found[n].cell)]})[0], {}});
+      NodeWeights::Map(own.back().weights.data()) = found[n].weights;
+    }
+  }
+  MatchedPoints anywhere;
+  for (const auto& matching : matchings_) anywhere.emplace_back(matching->points().size());
+  matched_ = anywhere;
+  holding_ = points_;
+  for (const MatchedPoint& p : all_.gather(own)) {
+    anywhere[p.matching][p.number].cell = 0;
+    matched_[p.matching][p.number] = {own_cell(p.cell), NodeWeights::Map(p.weights.data()), Vec3::Zero()};
+    holding_.push_back({0, p.cell, p.weights, {true, true, true}});
+  }
+  expect_embedded(scene_, matchings_, anywhere);
+}
+
+bool SharedLevel::attach_matches(Vec u, const PullMode& mode) {
+  if (matches_.empty()) return false;
+  copies_.get(u, x_);
+  attach(matches_, *elastic_, x_, mode, [this](std::vector<bool>& nodes) {
+    NodeVector flags = NodeVector::Zero(static_cast<Eigen::Index>(mesh().num_dofs()));
+    for (std::size_t n = 0; n < mesh().num_nodes(); ++n) flags[3 * static_cast<Eigen::Index>(n)] = nodes[n];
+    const OwnedVec shared = make_vector();
+    copies_.raise_to(flags, shared);
+    copies_.get(shared, flags);
+    for (std::size_t n = 0; n < mesh().num_nodes(); ++n) nodes[n] = flags[3 * static_cast<Eigen::Index>(n)] > 0;
+  });
+  return true;
+}
+
+}  // namespace hexsolver::mpi
