@@ -22,7 +22,7 @@ void LandmarkMatching::pull(const std::vector<Vec3>& places, const Eigen::Isomet
 }
 
 /// All of them, however few samples of a surface are wanted: those of a surface stand for as much more.
-void LandmarkMatching::pair(const Eigen::Isometry3d& pose, std::size_t every,
+void LandmarkMatching::pair(const Eigen::Isometry3d& pose, std::size_t every, bool /*lets_go*/,
                             const std::function<void(const Pair&)>& f) const {
   for (std::size_t n = 0; n < points_.size(); ++n)
     f({area_ / static_cast<double>(every), 1, (pose * points_[n] - wanted_[n]).squaredNorm(), points_[n], wanted_[n]});

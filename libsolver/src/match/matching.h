@@ -51,8 +51,9 @@ public:
     const Vec3 &rest, &wanted;  ///< a point of the body at rest, and where it is to be
   };
   /// @param pose   of the body now
-  /// @param every  so many samples are one
-  virtual void pair(const Eigen::Isometry3d& pose, std::size_t every,
+  /// @param every    so many samples are one
+  /// @param lets_go  see PullMode
+  virtual void pair(const Eigen::Isometry3d& pose, std::size_t every, bool lets_go,
                     const std::function<void(const Pair&)>& f) const = 0;
 
   /// Whether all of the body is to lie on all of a closed surface.

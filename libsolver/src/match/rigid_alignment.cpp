@@ -19,14 +19,15 @@ struct Aligned {
 };
 
 /// @param center  near the body: fits are about it, for the rounding's sake
-Aligned iterate(const Matchings& matchings, const Vec3& center, Isometry3d pose, std::size_t every, int most) {
+Aligned iterate(const Matchings& matchings, const Vec3& center, Isometry3d pose, std::size_t every, int most,
+                bool lets_go) {
   constexpr double still = 1e-5;  // of the size of the body, that a step moves it by
   double size = 0, left = 0;
   for (int n = 0; n < most; ++n) {
     RigidFit fit;
     double all = 0, sum = 0;
     for (const auto& m : matchings)
-      m->pair(pose, every, [&](const Matching::Pair& p) {
+      m->pair(pose, every, lets_go, [&](const Matching::Pair& p) {
         fit.add(p.area * p.part, p.rest - center, p.wanted - p.rest);
         size = std::max(size, (p.rest - center).norm());
         all += p.area;
@@ -69,13 +70,14 @@ class Search {
 public:
   Search(const Matchings& matchings, const Vec3& center, std::size_t every)
       : matchings_(matchings), center_(center), every_(every) {
-    from(Isometry3d::Identity(), 1);
+    from(Isometry3d::Identity(), 1, true);
   }
 
   double least() const { return std::min_element(ends_.begin(), ends_.end(), nearer)->reached.distance; }
-  /// @param part  of the distance of others, that it must end below to be taken in place of them
-  void from(const Isometry3d& start, double part) {
-    ends_.push_back({iterate(matchings_, center_, start, every_, few), part});
+  /// @param part     of the distance of others, that it must end below to be taken in place of them
+  /// @param is_near  what is far there is none of the target; else of the start
+  void from(const Isometry3d& start, double part, bool is_near = false) {
+    ends_.push_back({iterate(matchings_, center_, start, every_, few, is_near), part, is_near});
   }
   /// From the middle of a target, turned about the body's.
   void from_middle(const Matching& of, const Mat3& turn, double part) {
@@ -84,7 +86,13 @@ public:
   Isometry3d best() {
     std::stable_sort(ends_.begin() + 1, ends_.end(), nearer);
     ends_.resize(std::min(ends_.size(), most_ends));
-    for (End& e : ends_) e.reached = iterate(matchings_, center_, e.reached.pose, every_, many);
+    const double hopeless = far_from_least * least();
+    ends_.erase(
+        std::remove_if(ends_.begin() + 1, ends_.end(), [&](const End& e) { return e.reached.distance > hopeless; }),
+        ends_.end());
+    for (End& e : ends_)
+      for (const bool lets_go : {false, true})
+        if (lets_go || !e.is_near) e.reached = iterate(matchings_, center_, e.reached.pose, every_, many, lets_go);
     const End* best = &ends_.front();
     for (const End& e : ends_)
       if (e.reached.distance < e.part * best->reached.distance) best = &e;
@@ -95,10 +103,12 @@ private:
   struct End {
     Aligned reached;
     double part;
+    bool is_near;
   };
   static bool nearer(const End& a, const End& b) { return a.reached.distance < b.reached.distance; }
   static constexpr int few = 20, many = 100;
-  static constexpr std::size_t most_ends = 5;
+  static constexpr double far_from_least = 3;
+  static constexpr std::size_t most_ends = 8;
   const Matchings& matchings_;
   Vec3 center_;
   std::size_t every_;
@@ -128,7 +138,7 @@ Isometry3d align(const Matchings& matchings) {
 
   Search search(matchings, center, every);
   if (!landmarks.empty() && landmarks.size() < matchings.size())
-    search.from(iterate(landmarks, center, Isometry3d::Identity(), 1, 1).pose, far_nearer);
+    search.from(iterate(landmarks, center, Isometry3d::Identity(), 1, 1, false).pose, far_nearer);
   if (whole) {
     search.from_middle(*whole, Mat3::Identity(), 1);
     const Mat3 of_target = axes_of(whole->spread()), of_body = axes_of(spread);

@@ -185,7 +185,7 @@ void SurfaceMatching::pull_to_target(const std::vector<Vec3>& places, bool lets_
   }
 }
 
-void SurfaceMatching::pair(const Eigen::Isometry3d& pose, std::size_t every,
+void SurfaceMatching::pair(const Eigen::Isometry3d& pose, std::size_t every, bool lets_go,
                            const std::function<void(const Pair&)>& f) const {
   const Eigen::Isometry3d back = pose.inverse();
   /// @param to    point -> where its foot is looked for
@@ -193,11 +193,11 @@ void SurfaceMatching::pair(const Eigen::Isometry3d& pose, std::size_t every,
   const auto each = [&](const SurfaceTree& tree, const std::vector<Sample>& samples, const auto& to, const auto& pair) {
     const std::vector<Foot> found =
         feet(tree, (samples.size() + every - 1) / every, [&](std::size_t n) { return to(samples[n * every].point); });
-    const Influence of = influence(distances_of(found, samples, every), true, 0);
+    const Influence of = influence(distances_of(found, samples, every), lets_go, 0);
     for (std::size_t n = 0; n < found.size(); ++n) {
       const auto& [point, area] = samples[n * every];
       const auto& [rest, wanted] = pair(point, found[n].place);
-      f({area, of.part(found[n].distance), 2 * of.energy(found[n].distance), rest, wanted});
+      f({area, of.part(found[n].distance), 2 * Influence(of.far(), false).energy(found[n].distance), rest, wanted});
     }
   };
   using Ends = std::pair<const Vec3&, const Vec3&>;

@@ -27,7 +27,8 @@ public:
 
   const std::vector<Vec3>& points() const override { return body_.points; }
   void pull(const std::vector<Vec3>& places, const Eigen::Isometry3d& pose, bool lets_go, Pull& out) const override;
-  void pair(const Eigen::Isometry3d& pose, std::size_t every, const std::function<void(const Pair&)>& f) const override;
+  void pair(const Eigen::Isometry3d& pose, std::size_t every, bool lets_go,
+            const std::function<void(const Pair&)>& f) const override;
   bool is_whole() const override { return !is_partial_; }
   bool is_of_landmarks() const override { return false; }
   Vec3 middle() const override;
