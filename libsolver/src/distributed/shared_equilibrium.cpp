@@ -189,6 +189,7 @@ void check_is_shareable(const Scene& scene) {
   if (scene.dynamics) refuse("solve.kind = \"dynamics\"");
   if (scene.islands != Islands::error) refuse("solve.islands other than \"error\"");
   if (!scene.contacts.empty()) refuse("[[contact]]");
+  if (follows(scene)) refuse("[[force]] with follows = true");
   if (scene.is_graded()) refuse("solve.grading = \"scene\"");
 }
 

@@ -122,8 +122,7 @@ void SharedLevel::select() {
 
   find_matched(selector);
 
-  const auto add = [&](const std::vector<std::unique_ptr<DeadLoad>>& loads, const Mesh& mesh,
-                       const NodeCopies& copies) {
+  const auto add = [&](const std::vector<std::unique_ptr<Load>>& loads, const Mesh& mesh, const NodeCopies& copies) {
     const NodeVector rest = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
     for (const auto& load : loads) {
       NodeVector gradient = rest, magnitude = rest;

@@ -122,17 +122,30 @@ void LevelProblem::set_loads(const Progress& progress) {
   for (MatchTerm* m : matches_) m->set_progress(progress);
 }
 
-std::vector<LevelProblem::Load> LevelProblem::loads() const {
-  std::vector<Load> out;
+namespace {
+
+NodeVector at_all_nodes(const Mesh& mesh, const NodeVector& u) {
+  NodeVector all;
+  mesh.spread(u, all);
+  return all;
+}
+
+}  // namespace
+
+std::vector<LevelProblem::LoadTotal> LevelProblem::loads(const NodeVector& u) const {
+  const NodeVector all = at_all_nodes(mesh(), u);
+  std::vector<LoadTotal> out;
   for (std::size_t n = 0; n < loads_.size(); ++n)
-    out.push_back({n < scene_.forces.size() ? scene_.forces[n].name : loads_[n]->name(), loads_[n]->total()});
+    out.push_back({n < scene_.forces.size() ? scene_.forces[n].name : loads_[n]->name(), loads_[n]->total(all)});
   return out;
 }
 
-NodeVector LevelProblem::load() const {
+NodeVector LevelProblem::load(const NodeVector& u) const {
   if (loads_.empty()) return {};
-  NodeVector gradient = NodeVector::Zero(3 * static_cast<Eigen::Index>(mesh().num_nodes())), magnitude = gradient;
-  for (const DeadLoad* l : loads_) l->add_gradient(gradient, gradient, magnitude);
+  const NodeVector all = at_all_nodes(mesh(), u);
+  NodeVector gradient = NodeVector::Zero(all.size()), magnitude = gradient;
+  for (const Load* l : loads_) l->add_gradient(all, gradient, magnitude);
+  mesh().collect(gradient);
   return -gradient;
 }
 
@@ -164,7 +177,7 @@ double LevelProblem::contact_energy(const NodeVector& u) const {
 
 double LevelProblem::load_energy(const NodeVector& u) const {
   double sum = 0;
-  for (const DeadLoad* l : loads_) sum += l->energy(u);
+  for (const Load* l : loads_) sum += l->energy(potential_->at_all(u));
   return sum;
 }
 

@@ -71,12 +71,13 @@ public:
   /// Prescribe displacements, forces and places of obstacles as they are then; before that they are all there in full.
   void set_progress(const Progress& progress);
 
-  struct Load {
+  struct LoadTotal {
     std::string name;
     Vec3 total;  ///< [N]
   };
-  std::vector<Load> loads() const;  ///< each [[force]] of the scene, then gravity if there is any; as they act now
-  NodeVector load() const;          ///< of all of these on the nodes [N]; empty without any
+  /// Each [[force]] of the scene, then gravity if there is any; as they act now.
+  std::vector<LoadTotal> loads(const NodeVector& u) const;
+  NodeVector load(const NodeVector& u) const;  ///< of all of these on the nodes [N]; empty without any
   const std::vector<PenaltyContact*>& contacts() const noexcept { return contacts_; }
   const std::vector<MatchTerm*>& matches() const noexcept { return matches_; }
 
@@ -97,10 +98,10 @@ private:
   std::vector<bool> islands_;
   std::unique_ptr<Constraints> constraints_;
   std::vector<Vec3> prescribed_;                               ///< space for the points of the constraints [mm]
-  std::vector<std::unique_ptr<DeadLoad>> new_loads_;           ///< until the potential takes them
+  std::vector<std::unique_ptr<Load>> new_loads_;               ///< until the potential takes them
   std::vector<std::unique_ptr<PenaltyContact>> new_contacts_;  ///< likewise
   std::vector<std::unique_ptr<MatchTerm>> new_matches_;        ///< likewise
-  std::vector<DeadLoad*> loads_;
+  std::vector<Load*> loads_;
   std::vector<PenaltyContact*> contacts_;
   std::vector<MatchTerm*> matches_;
   std::unique_ptr<Potential> potential_;

@@ -22,7 +22,7 @@ using hexmesh::Result;
 void add_surface_and_conditions(const LevelProblem& problem, const NodeVector& u, Result& r) {
   const Mesh& mesh = problem.mesh();
   if (!problem.scene().dynamics && !problem.cells().is_graded())
-    r.load = to_points(problem.load());  // in a motion each state would have its own
+    r.load = to_points(problem.load(u));  // in a motion each state would have its own
   r.contact_force = contact_forces(problem, u);
 
   if (!r.surface.points.empty()) move_surface(r);
@@ -53,7 +53,7 @@ void add_energy(const ElasticCells& elastic, const NodeVector& u, CellFields& fi
 void report_conditions(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u, SolveReport& report) {
   NodeVector gradient, magnitude;
   problem.potential().gradient(u, gradient, magnitude);
-  for (const LevelProblem::Load& load : problem.loads()) report.forces.push_back({load.name, load.total});
+  for (const LevelProblem::LoadTotal& load : problem.loads(u)) report.forces.push_back({load.name, load.total});
   report.contacts = contact_reports(problem, u);
   for (const ContactReport& c : report.contacts)
     if (c.points == 0 && !problem.scene().dynamics)

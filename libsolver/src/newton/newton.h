@@ -56,7 +56,8 @@ using NewtonProgress = std::function<void(int, double, int)>;
 ///
 /// Each step solves the linearised problem in the subspace that leaves the supports alone, as sharply as it pays. A
 /// step along which the Hessian is not positive falls back to the projected one. A line search keeps the energy falling
-/// once the supports hold (of forces that are no gradient: the residual). Space for fields is kept between runs.
+/// once the supports hold (of forces that are no gradient: the residual, or its part along the step). Space for fields
+/// is kept between runs.
 template <class Vector>
 class Newton {
 public:
@@ -222,7 +223,9 @@ std::optional<double> Newton<Vector>::search_line(Vector& u) {
     const double relative = residual(trial_, next_gradient_);
     const bool settles = may_fall && LineSearch::is_settled(slope, dot(next_gradient_, step_));
     if (!falls && !settles && !(may_halve && relative < 0.5 * relative_)) return false;
-    if (!has_energy && !(norm(next_gradient_) < (1 - decrease) * size)) return false;
+    if (!has_energy && !(norm(next_gradient_) < (1 - decrease) * size) &&
+        !LineSearch::is_shorter(slope, dot(next_gradient_, step_)))
+      return false;
     swap_fields(u, trial_);
     swap_fields(gradient_, next_gradient_);
     relative_ = relative;

@@ -85,7 +85,7 @@ hexmesh::Result preview_of(const LevelProblem& problem) {
   const Progress end{1, scene.dynamics ? scene.dynamics->duration : 0};
   hexmesh::Result out = hexmesh::rest_state(problem.cells().lattice(), problem.level());
   out.displacement.assign(out.nodes.size(), Vec3::Zero());
-  if (!problem.cells().is_graded()) out.load = to_points(problem.load());
+  if (!problem.cells().is_graded()) out.load = to_points(problem.load(problem.start()));
   for (const Condition& c : scene.conditions) out.conditions.push_back({c.name, {}, {}, c.axes});
   const NodeVector rest = NodeVector::Zero(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
   add_condition_points(problem.constraints(), problem.mesh(), rest, out.conditions);
@@ -118,7 +118,8 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int le
     check.contacts.push_back({scene.contacts[c].name, state.points, state.deepest, state.nearest, state.force});
   }
   check.conditions = report_points(problem.constraints(), problem.scene());
-  for (const LevelProblem::Load& load : problem.loads()) check.forces.push_back({load.name, load.total});
+  for (const LevelProblem::LoadTotal& load : problem.loads(problem.start()))
+    check.forces.push_back({load.name, load.total});
   check.held_cells = problem.num_island_cells();
   check.needs_supports = !scene.dynamics;
   if (with_preview) check.preview = preview_of(problem);

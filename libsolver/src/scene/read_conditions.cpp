@@ -103,7 +103,9 @@ Force read_force(TomlReader table, const std::filesystem::path& folder, const st
     if (*pressure == 0) table.fail_at("pressure_kpa", "pressure_kpa is 0, expected the pressure that table multiplies");
     for (History::Row& row : f.history->rows) row.value = Vec3::Constant(row.value[0]);
   }
+  f.follows = table.flag("follows").value_or(false);
   table.finish();
+  if (f.follows && !pressure) table.fail_here("follows goes with pressure_kpa, expected that");
   if (newton.has_value() + pressure.has_value() + (f.history && !pressure) != 1)
     table.fail_here("[[force]] expects one of newton = [x, y, z] in total, pressure_kpa, and in a motion table");
   if (pressure && f.selection.on != SurfacePoints::faces)

@@ -53,6 +53,26 @@ void check_names(const Scene& scene) {
   check(scene.matches);
 }
 
+/// strain = "auto" becomes one that turns with the body.
+void expect_turning(Scene& scene, const std::string& what) {
+  if (scene.finds_strain) {
+    scene.finds_strain = false;
+    scene.elasticity = Elasticity::corotational;
+  }
+  if (scene.elasticity == Elasticity::cauchy)
+    throw Error(ErrorKind::input, what + " turns the body, expected solve.strain other than \"cauchy\"");
+}
+
+void check_forces(Scene& scene) {
+  for (const Force& f : scene.forces) {
+    if (!f.follows) continue;
+    const std::string what = with_place("force", f) + ": follows = true";
+    if (scene.dynamics)
+      throw Error(ErrorKind::input, what + " goes with an equilibrium, expected solve.kind = \"equilibrium\"");
+    expect_turning(scene, what);
+  }
+}
+
 }  // namespace
 
 Scene read_scene(const std::filesystem::path& path, const std::string& display_name,
@@ -104,6 +124,7 @@ Scene read_scene(toml::table root, const std::string& display_name, const std::v
   for (const TomlReader& table : reader.tables("match")) scene.matches.push_back(read_match(table, folder, ++number));
   check_names(scene);
   check_matches(scene);
+  check_forces(scene);
   if (auto table = reader.table("gravity", "a table written [gravity]"))
     scene.gravity = read_gravity(*table, scene.warnings);
   reader.finish();
@@ -125,6 +146,10 @@ std::vector<std::filesystem::path> files_of(const Scene& scene) {
   return files;
 }
 
+bool follows(const Scene& scene) {
+  return std::any_of(scene.forces.begin(), scene.forces.end(), [](const Force& f) { return f.follows; });
+}
+
 void check_matches(Scene& scene) {
   if (scene.matches.empty()) return;
   const std::string what = with_place("match", scene.matches.front());
@@ -133,12 +158,7 @@ void check_matches(Scene& scene) {
   if (scene.is_graded())
     throw Error(ErrorKind::input, what + " lies on all of the surface, expected cells alike, solve.grading = \"off\"");
   check_names(scene);
-  if (scene.finds_strain) {
-    scene.finds_strain = false;
-    scene.elasticity = Elasticity::corotational;
-  }
-  if (scene.elasticity == Elasticity::cauchy)
-    throw Error(ErrorKind::input, what + " turns the body, expected solve.strain other than \"cauchy\"");
+  expect_turning(scene, what);
 }
 
 void Scene::name_level(std::optional<int> of) {

@@ -19,7 +19,7 @@ void DeadLoad::add_gradient(const NodeVector& /*u*/, NodeVector& gradient, NodeV
   }
 }
 
-Vec3 DeadLoad::total() const {
+Vec3 DeadLoad::total(const NodeVector& /*u*/) const {
   Vec3 sum = Vec3::Zero();
   for (const NodeForce& f : forces_) sum += f.force;
   return factor_.cwiseProduct(sum);

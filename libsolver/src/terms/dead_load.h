@@ -4,13 +4,13 @@
 #include <vector>
 
 #include "hexmesh/core/bytes.h"
-#include "terms/term.h"
+#include "terms/load.h"
 
 namespace hexsolver {
 
 /// Forces that keep their size and direction while the body moves, W = -sum_d factor_d f_d . u_d: forces and pressures
 /// on the embedded surface, f(q) = H^T f(p), and gravity.
-class DeadLoad final : public Term {
+class DeadLoad final : public Load {
 public:
   struct NodeForce {
     std::int32_t node = 0;
@@ -23,13 +23,13 @@ public:
 
   EffectKind effect() const override { return effect_; }
   std::string name() const override { return name_; }
-  void set_factor(const Vec3& factor) { factor_ = factor; }
+  void set_factor(const Vec3& factor) override { factor_ = factor; }
   double energy(const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
 
   std::size_t bytes() const override { return hexmesh::bytes_of(forces_); }
 
-  Vec3 total() const;  ///< [N], as it acts now
+  Vec3 total(const NodeVector& u) const override;
 
 private:
   EffectKind effect_;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "terms/loads.h"
 
+#include "terms/dead_load.h"
+#include "terms/follower_pressure.h"
 #include "terms/inertia.h"
 
 namespace hexsolver {
@@ -30,9 +32,12 @@ private:
   NodeVector sum_;
 };
 
-std::unique_ptr<DeadLoad> surface_force(const Force& force, const Mesh& mesh, Selector& selector) {
+std::unique_ptr<Load> surface_force(const Force& force, const Mesh& mesh, Selector& selector) {
   const std::string what = with_place("force", force);
   const std::vector<SurfacePoint> points = selector.select(force.selection, what);
+  if (force.follows)
+    return std::make_unique<FollowerPressure>(load_name(force), mesh, points, selector, force.pressure,
+                                              selector.rim(force.selection, what).empty());
   const bool by_area = force.selection.on == SurfacePoints::faces;
   double whole = 0;
   for (const SurfacePoint& p : points) whole += by_area ? p.area.norm() : 1;
@@ -55,9 +60,9 @@ std::unique_ptr<DeadLoad> weight(const Vec3& gravity, const MeshCells& cells, co
 
 }  // namespace
 
-std::vector<std::unique_ptr<DeadLoad>> make_loads(const Scene& scene, const MeshCells& cells, const Mesh& mesh,
-                                                  Selector& selector) {
-  std::vector<std::unique_ptr<DeadLoad>> loads;
+std::vector<std::unique_ptr<Load>> make_loads(const Scene& scene, const MeshCells& cells, const Mesh& mesh,
+                                              Selector& selector) {
+  std::vector<std::unique_ptr<Load>> loads;
   for (const Force& force : scene.forces) loads.push_back(surface_force(force, mesh, selector));
   if (scene.gravity != Vec3::Zero()) loads.push_back(weight(scene.gravity, cells, mesh));
   return loads;

@@ -5,14 +5,14 @@
 #include <vector>
 
 #include "selection/selection.h"
-#include "terms/dead_load.h"
+#include "terms/load.h"
 
 namespace hexsolver {
 
-/// Each [[force]] of the scene, then [gravity] if there is any, on the nodes of one level: f(q) = H^T f(p), and row
-/// sums of the mass matrix times gravity.
+/// Each [[force]] of the scene, then [gravity] if there is any, on the nodes of one level: f(q) = H^T f(p), dead or
+/// with the surface, and row sums of the mass matrix times gravity.
 /// @throws Error as Selector::select
-std::vector<std::unique_ptr<DeadLoad>> make_loads(const Scene& scene, const MeshCells& cells, const Mesh& mesh,
-                                                  Selector& selector);
+std::vector<std::unique_ptr<Load>> make_loads(const Scene& scene, const MeshCells& cells, const Mesh& mesh,
+                                              Selector& selector);
 
 }  // namespace hexsolver

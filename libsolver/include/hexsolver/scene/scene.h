@@ -74,13 +74,14 @@ std::string with_place(const char* kind, const Named& named) {
 /// Where a condition moves a point of the body, from its rest position [mm].
 Vec3 prescribed_displacement(const Condition& condition, const Vec3& rest, const Progress& progress);
 
-/// A [[force]] of the scene: dead loads, which keep their direction while the body moves.
+/// A [[force]] of the scene: dead loads, which keep their direction while the body moves, or a pressure that follows.
 struct Force {
   std::string name;
   std::string where;  ///< file:line of its table, for messages
   Selection selection;
   Vec3 total = Vec3::Zero();            ///< [N], spread over the selected faces by area, over voxels or nodes evenly
   double pressure = 0;                  ///< [MPa] onto the selected faces
+  bool follows = false;                 ///< onto them as they are now, see FollowerPressure
   std::optional<History> history = {};  ///< in place of `total` [N], or a factor of `pressure` (all components alike)
 };
 
@@ -230,6 +231,9 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
 /// A scene of nothing but settings, as of an empty file.
 /// @throws Error{input}, Error{usage} as read_scene()
 Scene make_scene(const std::vector<std::string>& settings);
+
+/// Whether a pressure follows the surface.
+bool follows(const Scene& scene);
 
 /// Of a scene with a [[match]]: strain = "auto" becomes one that turns with the body.
 /// @throws Error{input} for what does not go with it
