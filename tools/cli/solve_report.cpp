@@ -60,6 +60,8 @@ json to_json(const std::vector<hexsolver::MatchReport>& matches) {
                    {"eased_points", m.eased_points},
                    {"part", m.is_part},
                    {"left_out", m.left_out},
+                   {"unreached", m.unreached},
+                   {"uncovered", m.uncovered},
                    {"kept_mean_mm", m.kept_mean_mm},
                    {"at_start", to_json(m.at_start)},
                    {"distance", to_json(m.distance)},

@@ -52,9 +52,10 @@ void warn_of_inverted(const SolveReport& report, std::vector<std::string>& warni
         fmt::format("{} voxels of {} cells are inverted, least Jacobian {:.2g}: there the solution has "
                     "no meaning",
                     report.inverted_voxels, report.inverted_cells, report.min_jacobian));
-  else if (report.min_jacobian < 0.1)
-    warnings.push_back(
-        fmt::format("the least Jacobian is {:.2g}: cells are nearly flat there, trust little", report.min_jacobian));
+  else if (report.min_jacobian < (report.matches.empty() ? 0.1 : 0.2))
+    warnings.push_back(fmt::format("the least Jacobian is {:.2g}: cells are nearly flat there, trust little{}",
+                                   report.min_jacobian,
+                                   report.matches.empty() ? "" : "; is a target or a landmark wrong?"));
 }
 
 void warn_of_volume(const CellChanges& changes, std::vector<std::string>& warnings) {

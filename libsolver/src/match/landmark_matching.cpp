@@ -32,6 +32,7 @@ MatchReport LandmarkMatching::distances(const std::vector<Vec3>& places) const {
   Distances all;
   for (std::size_t n = 0; n < places.size(); ++n) all.emplace_back((places[n] - wanted_[n]).norm(), 1);
   MatchReport out{name_, places.size(), trust_};
+  out.worst = 1 + static_cast<std::size_t>(std::max_element(all.begin(), all.end()) - all.begin());
   out.distance = out.target_to_body = statistics(std::move(all));
   return out;
 }
@@ -40,10 +41,10 @@ std::optional<std::string> LandmarkMatching::why_missed(const MatchReport& dista
   const double most = std::max(far_off * size_, trust_), mean = distances.distance.mean_mm;
   if (mean <= most) return {};
   return fmt::format(
-      "match '{}': landmarks are {:.3g} mm off in the mean, expected at most {:.3g} mm: are they in the same order, "
-      "and "
-      "none mirrored? A larger trust_mm takes them less exactly",
-      name_, mean, most);
+      "match '{}': landmarks are {:.3g} mm off in the mean, number {} by {:.3g} mm, expected at most {:.3g} mm: are "
+      "they in "
+      "the same order, and none mirrored? A larger trust_mm takes them less exactly",
+      name_, mean, distances.worst, distances.distance.largest_mm, most);
 }
 
 }  // namespace hexsolver

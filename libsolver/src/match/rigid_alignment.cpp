@@ -51,15 +51,18 @@ Mat3 axes_of(const Mat3& spread) {
   return axes;
 }
 
-/// Turns that bring axes onto axes.
-std::vector<Mat3> turns_of_a_cube() {
-  std::vector<Mat3> out;
+/// Turns that bring axes onto axes, and each of these turned by 60 degrees about two diagonals: 72.
+std::vector<Mat3> turns_all_around() {
+  std::vector<Mat3> out, between = {Mat3::Identity()};
+  for (const Vec3& axis : {Vec3(1, 1, 1), Vec3(1, -1, 0)})
+    between.push_back(Eigen::AngleAxisd(std::acos(-1.0) / 3, axis.normalized()).toRotationMatrix());
   std::array<int, 3> axis = {0, 1, 2};
   do
     for (int signs = 0; signs < 8; ++signs) {
       Mat3 turn = Mat3::Zero();
       for (int d = 0; d < 3; ++d) turn(axis[static_cast<std::size_t>(d)], d) = signs & 1 << d ? -1 : 1;
-      if (turn.determinant() > 0) out.push_back(turn);
+      if (turn.determinant() > 0)
+        for (const Mat3& rest : between) out.push_back(turn * rest);
     }
   while (std::next_permutation(axis.begin(), axis.end()));
   return out;
@@ -74,10 +77,10 @@ public:
   }
 
   double least() const { return std::min_element(ends_.begin(), ends_.end(), nearer)->reached.distance; }
-  /// @param part     of the distance of others, that it must end below to be taken in place of them
+  /// @param part     of the distance from where the body is, that it must end below to be taken in place of that
   /// @param is_near  what is far there is none of the target; else of the start
   void from(const Isometry3d& start, double part, bool is_near = false) {
-    ends_.push_back({iterate(matchings_, center_, start, every_, few, is_near), part, is_near});
+    ends_.push_back({iterate(matchings_, center_, start, coarser * every_, few, is_near), part, is_near});
   }
   /// From the middle of a target, turned about the body's.
   void from_middle(const Matching& of, const Mat3& turn, double part) {
@@ -87,15 +90,19 @@ public:
     std::stable_sort(ends_.begin() + 1, ends_.end(), nearer);
     ends_.resize(std::min(ends_.size(), most_ends));
     const double hopeless = far_from_least * least();
-    ends_.erase(
-        std::remove_if(ends_.begin() + 1, ends_.end(), [&](const End& e) { return e.reached.distance > hopeless; }),
-        ends_.end());
+    std::vector<End> kept = {ends_.front()};
+    for (const End& e : ends_)
+      if (e.reached.distance <= hopeless &&
+          std::none_of(kept.begin(), kept.end(), [&](const End& k) { return is_same(k.reached, e.reached); }))
+        kept.push_back(e);
+    ends_ = std::move(kept);
     for (End& e : ends_)
       for (const bool lets_go : {false, true})
         if (lets_go || !e.is_near) e.reached = iterate(matchings_, center_, e.reached.pose, every_, many, lets_go);
+    const double first = ends_.front().reached.distance;
     const End* best = &ends_.front();
     for (const End& e : ends_)
-      if (e.reached.distance < e.part * best->reached.distance) best = &e;
+      if (e.reached.distance < e.part * first && nearer(e, *best)) best = &e;
     return best->reached.pose;
   }
 
@@ -106,9 +113,15 @@ private:
     bool is_near;
   };
   static bool nearer(const End& a, const End& b) { return a.reached.distance < b.reached.distance; }
-  static constexpr int few = 20, many = 100;
+  static constexpr std::size_t coarser = 3;  ///< samples of the first iterations
+  static constexpr int few = 40, many = 100;
+  /// Whether iterations are on their way to the same pose.
+  static bool is_same(const Aligned& a, const Aligned& b) {
+    constexpr double little = 0.1;  // of what is left
+    return a.pose.isApprox(b.pose, 1e-2) && std::abs(a.distance - b.distance) <= little * a.distance;
+  }
   static constexpr double far_from_least = 3;
-  static constexpr std::size_t most_ends = 8;
+  static constexpr std::size_t most_ends = 20;
   const Matchings& matchings_;
   Vec3 center_;
   std::size_t every_;
@@ -151,7 +164,7 @@ Isometry3d align(const Matchings& matchings) {
       search.from_middle(*whole, of_target * signs.asDiagonal() * of_body.transpose(), far_nearer);
     }
   } else if (part && search.least() > near * std::sqrt(spread.trace())) {
-    for (const Mat3& turn : turns_of_a_cube()) search.from_middle(*part, turn, far_nearer);
+    for (const Mat3& turn : turns_all_around()) search.from_middle(*part, turn, far_nearer);
   }
   return search.best();
 }

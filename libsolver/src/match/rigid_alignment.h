@@ -9,7 +9,7 @@ namespace hexsolver {
 /// Trans. PAMI 14 (1992) 239), both ways, each step RigidFit's. It starts from where the body is; with a whole surface
 /// as target also from the middle of that, and turned so that their longest axes are along each other, where that ends
 /// far nearer; with a part of
-/// one, and nothing near from there, turned by all turns of a cube; with landmarks beside others also from where these
+/// one, and nothing near from there, turned all around; with landmarks beside others also from where these
 /// put it.
 Eigen::Isometry3d align(const Matchings& matchings);
 

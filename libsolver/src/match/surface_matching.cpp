@@ -6,6 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
+
+#include "hexmesh/core/error.h"
+#include "hexmesh/core/partition.h"
 
 namespace hexsolver {
 namespace {
@@ -51,6 +55,19 @@ double radius_of(const std::vector<Vec3>& points, const std::vector<double>& are
   return std::sqrt(squares / area);
 }
 
+/// Of each point which piece of a surface it is of: those that hang together by triangles.
+std::vector<std::size_t> pieces_of(const hexmesh::TriangleSurface& surface) {
+  hexmesh::Partition pieces(surface.points.size());
+  for (const auto& t : surface.triangles) {
+    pieces.join(t[0], t[1]);
+    pieces.join(t[0], t[2]);
+  }
+  std::vector<std::size_t> out;
+  for (std::size_t n = 0; n < surface.points.size(); ++n)
+    out.push_back(static_cast<std::size_t>(pieces.root(static_cast<std::int32_t>(n))));
+  return out;
+}
+
 /// Feet of many places at once.
 /// @param place  number -> place
 template <class Place>
@@ -94,6 +111,7 @@ SurfaceMatching::SurfaceMatching(const Match& match, hexmesh::TriangleSurface bo
       of_target_(stiffness * (is_partial_ ? 1 : 0.5)),
       body_areas_(hexmesh::areas_of_points(body_.points, body_.triangles)),
       target_areas_(hexmesh::areas_of_points(target_.points, target_.triangles)),
+      target_pieces_(pieces_of(target_)),
       body_samples_(samples_of(body_areas_)),
       target_samples_(samples_of(target_areas_)),
       body_tree_(body_.points, body_.triangles),
@@ -236,29 +254,53 @@ MatchReport SurfaceMatching::distances(const std::vector<Vec3>& places) const {
   const auto measure = [](const SurfaceTree& tree, const std::vector<Vec3>& points, const std::vector<double>& areas) {
     const std::vector<Foot> found = feet(tree, points.size(), [&](std::size_t n) { return points[n]; });
     Distances out;
-    for (std::size_t n = 0; n < found.size(); ++n)
-      if (areas[n] > 0) out.emplace_back(found[n].distance, areas[n]);
+    for (std::size_t n = 0; n < found.size(); ++n) out.emplace_back(found[n].distance, areas[n]);
     return out;
   };
   Distances both, kept;
   double all = 0, left_out = 0;
-  const auto add = [&](const Distances& way) {
+  /// @param pieces  of the points
+  /// @returns the part that is let go, without pieces that are nearly all, by area or by points, whichever is less: a
+  ///          point that is drawn far out makes its triangles large
+  const auto add = [&](const Distances& way, const std::vector<std::size_t>& pieces) {
+    constexpr double nearly_all = 0.9;
+    struct Piece {
+      double area = 0, far_area = 0, far_points = 0;
+    };
     const Influence of = influence(way, true, followed_);
-    for (const auto& [distance, area] : way) {
-      all += area;
-      if (of.ends_before(distance))
-        left_out += area;
-      else
-        kept.emplace_back(distance, area);
+    std::map<std::size_t, Piece> of_piece;
+    Piece whole, within;
+    for (std::size_t n = 0; n < way.size(); ++n) {
+      const auto& [distance, area] = way[n];
+      const bool is_far = of.ends_before(distance);
+      Piece& piece = of_piece[pieces[n]];
+      piece.area += area;
+      piece.far_area += is_far ? area : 0;
+      piece.far_points += is_far;
+      if (!is_far && area > 0) kept.emplace_back(distance, area);
     }
+    for (const auto& [number, piece] : of_piece) {
+      whole.area += piece.area;
+      left_out += piece.far_area;
+      if (piece.far_area >= nearly_all * piece.area) continue;
+      within.far_area += piece.far_area;
+      within.far_points += piece.far_points;
+    }
+    all += whole.area;
     both.insert(both.end(), way.begin(), way.end());
-    return statistics(way);
+    return whole.area > 0 ? std::min(within.far_area / whole.area, within.far_points / static_cast<double>(way.size()))
+                          : 0;
   };
   MatchReport out{name_, target_.points.size(), trust_};
   out.is_part = is_partial_;
-  out.target_to_body = add(measure(SurfaceTree(places, body_.triangles), target_.points, target_areas_));
-  if (!is_partial_)
-    out.body_to_target = add(measure(target_tree_, places, hexmesh::areas_of_points(places, body_.triangles)));
+  const Distances to_body = measure(SurfaceTree(places, body_.triangles), target_.points, target_areas_);
+  out.target_to_body = statistics(to_body);
+  out.unreached = add(to_body, target_pieces_);
+  if (!is_partial_) {
+    const Distances to_target = measure(target_tree_, places, hexmesh::areas_of_points(places, body_.triangles));
+    out.body_to_target = statistics(to_target);
+    out.uncovered = add(to_target, std::vector<std::size_t>(places.size()));
+  }
   out.distance = statistics(std::move(both));
   out.kept_mean_mm = statistics(std::move(kept)).mean_mm;
   out.left_out = all > 0 ? left_out / all : 0;
@@ -266,19 +308,26 @@ MatchReport SurfaceMatching::distances(const std::vector<Vec3>& places) const {
 }
 
 std::optional<std::string> SurfaceMatching::why_missed(const MatchReport& distances) const {
-  constexpr double most_left_out = 0.2;
+  constexpr double most_left_out = 0.2, most_within = 0.04;
   const double most = far_off * size_;
   if (distances.kept_mean_mm > most)
     return fmt::format(
         "match '{}' is {:.3g} mm off in the mean, expected at most {:.3g} mm, a hundredth of the body's size: is the "
         "target this body? A smaller trust_mm pulls harder",
         name_, distances.kept_mean_mm, most);
-  if (distances.left_out > most_left_out)
+  if (outliers_) return {};
+  if (distances.uncovered > most_within)
     return fmt::format(
-        "match '{}' leaves {:.0f} % of the surfaces out, far from each other, expected at most {:.0f} %: is the target "
+        "match '{}': {:.0f} % of the body's surface is far from the target, expected at most {:.0f} %: does that show "
         "a "
-        "part of this body (part = true, --part)?",
-        name_, 100 * distances.left_out, 100 * most_left_out);
+        "part of the body (part = true, --part)? outliers_mm (--outliers) says what is far",
+        name_, 100 * distances.uncovered, 100 * most_within);
+  if (distances.unreached > most_within || distances.left_out > most_left_out)
+    return fmt::format(
+        "match '{}': {:.0f} % of the target is far from the body, expected at most {:.0f} %, or {:.0f} % in pieces of "
+        "their own: is all of it this body's? A larger trust_mm may lead there; outliers_mm (--outliers) says what is "
+        "far, 0: nothing",
+        name_, 100 * std::max(distances.unreached, distances.left_out), 100 * most_within, 100 * most_left_out);
   return {};
 }
 

@@ -72,11 +72,14 @@ struct MatchReport {
   double trust_mm = 0;                           ///< the scene's, or the one found
   std::size_t eased_points = 0;                  ///< of the body, pulled less since cells would fold there
   bool is_part = false;                          ///< the target is one of the surface
-  double left_out = 0;                           ///< part of the area that is far beside the rest and pulls no more
+  double left_out = 0;                           ///< part of both areas that is far beside the rest and pulls no more
+  double unreached = 0;                          ///< of the target's, without pieces of their own
+  double uncovered = 0;                          ///< of the body's
   double kept_mean_mm = 0;                       ///< of the rest
   DistanceReport distance;                       ///< both ways together
   DistanceReport target_to_body;                 ///< of points of the target from the body
   std::optional<DistanceReport> body_to_target;  ///< nothing where the target is a part of the surface
+  std::size_t worst = 0;                         ///< number of the landmark that is farthest off, from 1 on
   DistanceReport at_start;                       ///< as `distance`, after the rigid alignment alone
   Vec3 force_n = Vec3::Zero();                   ///< on the body [N]
   Vec3 moment_n_mm = Vec3::Zero();               ///< see BalanceReport [N mm]
