@@ -170,9 +170,9 @@ TEST(FollowerPressure, InflatesAThickBall) {
     return found / expected;
   };
   const double coarse = ratio(1.25), fine = ratio(0.625);
-  EXPECT_NEAR(coarse, 1, 0.1);
-  EXPECT_NEAR(fine, 1, 0.05);
-  EXPECT_NEAR(2 * fine - coarse, 1, 0.01);
+  EXPECT_NEAR(coarse, 1, 0.12);  // 4 voxels in the wall
+  EXPECT_NEAR(fine, 1, 0.06);
+  EXPECT_NEAR(2 * fine - coarse, 1, 0.015) << "what is left is of second order";
 }
 
 }  // namespace test_follower_pressure
