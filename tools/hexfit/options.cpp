@@ -22,9 +22,10 @@ void add_options(CLI::App& app, FitOptions& o) {
          "Without it half of the noise of the target's surface, at least 0.0005 of the body's size; for landmarks "
          "0.001 of that")
       ->check(CLI::Range(1e-6, 1e6));
-  app.add_option("--outliers", o.outliers,
-                 "What is far [mm]: it pulls no harder, and where it stays so less and less, beyond twice that not at "
-                 "all. 0: nothing is; without it 3 times the median distance, at least 30 --trust and 0.01 of the body's size")
+  app.add_option(
+         "--outliers", o.outliers,
+         "What is far [mm]: it pulls no harder, and where it stays so less and less, beyond twice that not at "
+         "all. 0: nothing is; without it 3 times the median distance, at least 30 --trust and 0.01 of the body's size")
       ->check(CLI::Range(0.0, 1e6));
   app.add_option("--scene", o.scene, "Scene (TOML) with what else acts: materials, supports, gravity, a law");
   add_repeated(app, "--set", o.settings, "KEY=VALUE: override a key of the scene, e.g. solve.law=neo-hookean");
