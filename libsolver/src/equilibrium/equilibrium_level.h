@@ -72,7 +72,7 @@ template <EquilibriumLevel Level>
 std::optional<std::string> why_refused(const Solved<Level>& best, std::vector<std::string>& warnings) {
   constexpr double little = 1e-2;
   if (!best.converged()) return {};
-  if (const auto why = best.level->why_no_solution(best.state.u)) return why;
+  if (auto why = best.level->why_no_solution(best.state.u)) return why;
   const double moving = best.state.newton.moving;
   if (moving == 0) return {};
   const std::string what = fmt::format(
