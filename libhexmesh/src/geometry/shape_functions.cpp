@@ -12,6 +12,13 @@ NodeWeights shape_functions(const Vec3& s) {
   return n;
 }
 
+Vec3 local_position(const NodeWeights& weights) {
+  Vec3 s = Vec3::Zero();
+  for (int a = 0; a < num_cell_nodes; ++a)
+    for (int d = 0; d < 3; ++d) s[d] += weights[a] * corner_bit(a, d);
+  return s;
+}
+
 NodeGradients shape_gradients(const Vec3& s) {
   NodeGradients g;
   for (int a = 0; a < num_cell_nodes; ++a)

@@ -6,6 +6,8 @@
 #include <map>
 #include <set>
 
+#include "hexmesh/core/partition.h"
+
 namespace hexmesh {
 
 void add_triangle(TriangleSurface& to, const TriangleSurface& from, std::size_t triangle,
@@ -60,6 +62,17 @@ Edges edges_of(const TriangleSurface& surface) {
     for (std::size_t a = 0; a < 3; ++a) ++triangles[std::minmax(t[a], t[(a + 1) % 3])];
   const auto is_open = [](const auto& edge) { return edge.second % 2 != 0; };
   return {triangles.size(), static_cast<std::size_t>(std::count_if(triangles.begin(), triangles.end(), is_open))};
+}
+
+std::vector<std::int32_t> pieces_of(const TriangleSurface& surface) {
+  Partition pieces(surface.points.size());
+  for (const auto& t : surface.triangles) {
+    pieces.join(t[0], t[1]);
+    pieces.join(t[0], t[2]);
+  }
+  std::vector<std::int32_t> out;
+  for (std::size_t n = 0; n < surface.points.size(); ++n) out.push_back(pieces.root(static_cast<std::int32_t>(n)));
+  return out;
 }
 
 TriangleSurface merged(const TriangleSurface& surface) {

@@ -15,7 +15,6 @@
 #include <optional>
 
 #include "hexmesh/core/error.h"
-#include "hexmesh/core/partition.h"
 
 namespace hexmesh {
 namespace {
@@ -28,16 +27,12 @@ using Tree = CGAL::AABB_tree<CGAL::AABB_traits<Kernel, Primitive>>;
 
 /// Its parts that hang together by shared points.
 std::vector<TriangleSurface> parts_of(const TriangleSurface& surface) {
-  Partition partition(surface.points.size());
-  for (const auto& t : surface.triangles) {
-    partition.join(t[0], t[1]);
-    partition.join(t[0], t[2]);
-  }
-  std::map<std::int32_t, std::size_t> part_of;                  // by root
+  const std::vector<std::int32_t> pieces = pieces_of(surface);
+  std::map<std::int32_t, std::size_t> part_of;                  // by piece
   std::vector<std::int32_t> number(surface.points.size(), -1);  // of a point in its part
   std::vector<TriangleSurface> out;
   for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const auto [at, added] = part_of.emplace(partition.root(surface.triangles[t][0]), out.size());
+    const auto [at, added] = part_of.emplace(pieces[surface.triangles[t][0]], out.size());
     if (added) out.emplace_back();
     add_triangle(out[at->second], surface, t, number);
   }

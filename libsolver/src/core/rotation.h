@@ -30,4 +30,11 @@ double rotation_angle(const Mat3& rotation);  ///< [rad], 0 to pi
 /// the coordinate axis, of those that are free, farthest from it.
 Mat3 orthonormalized(const Mat3& f);
 
+/// [v]x
+inline Mat3 cross_matrix(const Vec3& v) {
+  Mat3 m;
+  m << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0;
+  return m;
+}
+
 }  // namespace hexsolver

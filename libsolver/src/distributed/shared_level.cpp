@@ -37,8 +37,9 @@ SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& fil
   copies_ = NodeCopies(pattern_, nodes_->numbers());
   build_potential(scene.elasticity, {});
 
-  all.all_or_none([&] { select(); });  // what is not found, nobody finds
-  check_supports(*this, holding_);
+  std::vector<SharedConstraints::Point> holding;
+  all.all_or_none([&] { holding = select(); });  // what is not found, nobody finds
+  check_supports(*this, holding);
   add_matches();
   constraints_ = std::make_unique<SharedConstraints>(points_, scene, outline.cell_edges(level), outline.corner(),
                                                      *nodes_, pattern_);
@@ -102,7 +103,7 @@ double SharedLevel::diameter() const {
   return (mesh().edges().cwiseAbs() * extent).norm();
 }
 
-void SharedLevel::select() {
+std::vector<SharedConstraints::Point> SharedLevel::select() {
   Selector selector({piece_->lattice(), level_}, piece_->mesh(), piece_->share());
   std::vector<SharedConstraints::Point> own;
   for (const ConstraintPoint& p : select_points(scene_, selector)) {
@@ -120,7 +121,9 @@ void SharedLevel::select() {
   std::stable_sort(points_.begin(), points_.end(),
                    [](const auto& a, const auto& b) { return a.condition < b.condition; });
 
-  find_matched(selector);
+  std::vector<SharedConstraints::Point> holding = points_;
+  const std::vector<SharedConstraints::Point> matched = find_matched(selector);
+  holding.insert(holding.end(), matched.begin(), matched.end());
 
   const auto add = [&](const std::vector<std::unique_ptr<Load>>& loads, const Mesh& mesh, const NodeCopies& copies) {
     const NodeVector rest = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
@@ -138,6 +141,7 @@ void SharedLevel::select() {
   part = scene_;
   part.forces.clear();
   add(make_loads(part, {part_->lattice, level_}, mesh(), selector), mesh(), copies_);
+  return holding;
 }
 
 std::int32_t SharedLevel::own_cell(const Index3& cell) const {

@@ -133,8 +133,8 @@ public:
   ProcessReport holding() const;  ///< what this process holds, without its memory
 
 private:
-  void select();
-  void find_matched(Selector& selector);
+  std::vector<SharedConstraints::Point> select();                          ///< @returns all that hold the body
+  std::vector<SharedConstraints::Point> find_matched(Selector& selector);  ///< @returns these, as if they were held
   void add_matches();
   void hold_in_part();
   void make_hierarchy(SharedMerges merges);
@@ -159,18 +159,11 @@ private:
   std::vector<OwnedVec> loads_;  ///< in full [N]
   double load_factor_ = 1;
 
-  /// A point of a matching that some process has in a cell.
-  struct MatchedPoint {
-    std::size_t matching, number;
-    Index3 cell;  ///< of the whole level
-    std::array<double, 8> weights;
-  };
   Matchings matchings_;
   MatchedPoints matched_;  ///< in cells of the part
   std::vector<MatchTerm*> matches_;
 
   std::vector<SharedConstraints::Point> points_;
-  std::vector<SharedConstraints::Point> holding_;  ///< for the search of what nothing holds: and the matched ones
   std::unique_ptr<SharedConstraints> constraints_;
   std::unique_ptr<PartConstraints> held_in_part_;
   OwnedMat product_;

@@ -10,14 +10,16 @@ namespace {
 /// Of a point that no cell holds, from the one that it moves with [mm]; of one in none without end.
 double distance_from_cell(const SurfacePoint& p, const Mat3& edges) {
   if (p.cell < 0) return std::numeric_limits<double>::infinity();
-  Vec3 outside = Vec3::Zero();
-  for (int d = 0; d < 3; ++d) {
-    double local = 0;  // along the axis, from 0 to 1 in the cell
-    for (int a = 0; a < 8; ++a) local += a >> d & 1 ? p.weights[a] : 0;
-    outside[d] = std::max({0.0, -local, local - 1});
-  }
-  return (edges * outside).norm();
+  const Vec3 local = hexmesh::local_position(p.weights);
+  return (edges * (local - local.cwiseMax(0).cwiseMin(1))).norm();
 }
+
+/// A point of a matching that some process has in a cell.
+struct MatchedPoint {
+  std::size_t matching, number;
+  Index3 cell;  ///< of the whole level
+  std::array<double, 8> weights;
+};
 
 }  // namespace
 
@@ -31,7 +33,7 @@ void SharedLevel::add_matches() {
 
 /// Points are embedded in the layers of the scan that each process has, and kept by the one in whose cells they are, or
 /// which they are nearest to. They move with cells that some process, mostly another, has in its part.
-void SharedLevel::find_matched(Selector& selector) {
+std::vector<SharedConstraints::Point> SharedLevel::find_matched(Selector& selector) {
   std::vector<MatchedPoint> own;
   for (std::size_t m = 0; m < matchings_.size(); ++m) {
     const std::vector<SurfacePoint> found = selector.embed(matchings_[m]->points());
@@ -52,13 +54,14 @@ void SharedLevel::find_matched(Selector& selector) {
   MatchedPoints anywhere;
   for (const auto& matching : matchings_) anywhere.emplace_back(matching->points().size());
   matched_ = anywhere;
-  holding_ = points_;
+  std::vector<SharedConstraints::Point> out;
   for (const MatchedPoint& p : all_.gather(own)) {
     anywhere[p.matching][p.number].cell = 0;
     matched_[p.matching][p.number] = {own_cell(p.cell), NodeWeights::Map(p.weights.data()), Vec3::Zero()};
-    holding_.push_back({0, p.cell, p.weights, {true, true, true}});
+    out.push_back({0, p.cell, p.weights, {true, true, true}});
   }
   expect_embedded(scene_, matchings_, anywhere);
+  return out;
 }
 
 bool SharedLevel::attach_matches(Vec u, const PullMode& mode) {

@@ -32,6 +32,12 @@ constexpr double match_load_step = 1.0 / 4;
 
 Progress at_the_end(const Scene& scene) { return {1, scene.dynamics ? scene.dynamics->duration : 0}; }
 
+NodeVector at_all_nodes(const Mesh& mesh, const NodeVector& u) {
+  NodeVector all;
+  mesh.spread(u, all);
+  return all;
+}
+
 }  // namespace
 
 bool is_of_high_contrast(const Lattice& lattice) {
@@ -121,16 +127,6 @@ void LevelProblem::set_loads(const Progress& progress) {
   for (PenaltyContact* c : contacts_) c->set_progress(progress);
   for (MatchTerm* m : matches_) m->set_progress(progress);
 }
-
-namespace {
-
-NodeVector at_all_nodes(const Mesh& mesh, const NodeVector& u) {
-  NodeVector all;
-  mesh.spread(u, all);
-  return all;
-}
-
-}  // namespace
 
 std::vector<LevelProblem::LoadTotal> LevelProblem::loads(const NodeVector& u) const {
   const NodeVector all = at_all_nodes(mesh(), u);

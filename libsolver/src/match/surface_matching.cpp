@@ -9,7 +9,6 @@
 #include <map>
 
 #include "hexmesh/core/error.h"
-#include "hexmesh/core/partition.h"
 
 namespace hexsolver {
 namespace {
@@ -42,30 +41,28 @@ Mat3 hessian_of_foot(const Foot& foot, const SurfaceTree& surface) {
   return normal * normal.transpose();
 }
 
-/// Root of the mean square of the distance from the middle, by area [mm].
-double radius_of(const std::vector<Vec3>& points, const std::vector<double>& areas) {
+/// By area [mm].
+Vec3 middle_of(const std::vector<Vec3>& points, const std::vector<double>& areas) {
   Vec3 sum = Vec3::Zero();
-  double area = 0, squares = 0;
+  double area = 0;
   for (std::size_t n = 0; n < points.size(); ++n) {
     sum += areas[n] * points[n];
     area += areas[n];
   }
-  if (!(area > 0)) return 0;
-  for (std::size_t n = 0; n < points.size(); ++n) squares += areas[n] * (points[n] - sum / area).squaredNorm();
-  return std::sqrt(squares / area);
+  return area > 0 ? Vec3(sum / area) : sum;
 }
 
-/// Of each point which piece of a surface it is of: those that hang together by triangles.
-std::vector<std::size_t> pieces_of(const hexmesh::TriangleSurface& surface) {
-  hexmesh::Partition pieces(surface.points.size());
-  for (const auto& t : surface.triangles) {
-    pieces.join(t[0], t[1]);
-    pieces.join(t[0], t[2]);
+/// About the middle: the mean of x x^T [mm^2].
+Mat3 spread_of(const std::vector<Vec3>& points, const std::vector<double>& areas) {
+  const Vec3 center = middle_of(points, areas);
+  Mat3 sum = Mat3::Zero();
+  double area = 0;
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    const Vec3 x = points[n] - center;
+    sum += areas[n] * x * x.transpose();
+    area += areas[n];
   }
-  std::vector<std::size_t> out;
-  for (std::size_t n = 0; n < surface.points.size(); ++n)
-    out.push_back(static_cast<std::size_t>(pieces.root(static_cast<std::int32_t>(n))));
-  return out;
+  return area > 0 ? Mat3(sum / area) : sum;
 }
 
 /// Feet of many places at once.
@@ -111,13 +108,14 @@ SurfaceMatching::SurfaceMatching(const Match& match, hexmesh::TriangleSurface bo
       of_target_(stiffness * (is_partial_ ? 1 : 0.5)),
       body_areas_(hexmesh::areas_of_points(body_.points, body_.triangles)),
       target_areas_(hexmesh::areas_of_points(target_.points, target_.triangles)),
-      target_pieces_(pieces_of(target_)),
+      target_pieces_(hexmesh::pieces_of(target_)),
       body_samples_(samples_of(body_areas_)),
       target_samples_(samples_of(target_areas_)),
       body_tree_(body_.points, body_.triangles),
       target_tree_(target_.points, target_.triangles) {
   constexpr double most = 4, least = 0.25, least_part = 0.01;
-  const double of_target = radius_of(target_.points, target_areas_), of_body = radius_of(body_.points, body_areas_);
+  const double of_target = std::sqrt(spread().trace());
+  const double of_body = std::sqrt(spread_of(body_.points, body_areas_).trace());
   if (of_target <= most * of_body && of_target >= (is_partial_ ? least_part : least) * of_body) return;
   throw hexmesh::Error(
       hexmesh::ErrorKind::input,
@@ -228,27 +226,9 @@ void SurfaceMatching::pair(const Eigen::Isometry3d& pose, std::size_t every, boo
       [&](std::size_t p, const Vec3& foot) { return Ends(body_.points[p], foot); });
 }
 
-Vec3 SurfaceMatching::middle() const {
-  Vec3 sum = Vec3::Zero();
-  double area = 0;
-  for (std::size_t n = 0; n < target_.points.size(); ++n) {
-    sum += target_areas_[n] * target_.points[n];
-    area += target_areas_[n];
-  }
-  return area > 0 ? Vec3(sum / area) : sum;
-}
+Vec3 SurfaceMatching::middle() const { return middle_of(target_.points, target_areas_); }
 
-Mat3 SurfaceMatching::spread() const {
-  const Vec3 center = middle();
-  Mat3 sum = Mat3::Zero();
-  double area = 0;
-  for (std::size_t n = 0; n < target_.points.size(); ++n) {
-    const Vec3 x = target_.points[n] - center;
-    sum += target_areas_[n] * x * x.transpose();
-    area += target_areas_[n];
-  }
-  return area > 0 ? Mat3(sum / area) : sum;
-}
+Mat3 SurfaceMatching::spread() const { return spread_of(target_.points, target_areas_); }
 
 MatchReport SurfaceMatching::distances(const std::vector<Vec3>& places) const {
   const auto measure = [](const SurfaceTree& tree, const std::vector<Vec3>& points, const std::vector<double>& areas) {
@@ -262,13 +242,13 @@ MatchReport SurfaceMatching::distances(const std::vector<Vec3>& places) const {
   /// @param pieces  of the points
   /// @returns the part that is let go, without pieces that are nearly all, by area or by points, whichever is less: a
   ///          point that is drawn far out makes its triangles large
-  const auto add = [&](const Distances& way, const std::vector<std::size_t>& pieces) {
+  const auto add = [&](const Distances& way, const std::vector<std::int32_t>& pieces) {
     constexpr double nearly_all = 0.9;
     struct Piece {
       double area = 0, far_area = 0, far_points = 0;
     };
     const Influence of = influence(way, true, followed_);
-    std::map<std::size_t, Piece> of_piece;
+    std::map<std::int32_t, Piece> of_piece;
     Piece whole, within;
     for (std::size_t n = 0; n < way.size(); ++n) {
       const auto& [distance, area] = way[n];
@@ -299,7 +279,7 @@ MatchReport SurfaceMatching::distances(const std::vector<Vec3>& places) const {
   if (!is_partial_) {
     const Distances to_target = measure(target_tree_, places, hexmesh::areas_of_points(places, body_.triangles));
     out.body_to_target = statistics(to_target);
-    out.uncovered = add(to_target, std::vector<std::size_t>(places.size()));
+    out.uncovered = add(to_target, std::vector<std::int32_t>(places.size()));
   }
   out.distance = statistics(std::move(both));
   out.kept_mean_mm = statistics(std::move(kept)).mean_mm;
@@ -318,9 +298,8 @@ std::optional<std::string> SurfaceMatching::why_missed(const MatchReport& distan
   if (outliers_) return {};
   if (distances.uncovered > most_within)
     return fmt::format(
-        "match '{}': {:.0f} % of the body's surface is far from the target, expected at most {:.0f} %: does that show "
-        "a "
-        "part of the body (part = true, --part)? outliers_mm (--outliers) says what is far",
+        "match '{}': {:.0f} % of the body's surface is far from the target, expected at most {:.0f} %: does that "
+        "show a part of the body (part = true, --part)? outliers_mm (--outliers) says what is far",
         name_, 100 * distances.uncovered, 100 * most_within);
   if (distances.unreached > most_within || distances.left_out > most_left_out)
     return fmt::format(

@@ -59,7 +59,7 @@ private:
   std::optional<double> outliers_;                 ///< see Match
   double of_body_, of_target_;                     ///< stiffness [N/mm^3]
   std::vector<double> body_areas_, target_areas_;  ///< of points [mm^2]
-  std::vector<std::size_t> target_pieces_;         ///< of points
+  std::vector<std::int32_t> target_pieces_;        ///< of points
   std::vector<Sample> body_samples_, target_samples_;
   hexmesh::SurfaceTree body_tree_, target_tree_;  ///< at rest
 };

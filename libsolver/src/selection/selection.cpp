@@ -287,9 +287,7 @@ bool Selector::has_small_faces() const {
 }
 
 std::array<NodeWeights, 4> Selector::gauss_points(const SurfacePoint& face) const {
-  Vec3 center = Vec3::Zero();
-  for (int a = 0; a < 8; ++a)
-    for (int d = 0; d < 3; ++d) center[d] += face.weights[a] * hexmesh::corner_bit(a, d);
+  const Vec3 center = hexmesh::local_position(face.weights);
   const int across = axis_of(face.area, lattice().voxels);
   const hexmesh::Index3& per_cell = cells_.lattice_level(hexmesh::as_size(face.cell)).voxels_per_cell;
   std::array<NodeWeights, 4> out;

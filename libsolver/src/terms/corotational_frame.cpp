@@ -5,6 +5,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "core/rotation.h"
+
 namespace hexsolver {
 namespace {
 

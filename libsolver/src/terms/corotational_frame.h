@@ -25,13 +25,6 @@ struct PositivePart {
   Mat3 b = Mat3::Zero(), c = Mat3::Zero();
 };
 
-/// [v]x
-inline Mat3 cross_matrix(const Vec3& v) {
-  Mat3 m;
-  m << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0;
-  return m;
-}
-
 Mat3 stress_matrix(const CorotationalFrame& f);  ///< A
 /// @param gradient  mean gradients of the nodes
 StressTerm stress_term(const CorotationalFrame& f, const NodeGradients& gradient);

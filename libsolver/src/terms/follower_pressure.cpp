@@ -5,19 +5,10 @@
 #include <algorithm>
 
 #include "core/parallel.h"
+#include "core/rotation.h"
 #include "hexmesh/core/bytes.h"
 
 namespace hexsolver {
-namespace {
-
-/// The matrix of w x.
-Mat3 cross_matrix(const Vec3& w) {
-  Mat3 out;
-  out << 0, -w[2], w[1], w[2], 0, -w[0], -w[1], w[0], 0;
-  return out;
-}
-
-}  // namespace
 
 FollowerPressure::FollowerPressure(std::string name, const Mesh& mesh, const std::vector<SurfacePoint>& faces,
                                    const Selector& selector, double pressure, bool is_closed)
@@ -30,10 +21,7 @@ FollowerPressure::FollowerPressure(std::string name, const Mesh& mesh, const std
     const auto cell = static_cast<std::size_t>(face.cell);
     if (cells_.empty() || cells_.back().cell != cell) cells_.push_back({cell, points_.size(), 0});
     for (const NodeWeights& weights : selector.gauss_points(face)) {
-      Vec3 local = Vec3::Zero();
-      for (int a = 0; a < 8; ++a)
-        for (int d = 0; d < 3; ++d) local[d] += weights[a] * hexmesh::corner_bit(a, d);
-      points_.push_back({local, face.area / 4});
+      points_.push_back({hexmesh::local_position(weights), face.area / 4});
     }
     cells_.back().end = points_.size();
   }

@@ -24,6 +24,9 @@ using NodeGradients = Eigen::Matrix<double, 8, 3>;  ///< row a = gradient of N_a
 /// @param s  position in the cell, [0, 1]^3 (outside: extrapolated)
 NodeWeights shape_functions(const Vec3& s);
 
+/// The position in the cell whose weights these are: shape_functions() the other way.
+Vec3 local_position(const NodeWeights& weights);
+
 /// d N_a / d s_d at s; shape (8, 3).
 NodeGradients shape_gradients(const Vec3& s);
 

@@ -42,6 +42,9 @@ struct Edges {
 };
 Edges edges_of(const TriangleSurface& surface);
 
+/// Of each point the lowest one of its piece: what hangs together by triangles.
+std::vector<std::int32_t> pieces_of(const TriangleSurface& surface);
+
 /// Points that lie in one place become one; triangles without area go, and those that are there already. No labels.
 TriangleSurface merged(const TriangleSurface& surface);
 
