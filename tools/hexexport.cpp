@@ -51,6 +51,7 @@ Result to_look_at(const Result& result, const hexmesh::NodeExtension& extension)
   out.displacement_raw = result.displacement;
   out.displacement = extension.extended(std::move(out.displacement));
   out.velocity = extension.extended(std::move(out.velocity));
+  out.rest_displacement = extension.extended(std::move(out.rest_displacement));
   for (const char* name : {"von_mises_stress", "pressure", "strain_energy_density"})
     if (const auto field = result.cell_fields.find(name); field != result.cell_fields.end()) {
       out.cell_fields[std::string(name) + "_raw"] = field->second;

@@ -8,6 +8,7 @@
 #include "cli/json_text.h"
 #include "cli/progress.h"
 #include "cli/scene_input.h"
+#include "cli/solve_history.h"
 #include "cli/solve_run.h"
 #include "hexfit/options.h"
 #include "hexfit/spread.h"

@@ -10,6 +10,7 @@
 #include "cli/json_text.h"
 #include "cli/progress.h"
 #include "cli/run_files.h"
+#include "cli/solve_history.h"
 #include "cli/solve_report.h"
 #include "distributed/shared_equilibrium.h"
 #include "hexmesh/core/error.h"

@@ -4,6 +4,7 @@
 
 #include "cli/json_text.h"
 #include "cli/scene_input.h"
+#include "cli/solve_history.h"
 #include "cli/solve_report.h"
 #include "cli/solve_run.h"
 #include "hexmesh/core/error.h"
@@ -46,6 +47,7 @@ Scene read_scene(const SolveOptions& o, const Input& input, RunFiles& files, con
     scene.grading = hexsolver::Grading::scene;
     scene.coarser_by = *o.coarser_by;
     hexsolver::check_matches(scene);
+    hexsolver::check_loaded(scene);
   }
   if (o.stream && !scene.dynamics)
     throw Error(ErrorKind::usage, "--stream goes with a motion, expected solve.kind = \"dynamics\"");

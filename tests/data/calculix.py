@@ -105,11 +105,16 @@ def material(young_kpa, poisson, law):
     return f"*ELASTIC\n{young:.12g}, {poisson}\n"
 
 
-def deck(mesh, materials, scene, steps=1):
-    """The input of CalculiX. @param materials: name of a segment -> its E [kPa], nu, density [kg/m^3]"""
+def deck(mesh, materials, scene, steps=1, rest=None):
+    """The input of CalculiX.
+
+    @param materials: name of a segment -> its E [kPa], nu, density [kg/m^3]
+    @param rest: places of the nodes at rest, if other than the body's: weight and pressures are then forces on nodes, as
+                 they are on the body
+    """
     solve = scene["solve"]
     law = solve.get("law") or solve["strain"]
-    rows = ["*NODE, NSET=ALL"] + [f"{n}, " + ", ".join(f"{x:.9f}" for x in p) for n, p in mesh.place.items()]
+    rows = ["*NODE, NSET=ALL"] + [f"{n}, " + ", ".join(f"{x:.9f}" for x in p) for n, p in (rest or mesh.place).items()]
     for label, name in mesh.body.names.items():
         rows.append(f"*ELEMENT, TYPE=C3D8, ELSET=S{label}")
         rows += [f"{e + 1}, " + ", ".join(map(str, nodes)) for e, (voxel, nodes) in enumerate(mesh.elements)
@@ -129,12 +134,15 @@ def deck(mesh, materials, scene, steps=1):
         for condition, nodes in zip(conditions, held):
             rows += [f"{n}, {d + 1}, {d + 1}, {u:.12g}" for n in nodes
                      for d, u in enumerate(displacement(condition, mesh.place[n], part))]
-        if "gravity" in scene:
+        if rest:
+            rows.append("*CLOAD")
+            rows += [f"{n}, {axis + 1}, {f * part:.12g}" for n, force in loads(mesh, materials, scene).items() for axis, f in enumerate(force)]
+        if "gravity" in scene and not rest:
             g = scene["gravity"]["m_s2"]
             size = math.hypot(*g)
             rows.append("*DLOAD")
             rows += [f"S{label}, GRAV, {size * 1e3 * part:.12g}, " + ", ".join(f"{x / size:.12g}" for x in g) for label in mesh.body.names]
-        for force in scene.get("force", []):
+        for force in scene.get("force", []) if not rest else []:
             rows.append("*DLOAD")
             rows += [f"{e + 1}, P{f + 1}, {force['pressure_kpa'] * 1e-3 * part:.12g}" for e, f in mesh.outer
                      if selects(force, mesh.face_center(e, f))]
@@ -178,9 +186,9 @@ def loads(mesh, materials, scene):
     return out
 
 
-def solve(mesh, materials, scene, steps=1):
+def solve(mesh, materials, scene, steps=1, rest=None):
     """Displacements by node [mm], and the force of each condition on its points [N]."""
-    blocks = run(deck(mesh, materials, scene, steps)).split("displacements")[-1]
+    blocks = run(deck(mesh, materials, scene, steps, rest)).split("displacements")[-1]
     fields, *totals = re.split(r"total force[^\n]*\n", blocks)
     numbers = [line.split() for line in fields.splitlines() if re.match(r"\s+\d+\s", line)]
     u = {int(n): tuple(map(float, v)) for n, *v in numbers}
@@ -189,3 +197,23 @@ def solve(mesh, materials, scene, steps=1):
     applied = loads(mesh, materials, scene)
     return u, [tuple(float(total) - sum(applied[n][axis] for n in nodes) for axis, total in enumerate(t.split()[:3]))
                for t, nodes in zip(totals, points_of(mesh, scene))]
+
+
+def unload(mesh, materials, scene):
+    """Displacements to where the body is at rest, if it is as it is under [loaded]; and the forces of conditions then.
+
+    Sellier's fixed point: what the loads move the body too far is taken off its rest.
+    """
+    loaded = scene["loaded"]
+    forward = {"solve": scene["solve"], "fix": scene["fix"], "gravity": loaded.get("gravity", {"m_s2": (0, 0, 0)}),
+               "force": loaded.get("force", [])}
+    rest = dict(mesh.place)
+    for _ in range(60):
+        u, forces = solve(mesh, materials, forward, rest=rest)
+        gap = {n: [r + d - p for r, d, p in zip(rest[n], u[n], place)] for n, place in mesh.place.items()}
+        largest = max(abs(g) for of_node in gap.values() for g in of_node)
+        print("  off by", largest, flush=True)
+        if largest < 4e-6:
+            break
+        rest = {n: tuple(r - g for r, g in zip(rest[n], gap[n])) for n in rest}
+    return {n: tuple(r - p for r, p in zip(rest[n], place)) for n, place in mesh.place.items()}, forces

@@ -33,7 +33,9 @@ def main(word):
         mesh = calculix.Mesh(calculix.read_body(HERE / "bodies" / (case["body"] + ".nrrd")))
         scene = tomllib.loads((HERE / "scenes" / (case["scene"] + ".toml")).read_text())
         scene["solve"].update(case.get("solve", {}))
-        u, forces = calculix.solve(mesh, materials_of(case["materials"]), scene, case.get("steps", 1))
+        materials = materials_of(case["materials"])
+        u, forces = (calculix.unload(mesh, materials, scene) if "loaded" in scene
+                     else calculix.solve(mesh, materials, scene, case.get("steps", 1)))
         reactions[name] = {c["name"]: [float(f"{x:.7g}") for x in f] for c, f in zip(calculix.conditions_of(scene), forces)}
         rows = ["node,x,y,z,ux,uy,uz"]
         rows += [f"{n}," + ",".join(f"{x:.9g}" for x in (*mesh.place[n], *u[n])) for n in sorted(u)[::2]]

@@ -41,7 +41,8 @@ TEST_P(Calculix, FindsTheSameFieldAndReactions) {
   EXPECT_GT(reference.size(), 600U);
   const Distance d = distance(hexmesh::read_result(folder / "a.hexresult"), reference);
   const json reactions = json::parse(read_text(data / "fields/reactions.json"))[name];
-  const json report = json::parse(read_text(folder / "report.json"));
+  json report = json::parse(read_text(folder / "report.json"));
+  if (report.contains("loaded")) report = json(report["loaded"]);  // of a shape without load, which nothing acts on
   EXPECT_EQ(report["conditions"].size(), reactions.size());
   double off = 0, largest = 0;
   for (const json& condition : report["conditions"])

@@ -6,9 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cli/checksum.h"
-#include "hexsolver/scene/scene_files.h"
-
 namespace hextools {
 
 using hexsolver::SolveReport;
@@ -165,7 +162,8 @@ void add_scene(json& report, const hexsolver::Scene& scene) {
   }
 }
 
-json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
+json to_json(const SolveReport& r, const hexsolver::Scene& as_written) {
+  const hexsolver::Scene scene = r.loaded ? hexsolver::scene_at_end(as_written) : as_written;
   json out;
   out["kind"] = r.motion ? "dynamics" : "equilibrium";
   if (r.motion) out["motion"] = to_json(*r.motion);
@@ -240,6 +238,10 @@ json to_json(const SolveReport& r, const hexsolver::Scene& scene) {
   const hexsolver::LevelReport& finest = r.levels.back();
   out["lattice"] = {
       {"level", finest.level}, {"cells", finest.cells}, {"nodes", finest.nodes}, {"dofs", 3 * finest.nodes}};
+  if (r.loaded) {
+    out["loaded"] = to_json(*r.loaded->scan, hexsolver::loaded_scene(scene));
+    out["loaded"]["rest_displacement_mm"] = {{"mean", r.loaded->mean_mm}, {"max", r.loaded->largest_mm}};
+  }
   return out;
 }
 
@@ -276,6 +278,7 @@ void add_costs(json& out, const SolveReport& r) {
   add_effect_seconds(out["effects"], r.effects);
   for (const auto& [what, bytes] : r.bytes) out["memory_mb"][what] = megabytes(bytes);
   out["peak_memory_mb"] = peak_memory_mb();
+  if (r.loaded) add_costs(out["loaded"], *r.loaded->scan);
   if (r.motion) out["steps_per_second"] = r.motion->steps / std::max(r.solve_seconds, 1e-9);
 }
 
@@ -350,6 +353,14 @@ const char* why_unknown(const SolveReport& r) {
 
 void summarize(const SolveReport& r, const Console& console) {
   const hexsolver::LevelReport& l = r.levels.back();
+  if (r.loaded) {
+    const hexsolver::NewtonReport& newton = r.loaded->scan->levels.back().newton;
+    console.note(fmt::format(
+        "without load the body is {:.3g} mm from what the lattice shows in the mean, {:.3g} mm at most "
+        "(smallest Jacobian from there {:.3g}): {} Newton steps, {} linear iterations, {:.2f} s in all levels",
+        r.loaded->mean_mm, r.loaded->largest_mm, r.loaded->scan->min_jacobian, newton.iterations,
+        newton.linear_iterations, r.loaded->scan->solve_seconds));
+  }
   if (r.motion)
     summarize_motion(r, console);
   else
@@ -378,22 +389,6 @@ void summarize(const SolveReport& r, const Console& console) {
     console.note(fmt::format("the error of the cells' size is unknown: {}", why_unknown(r)));
   console.note(fmt::format("strain energy {:.6g} N mm, smallest Jacobian {:.3g}, {} inverted voxels, volume {:+.2g} %",
                            r.strain_energy_n_mm, r.min_jacobian, r.inverted_voxels, 100 * r.volume_change));
-}
-
-std::vector<std::string> files_read(const std::string& lattice, const std::filesystem::path& lattice_file,
-                                    const std::string& scene_name, const std::filesystem::path& scene_file,
-                                    const hexsolver::Scene& scene) {
-  std::vector<std::string> read = {hexmesh::content_checksum(lattice_file) + "  " + lattice};
-  if (!scene_name.empty()) read.push_back(checksum_line(scene_name, scene_file));
-  for (const std::filesystem::path& file : hexsolver::files_of(scene))
-    read.push_back(checksum_line(file.string(), file));
-  return read;
-}
-
-std::string solve_history(const std::string& lattice, const std::filesystem::path& lattice_file,
-                          const std::string& scene_name, const std::filesystem::path& scene_file,
-                          const hexsolver::Scene& scene) {
-  return history_entry(files_read(lattice, lattice_file, scene_name, scene_file, scene));
 }
 
 }  // namespace hextools

@@ -52,15 +52,4 @@ std::string what_is_kept(const hexsolver::SolveReport& report, const std::string
 /// In a few lines for people.
 void summarize(const hexsolver::SolveReport& report, const Console& console);
 
-/// A line for each file that a solution reads, with its checksum; no scene file where the name is empty.
-std::vector<std::string> files_read(const std::string& lattice, const std::filesystem::path& lattice_file,
-                                    const std::string& scene_name, const std::filesystem::path& scene_file,
-                                    const hexsolver::Scene& scene);
-
-/// This run's entry of the history: the command line and the files read.
-/// @param lattice, scene_name  as the user named them
-std::string solve_history(const std::string& lattice, const std::filesystem::path& lattice_file,
-                          const std::string& scene_name, const std::filesystem::path& scene_file,
-                          const hexsolver::Scene& scene);
-
 }  // namespace hextools

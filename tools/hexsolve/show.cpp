@@ -38,7 +38,7 @@ int show_check(hexsolver::SceneCheck check, const hexsolver::Scene& scene, Outpu
   if (preview && check.preview) {
     json shown = out;
     shown["is_preview"] = true;
-    add_scene(shown, scene);
+    add_scene(shown, scene.loaded ? hexsolver::scene_at_end(scene) : scene);
     check.preview->report = json_line(shown);
     check.preview->history = std::move(history);
     hexmesh::write_result(*check.preview, preview->path(), lattice);

@@ -120,6 +120,7 @@ void validate(const Reader& file, const Result& r) {
   if (cells.are_all) check_box(file, r.voxels, r.segments, cells);
   check_counts(file, check_labels(file, r.voxels, r.labels, r.segments, cells), r.segments);
   check_values(file, "/displacement", r.displacement, most_displacement);
+  check_values(file, "/rest_displacement", r.rest_displacement, most_displacement);
   check_values(file, "/velocity", r.velocity, most_velocity);
   check_values(file, "/load", r.load, most_load);
   check_values(file, "/contact_force", r.contact_force, most_load);

@@ -109,6 +109,7 @@ void ResultWriter::finish(const Result& result, const std::filesystem::path& lat
   hdf5::write_points(file, "/mesh/nodes", result.nodes);
   hdf5::write_points(file, "/displacement", result.displacement);
   hdf5::write_points(file, "/velocity", result.velocity);
+  if (!result.rest_displacement.empty()) hdf5::write_points(file, "/rest_displacement", result.rest_displacement);
   if (!result.load.empty()) hdf5::write_points(file, "/load", result.load);
   if (!result.contact_force.empty()) hdf5::write_points(file, "/contact_force", result.contact_force);
   file.write<double>("/times", times_, {times_.size()});
@@ -204,6 +205,8 @@ Result read_result(const std::filesystem::path& path) {
   r.velocity = hdf5::read_points(file, "/velocity");
   if (!r.velocity.empty() && r.velocity.size() != r.nodes.size())
     file.fail(fmt::format("/velocity has {} rows, expected none or {}", r.velocity.size(), r.nodes.size()));
+  if (file.has("/rest_displacement"))
+    r.rest_displacement = hdf5::read_points(file, "/rest_displacement", r.nodes.size());
   if (file.has("/load")) r.load = hdf5::read_points(file, "/load", r.nodes.size());
   if (file.has("/contact_force")) r.contact_force = hdf5::read_points(file, "/contact_force", r.nodes.size());
   r.times = file.read<double>("/times", {0});

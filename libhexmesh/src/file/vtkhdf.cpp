@@ -42,6 +42,10 @@ void write_vtkhdf(const Result& result, bool deformed, const std::filesystem::pa
   if (!result.displacement.empty()) hdf5::write_points(file, "/VTKHDF/PointData/displacement", result.displacement);
   if (!result.displacement_raw.empty())
     hdf5::write_points(file, "/VTKHDF/PointData/displacement_raw", result.displacement_raw);
+  if (!result.rest_displacement.empty()) {
+    hdf5::write_points(file, "/VTKHDF/PointData/rest_displacement", result.rest_displacement);
+    hdf5::write_points(file, "/VTKHDF/PointData/displacement_from_rest", displacement_from_rest(result));
+  }
   if (!result.velocity.empty()) hdf5::write_points(file, "/VTKHDF/PointData/velocity", result.velocity);
   if (!result.load.empty()) hdf5::write_points(file, "/VTKHDF/PointData/load", result.load);
   if (!result.contact_force.empty()) hdf5::write_points(file, "/VTKHDF/PointData/contact_force", result.contact_force);

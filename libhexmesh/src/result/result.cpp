@@ -33,4 +33,10 @@ void move_surface(Result& r) {
                    r.surface_displacement);
 }
 
+std::vector<Vec3> displacement_from_rest(const Result& result) {
+  std::vector<Vec3> out = result.displacement;
+  for (std::size_t n = 0; n < out.size(); ++n) out[n] -= result.rest_displacement[n];
+  return out;
+}
+
 }  // namespace hexmesh

@@ -89,7 +89,8 @@ void add_notes(vtkDataSet& set, const Result& result) {
   vtkNew<vtkStringArray> units;
   units->SetName("units");
   units->InsertNextValue(
-      "mm, N, MPa, s; patient LPS; displacement in mm; velocity in mm/s; load, contact_force, reaction in N; "
+      "mm, N, MPa, s; patient LPS; displacement, rest_displacement, displacement_from_rest in mm; velocity in mm/s; "
+      "load, contact_force, reaction in N; "
       "strain_energy_density in "
       "N/mm^2; "
       "von_mises_stress, pressure, smoothed_pressure, young_modulus in MPa; rotation_degrees in degrees; all else 1");
@@ -128,6 +129,10 @@ void write_vtu(const Result& result, Configuration configuration, const std::fil
   vtkNew<vtkUnstructuredGrid> grid;
   set_points(*grid, result.nodes, result.displacement, configuration);
   if (!result.displacement_raw.empty()) add_vectors(*grid, "displacement_raw", result.displacement_raw);
+  if (!result.rest_displacement.empty()) {
+    add_vectors(*grid, "rest_displacement", result.rest_displacement);
+    add_vectors(*grid, "displacement_from_rest", displacement_from_rest(result));
+  }
   if (!result.velocity.empty()) add_vectors(*grid, "velocity", result.velocity);
   if (!result.load.empty()) add_vectors(*grid, "load", result.load);
   if (!result.contact_force.empty()) add_vectors(*grid, "contact_force", result.contact_force);

@@ -190,6 +190,7 @@ void check_is_shareable(const Scene& scene) {
   if (scene.islands != Islands::error) refuse("solve.islands other than \"error\"");
   if (!scene.contacts.empty()) refuse("[[contact]]");
   if (follows(scene)) refuse("[[force]] with follows = true");
+  if (scene.loaded) refuse("solve.reference = \"loaded\"");
   if (scene.is_graded()) refuse("solve.grading = \"scene\"");
 }
 

@@ -107,6 +107,12 @@ void TimeIntegrator::start() {
   for (Eigen::Index n = 0; n < dofs; n += 3) v_.segment<3>(n) = settings_.velocity;
   if (!settings_.start.empty()) {
     const hexmesh::Result before = hexmesh::read_result(settings_.start);
+    if (!before.rest_displacement.empty())
+      throw hexmesh::Error(
+          hexmesh::ErrorKind::input,
+          fmt::format("dynamics.start is '{}', of a lattice under load, expected a result of one at rest "
+                      "(solve.reference = \"rest\")",
+                      settings_.start.string()));
     const std::vector<Index3>& cells = lattice_.level(problem_.level()).cells;
     const std::vector<Index3>& nodes = on_level_ ? on_level_->numbering().nodes : problem_.mesh().nodes();
     const auto is_same_place = [&](std::size_t n) {

@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "equilibrium/local_level.h"
 #include "equilibrium/nested_iteration.h"
+#include "equilibrium/rest_level.h"
 #include "hexmesh/core/error.h"
 #include "level/grading.h"
 #include "level/islands.h"
@@ -47,39 +50,145 @@ bool leaves_islands_out(const Lattice& lattice, const Scene& scene, int level) {
   return !islands_to_leave_out(lattice, scene, level).empty();
 }
 
-Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int level, const SolveProgress& progress,
-                          const std::vector<Vec3>* start) {
-  SolveReport report;
-  const Matchings matchings = make_matchings(as_written, whole);
-  const Scene scene = placed(as_written, matchings);
-  report.warnings = check_single_points(scene);
-  check_contrast(whole);
-  check_open_ended(scene, cells_of_levels(whole), level);
-  report.effects = list_effects(scene);
-  report.elasticity = scene.elasticity;
-  const std::optional<Lattice> rest = without_islands(whole, scene, level, report.dropped_cells);
-  const Lattice& lattice = rest ? *rest : whole;
-  if (rest) warn_of_dropped_cells(whole, level, report);
-  NestedIteration<LocalLevel>::Levels levels;
+namespace {
+
+template <class Level>
+using Levels = typename NestedIteration<Level>::Levels;
+
+/// What levels are made of, but for make().
+template <class Level>
+Levels<Level> describe_levels(const Lattice& lattice, const Scene& scene, int level) {
+  Levels<Level> levels;
   levels.num_cells = cells_of_levels(lattice, scene);
   levels.looks_beyond_graded = cells_beyond(lattice, scene, level) > 0;
   for (const hexmesh::Level& l : lattice.levels) levels.mixture.push_back(l.mixture);
   while (levels.num_cells[static_cast<std::size_t>(levels.finest_there_is)] == 0) ++levels.finest_there_is;
-  NodeVector begin;
-  if (start) {
-    begin = to_field(*start);
-    levels.start = &begin;
-  }
-  levels.make = [&](int n, const Scene& of_level) {
-    return std::make_unique<LocalLevel>(lattice, of_level, n, matchings);
-  };
+  return levels;
+}
+
+void add_memory(const Lattice& lattice, const LevelProblem& problem, const NewtonReport& newton, SolveReport& report) {
+  report.bytes = {{"lattice", hexmesh::bytes_of(lattice)},
+                  {"meshes", problem.hierarchy().bytes()},
+                  {"multigrid", newton.preconditioner_bytes}};
+}
+
+/// A report with what a scene says before anything is solved.
+SolveReport begin_report(const Scene& scene) {
+  SolveReport report;
+  report.warnings = check_single_points(scene);
+  report.effects = list_effects(scene);
+  report.elasticity = scene.elasticity;
+  return report;
+}
+
+Outcome solve_forward(const Lattice& lattice, const Scene& scene, int level, Levels<LocalLevel> levels,
+                      SolveReport report, const SolveProgress& progress) {
   Solved<LocalLevel> solved = NestedIteration<LocalLevel>(levels, scene, level, report, progress).run();
   solved.level->set_progress({solved.state.load_fraction});
   const LevelProblem& problem = solved.level->problem();
-  report.bytes = {{"lattice", hexmesh::bytes_of(lattice)},
-                  {"meshes", problem.hierarchy().bytes()},
-                  {"multigrid", solved.state.newton.preconditioner_bytes}};
-  Outcome outcome = make_result(lattice, problem, solved.state.u, std::move(report));
+  add_memory(lattice, problem, solved.state.newton, report);
+  return make_result(lattice, problem, solved.state.u, std::move(report));
+}
+
+/// The body as the lattice shows it, and where it is at rest.
+struct Unloaded {
+  Outcome scan, rest;
+  CellFields scan_fields;  ///< those that loads change
+  std::vector<Vec3> to_rest;
+  LoadedReport distance;
+};
+
+Unloaded find_rest(const Lattice& lattice, const Scene& scene, int level, RestShapes& shapes, SolveReport report,
+                   const SolveProgress& progress) {
+  Levels<RestLevel> levels = describe_levels<RestLevel>(lattice, scene, level);
+  levels.make = [&](int n, const Scene& of_level) { return std::make_unique<RestLevel>(lattice, of_level, n, shapes); };
+  Solved<RestLevel> solved = NestedIteration<RestLevel>(levels, scene, level, report, progress).run();
+  if (!report.converged) report.reason = "no shape without load: " + report.reason;
+  LevelProblem& problem = solved.level->mutable_problem();
+  const NodeVector& to_rest = solved.state.u;
+  problem.set_rest(to_rest);
+  add_memory(lattice, problem, solved.state.newton, report);
+  const ElasticCells::Size size = problem.elastic().size_in_material(to_rest, problem.islands());
+  solved.level->set_progress({solved.state.load_fraction});
+  Outcome scan = make_result(lattice, problem, NodeVector::Zero(to_rest.size()), report);
+  CellFields fields = changing_fields(problem.elastic(), NodeVector::Zero(to_rest.size()), nullptr);
+  solved.level->set_progress({0});
+  Outcome at_rest = make_result(lattice, problem, to_rest, std::move(report));
+  return {
+      std::move(scan), std::move(at_rest), std::move(fields), to_points(to_rest), {nullptr, size.mean, size.largest}};
+}
+
+/// Put what the lattice shows beside a state.
+void add_scan(Unloaded&& unloaded, Outcome& to) {
+  if (const std::size_t folded = unloaded.scan.report.inverted_voxels; folded > 0)
+    to.report.warnings.push_back(
+        fmt::format("{} voxels are inside out at rest: the material there is too soft for its load", folded));
+  to.result.rest_displacement = std::move(unloaded.to_rest);
+  for (auto& [name, values] : unloaded.scan_fields) to.result.cell_fields["loaded_" + name] = std::move(values);
+  to.report.loaded = std::move(unloaded.distance);
+  to.report.loaded->scan = std::make_shared<const SolveReport>(std::move(unloaded.scan.report));
+}
+
+/// First the shape without load; then, if the scene says so, the equilibrium under other loads from there.
+Outcome solve_from_loaded(const Lattice& lattice, const Scene& scene, int level, SolveReport report,
+                          const SolveProgress& progress) {
+  const Scene loaded = loaded_scene(scene);
+  RestShapes shapes;
+  SolveReport of_rest = begin_report(loaded);
+  of_rest.dropped_cells = report.dropped_cells;
+  Unloaded unloaded = find_rest(lattice, loaded, level, shapes, std::move(of_rest), progress);
+  const bool goes_on = unloaded.rest.report.converged && acts_after_loaded(scene);
+  if (!goes_on) {
+    Outcome out = unloaded.rest;
+    for (const std::string& warning : report.warnings)
+      if (std::find(out.report.warnings.begin(), out.report.warnings.end(), warning) == out.report.warnings.end())
+        out.report.warnings.push_back(warning);
+    add_scan(std::move(unloaded), out);
+    return out;
+  }
+  Levels<LocalLevel> levels = describe_levels<LocalLevel>(lattice, scene, level);
+  levels.finest_there_is = std::max(levels.finest_there_is, shapes.begin()->first);
+  levels.make = [&](int n, const Scene& of_level) {
+    const auto shape = shapes.find(n);
+    if (shape == shapes.end())
+      throw hexmesh::Error(hexmesh::ErrorKind::geometry, fmt::format("level {} has no shape without load", n));
+    auto made = std::make_unique<LocalLevel>(lattice, of_level, n);
+    made->mutable_problem().set_rest(shape->second);
+    return made;
+  };
+  Outcome out = solve_forward(lattice, scene, level, levels, std::move(report), progress);
+  for (Effect& e : out.report.effects)
+    if (e.kind == EffectKind::rest_shape) e.seconds = unloaded.scan.report.solve_seconds;
+  add_scan(std::move(unloaded), out);
+  return out;
+}
+
+}  // namespace
+
+Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int level, const SolveProgress& progress,
+                          const std::vector<Vec3>* start) {
+  const Matchings matchings = make_matchings(as_written, whole);
+  const Scene scene = placed(as_written, matchings);
+  SolveReport report = begin_report(scene);
+  check_contrast(whole);
+  check_open_ended(scene, cells_of_levels(whole), level);
+  const std::optional<Lattice> rest = without_islands(whole, scene_at_end(scene), level, report.dropped_cells);
+  const Lattice& lattice = rest ? *rest : whole;
+  if (rest) warn_of_dropped_cells(whole, level, report);
+  const auto solve_from_rest = [&] {
+    Levels<LocalLevel> levels = describe_levels<LocalLevel>(lattice, scene, level);
+    NodeVector begin;
+    if (start) {
+      begin = to_field(*start);
+      levels.start = &begin;
+    }
+    levels.make = [&](int n, const Scene& of_level) {
+      return std::make_unique<LocalLevel>(lattice, of_level, n, matchings);
+    };
+    return solve_forward(lattice, scene, level, levels, std::move(report), progress);
+  };
+  Outcome outcome =
+      scene.loaded ? solve_from_loaded(lattice, scene, level, std::move(report), progress) : solve_from_rest();
   outcome.result.labels = whole.labels;  // with the islands that were left out
   return outcome;
 }

@@ -18,6 +18,7 @@ public:
       : problem_(lattice, scene, level, std::move(matchings)) {}
 
   const LevelProblem& problem() const noexcept { return problem_; }
+  LevelProblem& mutable_problem() noexcept { return problem_; }
 
   int level() const { return problem_.level(); }
   int level_of_largest() const { return problem_.cells().levels().back().level; }

@@ -45,7 +45,7 @@ void add_rotated_product(const LaneModels<float>& models, const RotatedCells<flo
                          const PositiveParts* positive, const BatchNodes& nodes, const float* x, float* y);
 
 /// The cells of a batch in their frames, where displaced by u, as RotatedCells says; A only if `stressed`.
-/// @param rest  corners relative to the centre of a cell, length 24
+/// @param rest  corners at rest relative to any point of each lane's cell, shape (24, 8)
 /// @param u     shape (num_nodes, 3)
 /// @returns bits of the lanes that are too flat or inverted for R to be found so: these are of no meaning
 unsigned rotate_cells(const LaneModels<double>& models, bool stressed, const BatchNodes& nodes, const double* rest,

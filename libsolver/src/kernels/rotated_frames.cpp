@@ -102,8 +102,8 @@ template <class L>
 
 /// x = corners where displaced, from their mean; F = sum x_a g_a^T.
 template <int width, class L>
-[[gnu::always_inline]] inline void find_gradient(const double* values, const double* rest, const L* g, L* x, L* f) {
-  const LaneView<width, const double> moved{values};
+[[gnu::always_inline]] inline void find_gradient(const double* values, const double* corners, const L* g, L* x, L* f) {
+  const LaneView<width, const double> moved{values}, rest{corners};
   L mean[3] = {};
   for (int a = 0; a < 24; a += 3)
     for (int i = 0; i < 3; ++i) {
@@ -147,12 +147,13 @@ struct Rotate {
     for (int first = 0; first < lanes; first += width) {
       L g[24], x[24], d[24], y[24], k_d[24], f[9] = {}, r[9], s[6], inverse_m[6];
       spread_gradients(models, first, g);
-      find_gradient<width>(values + first, rest, g, x, f);
+      find_gradient<width>(values + first, rest + first, g, x, f);
       left_out |= polar_of_lanes(f, r, s, inverse_m) << first;
+      const LaneView<width, const double> at_rest{rest + first};
       for (int a = 0; a < 24; a += 3)
         for (int i = 0; i < 3; ++i) {
           y[a + i] = r[3 * i] * x[a] + r[3 * i + 1] * x[a + 1] + r[3 * i + 2] * x[a + 2];
-          d[a + i] = y[a + i] - rest[a + i];
+          d[a + i] = y[a + i] - at_rest[a + i];
         }
       multiply_each(models, first, d, k_d);
       L torque[3] = {}, h[3], stress[6] = {};

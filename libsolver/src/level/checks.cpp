@@ -83,6 +83,11 @@ void warn_of_rounding(double rounding, double forces, const std::vector<BalanceR
 
 void check_open_ended(const Scene& scene, const std::vector<std::size_t>& num_cells, int finest) {
   if (!scene.is_open_ended()) return;
+  if (scene.loaded && acts_after_loaded(scene))
+    throw Error(
+        ErrorKind::input,
+        "an accuracy or budget_s goes with solve.reference = \"loaded\" where nothing acts afterwards, expected "
+        "solve.level");
   const auto check = [](const char* kind, const std::string& name, const std::string& where, const Selection& s) {
     if (s.on == SurfacePoints::nodes)
       throw Error(ErrorKind::input, fmt::format("{} '{}' ({}) is on = \"nodes\", which are other points on each level, "

@@ -96,6 +96,25 @@ bool LevelProblem::attach_matches(const NodeVector& u, const PullMode& mode) {
   return true;
 }
 
+void LevelProblem::set_rest(const NodeVector& to_rest) {
+  to_rest_ = to_rest;
+  if (potential_) elastic_->set_rest(at_all_nodes(mesh(), to_rest_));
+}
+
+void LevelProblem::balance_lattice() {
+  const NodeVector to_rest = at_all_nodes(mesh(), to_rest_);
+  NodeVector forces = NodeVector::Zero(to_rest.size()), magnitude = forces;
+  elastic_->add_gradient_on_lattice(to_rest, forces, magnitude);
+  elastic_->set_rest(to_rest);
+  std::vector<DeadLoad::NodeForce> of_nodes;
+  for (std::int32_t n = 0; n < static_cast<std::int32_t>(mesh().num_all_nodes()); ++n)
+    of_nodes.push_back({n, forces.segment<3>(3 * Eigen::Index{n})});
+  auto balancing = std::make_unique<DeadLoad>(EffectKind::elasticity, "lattice", std::move(of_nodes));
+  balancing->set_factor(Vec3::Constant(1 - progress_.fraction));
+  of_lattice_ = balancing.get();
+  potential_->add(std::move(balancing));
+}
+
 NodeVector start_of(const Scene& scene, const Mesh& mesh) {
   NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
   if (scene.pose)
@@ -124,6 +143,7 @@ void LevelProblem::set_loads(const Progress& progress) {
     const bool changes = n < scene_.forces.size() && scene_.forces[n].history;
     loads_[n]->set_factor(changes ? scene_.forces[n].history->at(progress.time) : whole);
   }
+  if (of_lattice_) of_lattice_->set_factor(Vec3::Constant(1 - progress.fraction));
   for (PenaltyContact* c : contacts_) c->set_progress(progress);
   for (MatchTerm* m : matches_) m->set_progress(progress);
 }
@@ -192,9 +212,9 @@ double largest_turning_step(const Scene& scene) {
 }
 
 void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rotating) {
-  auto elastic = make_elastic_cells(
-      mesh(), cells_,
-      {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(rotating), scene_.saves_memory});
+  auto elastic = make_elastic_cells(mesh(), cells_,
+                                    {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness,
+                                     std::move(rotating), scene_.loaded.has_value(), scene_.saves_memory});
   elastic_ = elastic.get();
   std::vector<std::pair<std::int32_t, double>> springs;
   for (std::size_t c = 0; c < islands_.size(); ++c)
@@ -208,6 +228,7 @@ void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rota
     springs_ = term.get();
     potential_->add(std::move(term));
   }
+  if (to_rest_.size() > 0) balance_lattice();
   for (auto& load : new_loads_) potential_->add(std::move(load));
   new_loads_.clear();
   for (auto& contact : new_contacts_) potential_->add(std::move(contact));

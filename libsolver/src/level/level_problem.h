@@ -37,9 +37,16 @@ public:
   LevelProblem(const LevelProblem&) = delete;
   LevelProblem& operator=(const LevelProblem&) = delete;
 
-  /// Form the elements; before this there is no potential.
+  /// Form the elements; before this there is no potential. Cells are at rest where set_rest() said.
   /// @param rotating  which cells rotate; empty = all
   void build_potential(Elasticity elasticity, std::vector<bool> rotating = {});
+
+  /// The body is at rest where displaced by `to_rest` from the lattice, from which displacements stay measured. Before
+  /// the potential is built: load steps then begin on the lattice, where what the cells exert is balanced by forces
+  /// that the load takes the place of.
+  /// @param to_rest  of the nodes [mm]
+  /// @pre the scene has a [loaded]; no material is inside out there
+  void set_rest(const NodeVector& to_rest);
 
   /// Add a term to the potential, which is built.
   template <class T>
@@ -89,6 +96,7 @@ public:
 
 private:
   void set_loads(const Progress& progress);
+  void balance_lattice();
   void find_islands(const std::vector<ConstraintPoint>& points);
 
   MeshCells cells_;
@@ -104,6 +112,8 @@ private:
   std::vector<Load*> loads_;
   std::vector<PenaltyContact*> contacts_;
   std::vector<MatchTerm*> matches_;
+  NodeVector to_rest_;          ///< empty: at rest on the lattice
+  Load* of_lattice_ = nullptr;  ///< what balances the cells there, likewise
   std::unique_ptr<Potential> potential_;
   ElasticCells* elastic_ = nullptr;         ///< in the potential
   const GroundSprings* springs_ = nullptr;  ///< likewise, if it has any

@@ -69,11 +69,7 @@ NewtonSeconds LevelEquations::seconds() const {
 NewtonOutcome minimize(const Hierarchy& hierarchy, Potential& potential, const Constraints& constraints,
                        const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress) {
   LevelEquations equations(hierarchy, potential, constraints);
-  equations.set_limits(options.max_linear_iterations, options.interrupt);
-  NewtonOutcome out = minimize<NodeVector>(equations, options, u, progress);
-  out.preconditioner_bytes = equations.preconditioner_bytes();
-  out.seconds += equations.seconds();
-  return out;
+  return minimize_on(equations, options, u, progress);
 }
 
 }  // namespace hexsolver

@@ -48,6 +48,17 @@ NewtonOutcomeOf<Vector> minimize(NewtonProblem<Vector>& problem, const NewtonOpt
   return out;
 }
 
+/// One run on the equations of a level, which tell what they took.
+template <class Equations>
+NewtonOutcome minimize_on(Equations& equations, const NewtonOptions& options, NodeVector& u,
+                          const NewtonProgress& progress) {
+  equations.set_limits(options.max_linear_iterations, options.interrupt);
+  NewtonOutcome out = minimize<NodeVector>(equations, options, u, progress);
+  out.preconditioner_bytes = equations.preconditioner_bytes();
+  out.seconds += equations.seconds();
+  return out;
+}
+
 /// Minimise the potential energy of one level under H u = c from u, by conjugate gradients with one V-cycle.
 NewtonOutcome minimize(const Hierarchy& hierarchy, Potential& potential, const Constraints& constraints,
                        const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress = {});

@@ -208,7 +208,8 @@ template <class Vector>
 std::optional<double> Newton<Vector>::search_line(Vector& u) {
   const LineSearch& search = options_.line_search;
   const bool has_energy = problem_.is_conservative();
-  const double before = energy(u), slope = dot(gradient_, step_), size = norm(gradient_);
+  const double before = energy(u), slope = dot(gradient_, step_);
+  const double size = has_energy ? 0 : problem_.measure(gradient_);
   const double rounding = LineSearch::energy_rounding(before, problem_.rounding(), largest(step_));
   const double noise = rounding + problem_.energy_rounding();
   double after = 0;
@@ -223,7 +224,7 @@ std::optional<double> Newton<Vector>::search_line(Vector& u) {
     const double relative = residual(trial_, next_gradient_);
     const bool settles = may_fall && LineSearch::is_settled(slope, dot(next_gradient_, step_));
     if (!falls && !settles && !(may_halve && relative < 0.5 * relative_)) return false;
-    if (!has_energy && !(norm(next_gradient_) < (1 - decrease) * size) &&
+    if (!has_energy && !(problem_.measure(next_gradient_) < (1 - decrease) * size) &&
         !LineSearch::is_shorter(slope, dot(next_gradient_, step_)))
       return false;
     swap_fields(u, trial_);

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "linear/conjugate_gradients.h"
+#include "newton/fields.h"
 
 namespace hexsolver {
 
@@ -48,6 +49,9 @@ public:
   virtual double rounding() const = 0;                 ///< size of the rounding errors in a gradient [N]
   virtual double rounding(const Vector& u) const = 0;  ///< likewise, at u
   virtual double energy_rounding() const = 0;          ///< size of those in an energy [N mm]
+
+  /// By what a line search of forces without energy is to make a projected gradient smaller.
+  virtual double measure(const Vector& projected_gradient) const { return norm(projected_gradient); }
 
   virtual void project(Vector& v) const = 0;  ///< v <- P v, onto fields that leave the supports alone
 

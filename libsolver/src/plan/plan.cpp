@@ -22,6 +22,7 @@ namespace {
 /// Memory that a level takes for each of its cells, as measured (THEORY.md, "Accuracy").
 constexpr double linear_bytes = 900, corotational_bytes = 2100, hyperelastic_bytes = 3000;
 constexpr double pressures_per_cell = 430;
+constexpr double reshaped_per_cell = 13000;  ///< each cell has a model of its own, and points
 constexpr double saved_per_cell = sizeof(RotatedCells<double>) / double(RotatedCells<double>::lanes);
 
 bool needs_braess_sarazin(const hexmesh::Lattice& lattice, const Scene& scene) {
@@ -98,13 +99,26 @@ hexmesh::Result preview_of(const LevelProblem& problem) {
 
 }  // namespace
 
-SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int level, bool with_preview) {
+SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& as_written, int level, bool with_preview) {
+  const Scene scene = scene_at_end(as_written);
   SceneCheck check;
   check.level = level;
   check.warnings = check_single_points(scene);
   check_contrast(whole);
   check_open_ended(scene, cells_of_levels(whole), level);
   const std::optional<hexmesh::Lattice> rest = without_islands(whole, scene, level, check.dropped_cells);
+  if (as_written.loaded && acts_after_loaded(as_written)) {
+    const Scene loaded = loaded_scene(as_written);
+    const LevelProblem on_lattice(rest ? *rest : whole, loaded, level);
+    check.warnings = check_level(on_lattice, loaded);
+    for (const LevelProblem::LoadTotal& load : on_lattice.loads(on_lattice.start()))
+      check.forces.push_back({"loaded." + load.name, load.total});
+    if (!as_written.loaded->conditions.empty())
+      for (ConditionReport& c : report_points(on_lattice.constraints(), loaded)) {
+        c.name = "loaded." + c.name;
+        check.conditions.push_back(c);
+      }
+  }
   const LevelProblem problem(rest ? *rest : whole, scene, level);
   if (scene.dynamics) {
     const std::vector<std::string> at_times = Motion(rest ? *rest : whole, scene, level).check();
@@ -117,9 +131,12 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& scene, int le
     const PenaltyContact::State state = problem.contacts()[c]->state_before(problem.start());
     check.contacts.push_back({scene.contacts[c].name, state.points, state.deepest, state.nearest, state.force});
   }
-  check.conditions = report_points(problem.constraints(), problem.scene());
+  std::vector<ConditionReport> conditions = report_points(problem.constraints(), problem.scene());
+  check.conditions.insert(check.conditions.begin(), conditions.begin(), conditions.end());
+  std::vector<ForceReport> forces;
   for (const LevelProblem::LoadTotal& load : problem.loads(problem.start()))
-    check.forces.push_back({load.name, load.total});
+    forces.push_back({(scene.is_of_lattice ? "loaded." : "") + load.name, load.total});
+  check.forces.insert(check.forces.begin(), forces.begin(), forces.end());
   check.held_cells = problem.num_island_cells();
   check.needs_supports = !scene.dynamics;
   if (with_preview) check.preview = preview_of(problem);
@@ -194,7 +211,7 @@ public:
     scene_.error_estimation = ErrorEstimation::off;
     const auto solve_it = [&](int n) {
       tried_ = n;
-      solved_ = solve(scene.tolerance).levels;
+      solved_ = solve(scene.tolerance);
       slower_ = slower_than(n, lattice, scene_, level);
     };
     try_levels(finest_of(num_cells_, quick_to_solve, first, level), level, solve_it);
@@ -211,16 +228,23 @@ public:
   /// Of a level that is a start for others only [s].
   double as_a_start(int level) {
     if (level >= tried_) return to_the_end(level);
-    if (!start_) start_ = solve(std::max(scene_.tolerance, nested_tolerance)).levels.back().seconds;
+    if (!start_) start_ = solve(std::max(scene_.tolerance, nested_tolerance)).back().seconds;
     return scaled(*start_, level);
   }
 
 private:
-  SolveReport solve(double tolerance) const {
+  /// The levels with the seconds that they take in all.
+  std::vector<LevelReport> solve(double tolerance) const {
     Scene scene = tried_ == level_ ? scene_ : for_coarser_levels(scene_);
     scene.name_level(tried_);
     scene.tolerance = tolerance;
-    return solve_equilibrium(lattice_, scene, tried_).report;
+    const SolveReport report = solve_equilibrium(lattice_, scene, tried_).report;
+    std::vector<LevelReport> levels = report.levels;
+    if (!scene.loaded || !acts_after_loaded(scene)) return levels;
+    for (LevelReport& level : levels)
+      for (const LevelReport& before : report.loaded->scan->levels)
+        if (before.level == level.level) level.seconds += before.seconds;
+    return levels;
   }
   double scaled(double seconds, int level) const { return slower_ * seconds * growth(num_cells_, tried_, level); }
 
@@ -235,7 +259,7 @@ private:
 
 SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
   SolvePlan plan;
-  plan.effects = list_effects(scene);
+  plan.effects = list_effects(scene_at_end(scene));
   const std::vector<std::size_t> num_cells = cells_of_levels(lattice, scene);
   const int first = first_nested_level(num_cells, level);
   Trial trial(lattice, scene, first, level);
@@ -265,6 +289,7 @@ std::size_t expected_bytes(const hexmesh::Lattice& lattice, const Scene& scene, 
   double per_cell = usual_bytes(scene.elasticity);
   if (scene.saves_memory && has_frames(scene)) per_cell -= saved_per_cell;
   if (needs_braess_sarazin(lattice, scene)) per_cell += pressures_per_cell;
+  if (scene.loaded && scene.elasticity != Elasticity::cauchy) per_cell += reshaped_per_cell;
   return static_cast<std::size_t>(per_cell * static_cast<double>(cells_for(lattice, scene, level).size()));
 }
 

@@ -23,6 +23,8 @@ const char* name_of(EffectKind kind) {
       return "match";
     case EffectKind::gravity:
       return "gravity";
+    case EffectKind::rest_shape:
+      return "shape without load";
     case EffectKind::islands:
       return "islands";
     case EffectKind::inertia:
@@ -96,7 +98,11 @@ std::vector<Effect> list_effects(const Scene& scene) {
     effects.push_back(effect(EffectKind::match, false, "the scene has no [[match]]: no surface is sought"));
   const bool weighs = scene.gravity != Vec3::Zero();
   effects.push_back(effect(EffectKind::gravity, weighs,
-                           weighs ? "the scene has [gravity]" : "the scene has no [gravity]: no masses"));
+                           fmt::format("the scene has {}[{}gravity]{}", weighs ? "" : "no ",
+                                       scene.is_of_lattice ? "loaded." : "", weighs ? "" : ": no masses")));
+  effects.push_back(effect(EffectKind::rest_shape, scene.loaded.has_value(),
+                           scene.loaded ? "solve.reference = \"loaded\": where the body is at rest is solved for first"
+                                        : "solve.reference = \"rest\": the body is at rest as the lattice shows it"));
   const std::string still = scene.dynamics ? "" : "solve.kind = \"equilibrium\": nothing moves";
   effects.push_back(
       effect(EffectKind::inertia, scene.dynamics.has_value(), scene.dynamics ? "solve.kind = \"dynamics\"" : still));

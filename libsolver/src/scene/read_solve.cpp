@@ -47,8 +47,10 @@ void read_levels(TomlReader& table, bool moves, Scene& scene) {
 
 }  // namespace
 
-bool read_solve(TomlReader table, Scene& scene) {
-  const bool moves = table.choice<bool>("kind", {{"equilibrium", false}, {"dynamics", true}}).value_or(false);
+SolveTable read_solve(TomlReader table, Scene& scene) {
+  SolveTable out;
+  const bool moves = out.moves =
+      table.choice<bool>("kind", {{"equilibrium", false}, {"dynamics", true}}).value_or(false);
   const bool says_strain = read_law(table, scene);
   if (auto v = table.choice<Rotation>("rotation", {{"polar", Rotation::polar}, {"edges", Rotation::edges}}))
     scene.rotation = *v;
@@ -87,8 +89,13 @@ bool read_solve(TomlReader table, Scene& scene) {
                                      {{"error", Islands::error}, {"drop", Islands::drop}, {"hold", Islands::hold}}))
     scene.islands = *v;
   if (auto v = table.choice<bool>("conflicts", {{"error", false}, {"compromise", true}})) scene.compromise = *v;
+  out.is_loaded = table.choice<bool>("reference", {{"rest", false}, {"loaded", true}}).value_or(false);
+  out.rest_method =
+      table.choice<RestMethod>("inverse", {{"newton", RestMethod::newton}, {"fixed-point", RestMethod::fixed_point}});
+  if (out.rest_method && !out.is_loaded)
+    scene.warnings.emplace_back("solve.inverse goes with solve.reference = \"loaded\": it changes nothing");
   table.finish();
-  return moves;
+  return out;
 }
 
 Dynamics read_dynamics(TomlReader table, const std::filesystem::path& folder) {

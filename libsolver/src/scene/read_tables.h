@@ -22,9 +22,13 @@ void apply_setting(toml::table& root, const std::string& setting);
 Scene read_scene(toml::table root, const std::string& display_name, const std::vector<std::string>& settings,
                  const std::filesystem::path& folder);
 
-/// [solve].
-/// @returns whether the scene is a motion
-bool read_solve(TomlReader table, Scene& scene);
+/// What [solve] says of other tables.
+struct SolveTable {
+  bool moves = false;      ///< the scene is a motion
+  bool is_loaded = false;  ///< the lattice shows the body under [loaded]
+  std::optional<RestMethod> rest_method;
+};
+SolveTable read_solve(TomlReader table, Scene& scene);
 
 /// [dynamics].
 /// @param folder  that relative paths are relative to
@@ -49,6 +53,14 @@ Condition read_condition(TomlReader table, const std::string& kind, const std::f
 /// [[force]].
 Force read_force(TomlReader table, const std::filesystem::path& folder, const std::optional<Dynamics>& dynamics,
                  std::size_t number);
+
+/// [gravity] and [loaded.gravity]: in mm/s^2.
+/// @param name  with its brackets
+Vec3 read_gravity(TomlReader table, const std::string& name, std::vector<std::string>& warnings);
+
+/// [loaded].
+Loaded read_loaded(TomlReader table, const std::filesystem::path& folder, RestMethod method,
+                   std::vector<std::string>& warnings);
 
 /// [[contact]].
 Contact read_contact(TomlReader table, const std::optional<Dynamics>& dynamics, std::size_t number);

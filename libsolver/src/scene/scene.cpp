@@ -26,18 +26,6 @@ std::map<std::string, MaterialOverride> read_materials(TomlReader& tables) {
   return materials;
 }
 
-/// In mm/s^2.
-Vec3 read_gravity(TomlReader table, std::vector<std::string>& warnings) {
-  constexpr double earth = 9.81, most = 50;
-  const auto g = table.vector("m_s2", "three numbers [x, y, z], LPS, m/s^2");
-  table.finish();
-  if (!g) table.fail_here("[gravity] has no m_s2, expected m_s2 = [x, y, z]");
-  if (g->norm() > most * earth)
-    warnings.push_back(fmt::format("[gravity] m_s2 is {:.4g} m/s^2, {:.0f} times the Earth's: is it meant in mm/s^2?",
-                                   g->norm(), g->norm() / earth));
-  return *g * 1e3;
-}
-
 /// Names tell conditions, forces and contacts apart in messages and reports.
 void check_names(const Scene& scene) {
   std::map<std::string, std::string> where;
@@ -75,6 +63,22 @@ void check_forces(Scene& scene) {
 
 }  // namespace
 
+void check_loaded(Scene& scene) {
+  if (!scene.loaded) return;
+  const std::string what = "solve.reference = \"loaded\"";
+  const auto expect = [&](bool holds, const char* expected) {
+    if (!holds) throw Error(ErrorKind::input, what + " " + expected);
+  };
+  expect(!scene.dynamics, "goes with an equilibrium, expected solve.kind = \"equilibrium\"");
+  expect(scene.matches.empty(), "does not go with a [[match]], expected one of them");
+  expect(scene.rotation == Rotation::polar, "goes with solve.rotation = \"polar\", expected that");
+  expect(!scene.is_graded(), "goes with cells alike, expected solve.grading = \"off\"");
+  expect(scene.islands != Islands::hold,
+         "leaves the springs of held islands without force, expected solve.islands = \"error\" or \"drop\"");
+  if (std::exchange(scene.finds_strain, false)) scene.elasticity = Elasticity::corotational;
+  check_names(loaded_scene(scene));
+}
+
 Scene read_scene(const std::filesystem::path& path, const std::string& display_name,
                  const std::vector<std::string>& settings) {
   return read_scene(path, display_name, settings, path.parent_path());
@@ -94,7 +98,9 @@ Scene read_scene(toml::table root, const std::string& display_name, const std::v
   TomlReader reader(root, display_name, "");
   Scene scene;
   auto solve = reader.table("solve", "a table written [solve]");
-  const bool moves = solve && read_solve(*solve, scene);
+  SolveTable says;
+  if (solve) says = read_solve(*solve, scene);
+  const bool moves = says.moves;
   if (!solve) scene.finds_strain = true;  // as an empty table has it
   if (auto table = reader.table("dynamics", "a table written [dynamics]")) {
     const Dynamics dynamics = read_dynamics(*table, folder);
@@ -126,7 +132,19 @@ Scene read_scene(toml::table root, const std::string& display_name, const std::v
   check_matches(scene);
   check_forces(scene);
   if (auto table = reader.table("gravity", "a table written [gravity]"))
-    scene.gravity = read_gravity(*table, scene.warnings);
+    scene.gravity = read_gravity(*table, "[gravity]", scene.warnings);
+  auto loaded = reader.table("loaded", "a table written [loaded]");
+  if (loaded && !says.is_loaded) {
+    scene.warnings.emplace_back(
+        "[loaded] has no effect: solve.reference is \"rest\", expected \"loaded\" for a lattice under load");
+    read_loaded(*loaded, folder, RestMethod::newton, scene.warnings);
+  } else if (says.is_loaded) {
+    const RestMethod method = says.rest_method.value_or(RestMethod::newton);
+    scene.loaded = loaded ? read_loaded(*loaded, folder, method, scene.warnings) : Loaded{method, {}, {}, Vec3::Zero()};
+    check_loaded(scene);
+    if (!acts(loaded_scene(scene)))
+      scene.warnings.emplace_back("[loaded] has no gravity and no force: the body is at rest as the lattice shows it");
+  }
   reader.finish();
   return scene;
 }
@@ -135,6 +153,10 @@ std::vector<std::filesystem::path> files_of(const Scene& scene) {
   std::set<std::filesystem::path> markups;
   for (const Condition& c : scene.conditions) markups.insert(c.selection.markup);
   for (const Force& f : scene.forces) markups.insert(f.selection.markup);
+  if (scene.loaded) {
+    for (const Condition& c : scene.loaded->conditions) markups.insert(c.selection.markup);
+    for (const Force& f : scene.loaded->forces) markups.insert(f.selection.markup);
+  }
   for (const Match& m : scene.matches) {
     markups.insert(m.file);
     markups.insert(m.markups.begin(), m.markups.end());
@@ -144,6 +166,38 @@ std::vector<std::filesystem::path> files_of(const Scene& scene) {
   for (const std::filesystem::path& markup : markups)
     if (!markup.empty()) files.push_back(markup);
   return files;
+}
+
+Scene scene_at_end(const Scene& scene) {
+  return scene.loaded && !acts_after_loaded(scene) ? loaded_scene(scene) : scene;
+}
+
+Scene loaded_scene(const Scene& scene) {
+  Scene out = scene;
+  out.warnings.clear();
+  out.is_of_lattice = true;
+  if (!scene.loaded->conditions.empty()) out.conditions = scene.loaded->conditions;
+  for (Condition& c : out.conditions) {
+    c.by = Vec3::Zero();
+    c.turn.reset();
+  }
+  out.forces = scene.loaded->forces;
+  out.gravity = scene.loaded->gravity;
+  out.contacts.clear();
+  return out;
+}
+
+bool acts(const Scene& scene) {
+  const auto moves = [](const Condition& c) { return c.by != Vec3::Zero() || (c.turn && c.turn->radians != 0); };
+  const auto pushes = [](const Force& f) { return f.total != Vec3::Zero() || f.pressure != 0; };
+  return scene.gravity != Vec3::Zero() || !scene.contacts.empty() ||
+         std::any_of(scene.forces.begin(), scene.forces.end(), pushes) ||
+         std::any_of(scene.conditions.begin(), scene.conditions.end(), moves);
+}
+
+/// What the lattice's loads do not hold may be elsewhere at rest.
+bool acts_after_loaded(const Scene& scene) {
+  return acts(scene) || (!scene.loaded->conditions.empty() && !scene.conditions.empty());
 }
 
 bool follows(const Scene& scene) {

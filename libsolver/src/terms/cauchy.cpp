@@ -10,8 +10,12 @@
 namespace hexsolver {
 
 double CauchyCells::cell_energy(std::size_t cell, const NodeVector& u) const {
-  const CellVector v = mesh_.gather(cell, u);
+  const CellVector v = moved(cell, u);
   return 0.5 * v.dot(times(model(cell).stiffness, v));
+}
+
+std::optional<CellVector> CauchyCells::force_on_lattice(std::size_t cell, const CellVector& to_rest) const {
+  return times(model(cell).stiffness, -to_rest);
 }
 
 Mat3 CauchyCells::stress(std::size_t cell, const NodeVector& u) const {
@@ -21,7 +25,7 @@ Mat3 CauchyCells::stress(std::size_t cell, const NodeVector& u) const {
 
 void CauchyCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
   mesh_.for_each_cell([&](std::size_t c) {
-    const CellVector force = times(model(c).stiffness, mesh_.gather(c, u));
+    const CellVector force = times(model(c).stiffness, moved(c, u));
     mesh_.scatter_add(c, force, gradient);
     mesh_.scatter_add(c, force.cwiseAbs(), magnitude);
   });

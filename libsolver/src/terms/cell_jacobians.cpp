@@ -30,27 +30,40 @@ std::array<Vec3, along * along> tangents(const Eigen::Matrix<double, 3, 8>& corn
   return out;
 }
 
+/// det dx / ds at the centres of the subcells.
+class Determinants {
+public:
+  explicit Determinants(const Eigen::Matrix<double, 3, 8>& corners)
+      : t_{tangents(corners, 0), tangents(corners, 1), tangents(corners, 2)} {}
+
+  double at(int i, int j, int k) const { return of(0, j, k).dot(of(1, k, i).cross(of(2, i, j))); }
+
+private:
+  const Vec3& of(std::size_t axis, int p, int q) const { return t_[axis][static_cast<std::size_t>(p + along * q)]; }
+
+  std::array<std::array<Vec3, along * along>, 3> t_;
+};
+
 }  // namespace
 
-Jacobians jacobians_in_subcells(const Eigen::Matrix<double, 3, 8>& corners, double rest, hexmesh::SubcellMask where) {
-  const std::array<std::array<Vec3, along * along>, 3> t = {tangents(corners, 0), tangents(corners, 1),
-                                                            tangents(corners, 2)};
-  const auto at = [&](std::size_t axis, int p, int q) -> const Vec3& {
-    return t[axis][static_cast<std::size_t>(p + along * q)];
-  };
+Jacobians jacobians_in_subcells(const Eigen::Matrix<double, 3, 8>& now, const Eigen::Matrix<double, 3, 8>& rest,
+                                hexmesh::SubcellMask where) {
+  const Determinants moved(now), at_rest(rest);
+  double volume = 0, volume_at_rest = 0;
   Jacobians out{std::numeric_limits<double>::infinity(), 0, 0};
   int count = 0, inside_out = 0;
   for (int k = 0; k < along; ++k)
     for (int j = 0; j < along; ++j)
       for (int i = 0; i < along; ++i) {
         if ((where >> (i + along * (j + along * k)) & 1U) == 0) continue;
-        const double jacobian = at(0, j, k).dot(at(1, k, i).cross(at(2, i, j))) / rest;
+        const double jacobian = moved.at(i, j, k) / at_rest.at(i, j, k);
         out.least = std::min(out.least, jacobian);
-        out.mean += jacobian;
+        volume += moved.at(i, j, k);
+        volume_at_rest += at_rest.at(i, j, k);
         inside_out += jacobian <= 0;
         ++count;
       }
-  out.mean /= count;
+  out.mean = volume / volume_at_rest;
   out.inside_out = static_cast<double>(inside_out) / count;
   return out;
 }

@@ -15,9 +15,9 @@ struct Jacobians {
 };
 
 /// At the centres of the subcells with material.
-/// @param corners  of the moved cell, relative to any point [mm]
-/// @param rest     determinant of its edges at rest [mm^3]
-/// @param where    not 0
-Jacobians jacobians_in_subcells(const Eigen::Matrix<double, 3, 8>& corners, double rest, hexmesh::SubcellMask where);
+/// @param now, rest  corners of the cell, relative to any points [mm]
+/// @param where      not 0
+Jacobians jacobians_in_subcells(const Eigen::Matrix<double, 3, 8>& now, const Eigen::Matrix<double, 3, 8>& rest,
+                                hexmesh::SubcellMask where);
 
 }  // namespace hexsolver

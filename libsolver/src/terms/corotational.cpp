@@ -27,28 +27,53 @@ void fetch(const std::vector<RotatedCells<Real>>& frames, std::size_t batch) {
 
 }  // namespace
 
-CorotationalFrame CorotationalCells::frame(std::size_t cell, const NodeVector& u) const {
-  CellVector x = mesh_.gather(cell, u) + rest(cell);
+CorotationalFrame CorotationalCells::place(const NodeGradients& mean_gradient, const CellVector& rest,
+                                           const CellVector& moved) {
+  CellVector x = moved + rest;
   Vec3 mean = Vec3::Zero();
   Mat3 f = Mat3::Zero();
   for (int a = 0; a < 8; ++a) mean += x.segment<3>(3 * a) / 8;
   for (int a = 0; a < 8; ++a) {
     x.segment<3>(3 * a) -= mean;
-    f += x.segment<3>(3 * a) * model(cell).mean_gradient.row(a);
+    f += x.segment<3>(3 * a) * mean_gradient.row(a);
   }
   const Polar polar = polar_decomposition(f);
-  CorotationalFrame frame{
-      polar.rotation, polar.stretch, polar.inverse_m, Mat3::Zero(), rotate(polar.rotation.transpose(), x), {}, {}};
-  frame.f = times(model(cell).stiffness, frame.y - rest(cell));
+  return {polar.rotation, polar.stretch, polar.inverse_m, Mat3::Zero(), rotate(polar.rotation.transpose(), x), {}, {}};
+}
+
+void CorotationalCells::add_forces(const CellVector& forces, CorotationalFrame& frame) {
+  frame.f = forces;
   Vec3 torque = Vec3::Zero();
   for (int a = 0; a < 8; ++a) torque += Vec3(frame.y.segment<3>(3 * a)).cross(Vec3(frame.f.segment<3>(3 * a)));
-  frame.h = polar.inverse_m * torque;
+  frame.h = frame.inverse_m * torque;
+}
+
+CorotationalFrame CorotationalCells::frame(std::size_t cell, const NodeVector& u) const {
+  const CellVector at_rest = rest(cell);
+  CorotationalFrame frame = place(model(cell).mean_gradient, at_rest, moved(cell, u));
+  add_forces(times(model(cell).stiffness, frame.y - at_rest), frame);
   return frame;
+}
+
+bool CorotationalCells::set_rest(const NodeVector& to_rest) {
+  forget_state();
+  return ElasticCells::set_rest(to_rest);
+}
+
+/// As frame(), by the points in place of K, which would take longer to form.
+std::optional<CellVector> CorotationalCells::force_on_lattice(std::size_t cell, const CellVector& to_rest) const {
+  CellPoints here;
+  if (!reshape(points_on_lattice(cell), to_rest, here)) return {};
+  const NodeGradients mean_gradient = means(here).gradient;
+  const CellVector at_rest = corners(cell) + to_rest;
+  CorotationalFrame frame = place(mean_gradient, at_rest, -to_rest);
+  add_forces(forces_by_points(here, model(cell).mean_dilatation, frame.y - at_rest), frame);
+  return force(frame, mean_gradient);
 }
 
 double CorotationalCells::cell_energy(std::size_t cell, const NodeVector& u) const {
   if (!rotates(cell)) {
-    const CellVector v = mesh_.gather(cell, u);
+    const CellVector v = moved(cell, u);
     return 0.5 * v.dot(times(model(cell).stiffness, v));
   }
   const CorotationalFrame f = frame(cell, u);
@@ -61,18 +86,18 @@ double CorotationalCells::energy(const NodeVector& u) const {
   mesh_.for_each_batch([&](std::size_t b) {
     RotatedCells<double> space;
     const RotatedCells<double>& cells = rotated(b, space);
-    const CellVector& at_rest = rest(mesh_.batches()[b].first);
+    const RestOfLanes at_rest = rest_of_batch(b);
     std::array<double, lanes> of_lane{};
     for (std::size_t n = 0; n < 24; ++n)
       for (std::size_t lane = 0; lane < lanes; ++lane)
-        of_lane[lane] += 0.5 * (cells.y[n][lane] - at_rest[n]) * cells.f[n][lane];
+        of_lane[lane] += 0.5 * (cells.y[n][lane] - at_rest[n][lane]) * cells.f[n][lane];
     energies_[b] = std::accumulate(of_lane.data(), of_lane.data() + mesh_.batches()[b].count, 0.0);
   });
   return sum_of_energies();
 }
 
 CorotationalFrame CorotationalCells::unrotated_frame(std::size_t cell, const NodeVector& u) const {
-  const CellVector v = mesh_.gather(cell, u);
+  const CellVector v = moved(cell, u);
   const Mat3 one = Mat3::Identity(), none = Mat3::Zero();
   return {one, one, none, none, rest(cell) + v, times(model(cell).stiffness, v), Vec3::Zero()};
 }
@@ -119,17 +144,21 @@ void CorotationalCells::add_gradient(const NodeVector& u, NodeVector& gradient, 
   }
   mesh_.for_each_cell([&](std::size_t c) {
     if (!rotates(c)) {
-      const CellVector linear = times(model(c).stiffness, mesh_.gather(c, u));
+      const CellVector linear = times(model(c).stiffness, moved(c, u));
       mesh_.scatter_add(c, linear, gradient);
       mesh_.scatter_add(c, linear.cwiseAbs(), magnitude);
       return;
     }
-    CorotationalFrame f = frame(c, u);
-    for (int a = 0; a < 8; ++a) f.f.segment<3>(3 * a) -= f.h.cross(Vec3(model(c).mean_gradient.row(a)));
-    const CellVector force = rotate(f.r, f.f);
+    const CellVector force = this->force(frame(c, u), model(c).mean_gradient);
     mesh_.scatter_add(c, force, gradient);
     mesh_.scatter_add(c, force.cwiseAbs(), magnitude);
   });
+}
+
+CellVector CorotationalCells::force(const CorotationalFrame& frame, const NodeGradients& mean_gradient) {
+  CellVector in_frame = frame.f;
+  for (int a = 0; a < 8; ++a) in_frame.segment<3>(3 * a) -= frame.h.cross(Vec3(mean_gradient.row(a)));
+  return rotate(frame.r, in_frame);
 }
 
 CorotationalFrame CorotationalCells::kept_frame(std::size_t cell) const {
@@ -141,6 +170,7 @@ void CorotationalCells::keep_state(const NodeVector& u, bool stressed) {
   if (is_at(u) && (is_stressed_ || !stressed)) return;
   is_stressed_ = stressed;
   state_ = u;
+  if (!is_at_rest_on_lattice()) moved_ = u - to_rest();
   positive_.clear();
   single_is_current_ = false;
   if (saves_memory_) return;
@@ -189,12 +219,22 @@ bool CorotationalCells::rotates_somewhere(std::size_t batch) const {
   return false;
 }
 
+CorotationalCells::RestOfLanes CorotationalCells::rest_of_batch(std::size_t batch) const {
+  const Mesh::Batch& of = mesh_.batches()[batch];
+  RestOfLanes out;
+  for (std::size_t lane = 0; lane < lanes; ++lane) {
+    const CellVector of_cell = rest(of.first + std::min(lane, of.count - 1));
+    for (std::size_t n = 0; n < 24; ++n) out[n][lane] = of_cell[n];
+  }
+  return out;
+}
+
 void CorotationalCells::rotate_batch(std::size_t batch, RotatedCells<double>& cells) const {
   const Mesh::Batch& of = mesh_.batches()[batch];
   unsigned left = (1U << lanes) - 1;
   if (rotates_somewhere(batch))
     left = rotate_cells(models_of_batch<double>(batch), is_stressed_, nodes_of_batch(mesh_, batch),
-                        rest(of.first).data(), state_.data(), cells);
+                        rest_of_batch(batch)[0].data(), is_at_rest_on_lattice() ? state_.data() : moved_.data(), cells);
   for (std::size_t lane = 0; lane < lanes; ++lane) {
     const std::size_t cell = of.first + std::min(lane, of.count - 1);
     if (left >> lane & 1U || !rotates(cell)) pack(frame_of_state(cell), cells, lane);
@@ -271,7 +311,7 @@ void CorotationalCells::add_product(const FloatNodeVector& x, FloatNodeVector& y
 
 std::size_t CorotationalCells::bytes() const {
   return ElasticCells::bytes() + hexmesh::bytes_of(frames_) + hexmesh::bytes_of(single_frames_) +
-         hexmesh::bytes_of(positive_) + sizeof(double) * static_cast<std::size_t>(state_.size());
+         hexmesh::bytes_of(positive_) + sizeof(double) * static_cast<std::size_t>(state_.size() + moved_.size());
 }
 
 void CorotationalCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {

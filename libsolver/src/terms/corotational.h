@@ -21,8 +21,8 @@ public:
   /// @param rotating      which cells rotate; empty = all
   /// @param saves_memory  keep no frames in double precision: energies, forces and products find them again
   CorotationalCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models,
-                    std::vector<bool> rotating = {}, bool saves_memory = false)
-      : ElasticCells(mesh, std::move(elements), std::move(models)),
+                    std::vector<bool> rotating = {}, bool saves_memory = false, std::vector<CellPoints> points = {})
+      : ElasticCells(mesh, std::move(elements), std::move(models), std::move(points)),
         rotating_(std::move(rotating)),
         saves_memory_(saves_memory) {}
   explicit CorotationalCells(const ElasticCells& same) : ElasticCells(same) {}
@@ -36,6 +36,7 @@ public:
     forget_state();
   }
 
+  bool set_rest(const NodeVector& to_rest) override;
   double energy(const NodeVector& u) const override;
   double cell_energy(std::size_t cell, const NodeVector& u) const override;
   Mat3 stress(std::size_t cell, const NodeVector& u) const override;
@@ -53,6 +54,7 @@ public:
 
 private:
   using Rows = Eigen::Matrix<double, 3, 24, Eigen::RowMajor>;
+  struct alignas(64) RestOfLanes : std::array<RotatedCells<double>::Lanes, 24> {};
 
   bool is_at(const NodeVector& u) const { return u.size() == state_.size() && u == state_; }
   void keep_state(const NodeVector& u, bool stressed);
@@ -64,7 +66,14 @@ private:
   void project();
   bool rotates(std::size_t cell) const { return rotating_.empty() || rotating_[cell]; }
   bool rotates_somewhere(std::size_t batch) const;
+  /// Of a cell whose corners, at rest at `rest`, are displaced by `moved`, before its forces are known.
+  static CorotationalFrame place(const NodeGradients& mean_gradient, const CellVector& rest, const CellVector& moved);
+  static void add_forces(const CellVector& forces, CorotationalFrame& frame);  ///< f, and what follows from it
   CorotationalFrame frame(std::size_t cell, const NodeVector& u) const;
+  static CellVector force(const CorotationalFrame& frame, const NodeGradients& mean_gradient);
+  std::optional<CellVector> force_on_lattice(std::size_t cell, const CellVector& to_rest) const override;
+  Reshaping reshaping() const override { return Reshaping::stiffness; }
+  RestOfLanes rest_of_batch(std::size_t batch) const;
   CorotationalFrame unrotated_frame(std::size_t cell,
                                     const NodeVector& u) const;  ///< of a cell that does not rotate, R = 1 and M^-1 = 0
   CorotationalFrame kept_frame(std::size_t cell) const;          ///< at the state, without s
@@ -87,6 +96,7 @@ private:
 
   std::vector<bool> rotating_;
   NodeVector state_;         ///< of the last move_to() or linearize(): energy and forces there follow from its frames
+  NodeVector moved_;         ///< from rest, at the state, where that is not on the lattice
   bool is_stressed_ = true;  ///< frames have A
   bool saves_memory_ = false;
   std::vector<RotatedCells<double>> frames_;  ///< at the state, by Mesh::batches(); none if memory is saved

@@ -3,9 +3,11 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
+#include "core/parallel.h"
 #include "hexmesh/core/bytes.h"
 #include "kernels/cell_vectors.h"
 #include "terms/single_models.h"
@@ -57,35 +59,93 @@ Mat3 cauchy_stress(const Mat3& kirchhoff, double jacobian) {
   return kirchhoff / std::max(std::abs(jacobian), flat);
 }
 
-ElasticCells::ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models)
+ElasticCells::ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models,
+                           std::vector<CellPoints> points)
     : mesh_(mesh),
       elements_(std::move(elements)),
-      models_(std::make_shared<const std::vector<ElementModel>>(std::move(models))) {
+      models_(std::make_shared<const std::vector<ElementModel>>(std::move(models))),
+      points_(std::make_shared<const std::vector<CellPoints>>(std::move(points))) {
   for (const CellsOfSize& size : mesh.sizes()) {
-    CellVector& rest = rest_.emplace_back();
+    CellVector& corners = corners_.emplace_back();
     for (int a = 0; a < 8; ++a) {
       Vec3 corner;
       for (int d = 0; d < 3; ++d) corner[d] = hexmesh::corner_bit(a, d) - 0.5;
-      rest.segment<3>(3 * a) = size.edges * corner;
+      corners.segment<3>(3 * a) = size.edges * corner;
     }
   }
-  NodeVector sum = NodeVector::Zero(3 * static_cast<Eigen::Index>(mesh.num_all_nodes()));
+  measure_rounding();
+}
+
+void ElasticCells::measure_rounding() {
+  NodeVector sum = NodeVector::Zero(3 * static_cast<Eigen::Index>(mesh_.num_all_nodes()));
   std::vector<CellVector> of_model(models_->size(), CellVector::Constant(-1));
   double energies = 0;
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
+  for (std::size_t c = 0; c < mesh_.num_cells(); ++c) {
     CellVector& of_cell = of_model[elements_[c]];
-    const CellVector& size = rest(c);
+    const CellVector size = rest(c);
     if (of_cell[0] < 0) of_cell = model(c).stiffness.cwiseAbs() * size.cwiseAbs();
-    mesh.scatter_add(c, of_cell, sum);
+    mesh_.scatter_add(c, of_cell, sum);
     energies += of_cell.dot(size.cwiseAbs());
   }
   rounding_ = 50 * std::numeric_limits<double>::epsilon() * sum.norm();
   energy_rounding_ = 4 * std::numeric_limits<double>::epsilon() * energies;
 }
 
+bool ElasticCells::set_rest(const NodeVector& to_rest) {
+  std::atomic<bool> is_inside_out = false;
+  if (!on_lattice_) on_lattice_ = OnLattice{elements_, models_, points_};
+  if (reshaping() != Reshaping::nothing) {
+    auto models = std::make_shared<std::vector<ElementModel>>(mesh_.num_cells());
+    auto points = std::make_shared<std::vector<CellPoints>>(reshaping() == Reshaping::points ? mesh_.num_cells()
+                                                                                             : std::size_t{0});
+    parallel_for(mesh_.num_cells(), [&](std::ptrdiff_t cell) {
+      const auto c = static_cast<std::size_t>(cell);
+      CellPoints here;
+      if (!reshape(points_on_lattice(c), mesh_.gather(c, to_rest), here)) {
+        is_inside_out = true;
+        return;
+      }
+      ElementModel& model = (*models)[c];
+      model = (*on_lattice_->models)[on_lattice_->elements[c]];
+      const PointMeans mean = means(here);
+      model.mean_gradient = mean.gradient;
+      model.volume = mean.volume;
+      model.shear = mean.shear / mean.volume;
+      model.bulk = mean.bulk / mean.volume;
+      if (reshaping() == Reshaping::stiffness) model.stiffness = stiffness_by_points(here, model.mean_dilatation);
+      if (reshaping() == Reshaping::points) (*points)[c] = std::move(here);
+    });
+    if (is_inside_out) return false;
+    for (std::size_t c = 0; c < elements_.size(); ++c) elements_[c] = static_cast<std::int32_t>(c);
+    models_ = std::move(models);
+    points_ = std::move(points);
+    single_models_.reset();
+  }
+  to_rest_ = to_rest;
+  measure_rounding();
+  return true;
+}
+
+bool ElasticCells::add_gradient_on_lattice(const NodeVector& to_rest, NodeVector& gradient,
+                                           NodeVector& magnitude) const {
+  std::atomic<bool> is_inside_out = false;
+  mesh_.for_each_cell([&](std::size_t c) {
+    const std::optional<CellVector> force = force_on_lattice(c, mesh_.gather(c, to_rest));
+    if (!force) {
+      is_inside_out = true;
+      return;
+    }
+    mesh_.scatter_add(c, *force, gradient);
+    mesh_.scatter_add(c, force->cwiseAbs(), magnitude);
+  });
+  return !is_inside_out;
+}
+
 std::size_t ElasticCells::model_bytes() const { return hexmesh::bytes_of(*models_); }
 std::size_t ElasticCells::bytes() const {
-  return hexmesh::bytes_of(elements_) + model_bytes() + hexmesh::bytes_of(energies_) +
+  std::size_t of_points = hexmesh::bytes_of(*points_);
+  for (const CellPoints& p : *points_) of_points += hexmesh::bytes_of(p);
+  return hexmesh::bytes_of(elements_) + model_bytes() + of_points + hexmesh::bytes_of(energies_) +
          (single_models_ ? single_models_->stiffness.bytes() + hexmesh::bytes_of(single_models_->mean_gradient) : 0);
 }
 
@@ -161,15 +221,15 @@ double ElasticCells::deformation_in_material(const NodeVector& u, const RigidFit
 }
 
 Mat3 ElasticCells::mean_gradient(std::size_t cell, const NodeVector& u) const {
-  const CellVector v = mesh_.gather(cell, u);
+  const CellVector v = moved(cell, u);
   return Mat3::Identity() + Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * model(cell).mean_gradient;
 }
 
 Jacobians ElasticCells::jacobians(std::size_t cell, const NodeVector& u) const {
-  const CellVector corners = rest(cell) + mesh_.gather(cell, u);
+  const CellVector at_rest = rest(cell), now = corners(cell) + mesh_.gather(cell, u);
+  using Corners = Eigen::Map<const Eigen::Matrix<double, 3, 8>>;
   if (const hexmesh::SubcellMask where = model(cell).subcells; where != 0)
-    return jacobians_in_subcells(Eigen::Map<const Eigen::Matrix<double, 3, 8>>(corners.data()),
-                                 mesh_.edges(cell).determinant(), where);
+    return jacobians_in_subcells(Corners(now.data()), Corners(at_rest.data()), where);
   const double mean = mean_gradient(cell, u).determinant();
   return {mean, mean, mean > 0 ? 0.0 : 1.0};
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/rigid_fit.h"
@@ -9,6 +10,7 @@
 #include "hexmesh/lattice/subcells.h"
 #include "hexsolver/scene/law.h"
 #include "terms/cell_jacobians.h"
+#include "terms/cell_points.h"
 #include "terms/term.h"
 
 namespace hexsolver {
@@ -40,11 +42,25 @@ ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::si
                                 Volumetric volumetric);
 
 /// The elastic energy of all cells of one level.
+///
+/// Displacements are measured from the lattice, where cells are at rest unless set_rest() says otherwise.
 class ElasticCells : public Term {
 public:
   /// @param mesh      must outlive this
   /// @param elements  number of the model of each cell
-  ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models);
+  /// @param points    of the models; may be left out by laws that do not integrate at points, unless set_rest() is used
+  ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models,
+               std::vector<CellPoints> points = {});
+
+  /// Let the cells be at rest elsewhere: their models are formed anew, each for itself.
+  /// @param to_rest  displacement of all nodes from the lattice [mm]
+  /// @returns false where material would be inside out; nothing has changed then
+  virtual bool set_rest(const NodeVector& to_rest);
+
+  /// Add the forces on the nodes that cells exert at u = 0 if they are at rest elsewhere, as add_gradient() does after
+  /// set_rest().
+  /// @returns false where material would be inside out
+  bool add_gradient_on_lattice(const NodeVector& to_rest, NodeVector& gradient, NodeVector& magnitude) const;
 
   EffectKind effect() const override { return EffectKind::elasticity; }
   double energy(const NodeVector& u) const override;
@@ -82,6 +98,16 @@ public:
   const ElementModel& model(std::size_t cell) const { return (*models_)[elements_[cell]]; }
 
 protected:
+  /// What of the models of cells depends on where they are at rest, beside their means.
+  enum class Reshaping { nothing, stiffness, points };
+  virtual Reshaping reshaping() const { return Reshaping::nothing; }
+
+  /// Forces at u = 0 of a cell whose corners are at rest where displaced by `to_rest`; nothing if it is inside out
+  /// there, or of laws that know no such thing.
+  virtual std::optional<CellVector> force_on_lattice(std::size_t /*cell*/, const CellVector& /*to_rest*/) const {
+    return {};
+  }
+
   /// What products in single precision take from the models, made when it is first asked for.
   struct SingleModels;
   const SingleModels& single_models() const;
@@ -91,14 +117,40 @@ protected:
   const Mesh& mesh_;
   std::vector<std::int32_t> elements_;
   std::shared_ptr<const std::vector<ElementModel>> models_;
-  /// X, corners relative to the cell's centre.
-  const CellVector& rest(std::size_t cell) const { return rest_[mesh_.size_of(cell)]; }
+  const CellPoints& points(std::size_t cell) const { return (*points_)[elements_[cell]]; }
+  const CellPoints& points_on_lattice(std::size_t cell) const {
+    return on_lattice_ ? (*on_lattice_->points)[on_lattice_->elements[cell]] : points(cell);
+  }
+
+  bool is_at_rest_on_lattice() const { return to_rest_.size() == 0; }
+  const NodeVector& to_rest() const { return to_rest_; }
+  /// Corners relative to the centre of the cell of the lattice.
+  const CellVector& corners(std::size_t cell) const { return corners_[mesh_.size_of(cell)]; }
+  /// X, where these are at rest.
+  CellVector rest(std::size_t cell) const {
+    return is_at_rest_on_lattice() ? corners(cell) : CellVector(corners(cell) + mesh_.gather(cell, to_rest_));
+  }
+  /// By how much the corners are displaced from rest.
+  CellVector moved(std::size_t cell, const NodeVector& u) const {
+    return is_at_rest_on_lattice() ? mesh_.gather(cell, u)
+                                   : CellVector(mesh_.gather(cell, u) - mesh_.gather(cell, to_rest_));
+  }
 
   double sum_of_energies() const;
   mutable std::vector<double> energies_;  ///< space for energy(): parts to be summed up in this order
 
 private:
-  std::vector<CellVector> rest_;  ///< of each size of cells
+  void measure_rounding();
+
+  std::vector<CellVector> corners_;  ///< of each size of cells
+  std::shared_ptr<const std::vector<CellPoints>> points_;
+  NodeVector to_rest_;  ///< empty: at rest on the lattice
+  struct OnLattice {
+    std::vector<std::int32_t> elements;
+    std::shared_ptr<const std::vector<ElementModel>> models;
+    std::shared_ptr<const std::vector<CellPoints>> points;
+  };
+  std::optional<OnLattice> on_lattice_;  ///< what there was before set_rest()
 
   /// f(cell, volume, rest position relative to node (0, 0, 0), field): means over the filled part of each cell.
   template <class F>

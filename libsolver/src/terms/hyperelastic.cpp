@@ -113,7 +113,7 @@ Tangent projected(Tangent t, double projection) {
 /// The gradients at the points of a cell and what they have in common.
 struct HyperelasticCells::State {
   static constexpr std::size_t most_points = 3 * hexmesh::num_rule_points;
-  const std::vector<Point>* points = nullptr;
+  const CellPoints* points = nullptr;
   std::array<Mat3, most_points> h;  ///< grad u
   std::array<Invariants, most_points> at;
   double volume = 0, bulk = 0;
@@ -122,33 +122,28 @@ struct HyperelasticCells::State {
 };
 
 HyperelasticCells::HyperelasticCells(const Mesh& mesh, std::vector<std::int32_t> elements,
-                                     std::vector<ElementModel> models,
-                                     const std::vector<std::vector<hexmesh::MaterialPoint>>& points, Elasticity law,
+                                     std::vector<ElementModel> models, std::vector<CellPoints> points, Elasticity law,
                                      Volumetric volumetric)
-    : ElasticCells(mesh, std::move(elements), std::move(models)), law_(law), volumetric_(volumetric) {
+    : ElasticCells(mesh, std::move(elements), std::move(models), std::move(points)),
+      law_(law),
+      volumetric_(volumetric) {
   assert(law != Elasticity::green_lagrange || volumetric == Volumetric::full);
-  points_.resize(points.size());
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {  // the cells of an element are of one size
-    const std::size_t element = hexmesh::as_size(elements_[c]);
-    std::vector<Point>& out = points_[element];
-    assert(points[element].size() <= State::most_points);
-    if (!out.empty()) continue;
-    const Mat3 inverse = mesh.edges(c).inverse();
-    for (const hexmesh::MaterialPoint& p : points[element])
-      out.push_back({hexmesh::shape_gradients(p.local) * inverse, p.volume, p.shear, p.bulk});
-  }
 }
 
 HyperelasticCells::~HyperelasticCells() = default;
 
 HyperelasticCells::State HyperelasticCells::state(std::size_t cell, const NodeVector& u) const {
+  return state(points(cell), moved(cell, u));
+}
+
+HyperelasticCells::State HyperelasticCells::state(const CellPoints& points, const CellVector& moved) const {
+  assert(points.size() <= State::most_points);
   State s;
-  s.points = &points_[elements_[cell]];
-  const CellVector v = mesh_.gather(cell, u);
-  const Eigen::Map<const Eigen::Matrix<double, 3, 8>> moved(v.data());
+  s.points = &points;
+  const Eigen::Map<const Eigen::Matrix<double, 3, 8>> of_node(moved.data());
   for (std::size_t p = 0; p < s.points->size(); ++p) {
-    const Point& point = (*s.points)[p];
-    s.h[p].noalias() = moved * point.gradient;
+    const CellPoint& point = (*s.points)[p];
+    s.h[p].noalias() = of_node * point.gradient;
     s.at[p] = invariants(s.h[p]);
     s.volume += point.volume;
     s.bulk += point.bulk;
@@ -159,7 +154,7 @@ HyperelasticCells::State HyperelasticCells::state(std::size_t cell, const NodeVe
   return s;
 }
 
-EnergyDensity HyperelasticCells::density(const Point& p, const Invariants& at, double pressure) const {
+EnergyDensity HyperelasticCells::density(const CellPoint& p, const Invariants& at, double pressure) const {
   const bool mean = volumetric_ == Volumetric::mean;
   EnergyDensity w = energy_density(law_, at, p.shear, mean ? 0 : p.bulk);
   w.dj += pressure * p.volume;
@@ -189,17 +184,27 @@ Mat3 HyperelasticCells::stress(std::size_t cell, const NodeVector& u) const {
 
 void HyperelasticCells::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
   mesh_.for_each_cell([&](std::size_t c) {
-    const State s = state(c, u);
-    CellVector force = CellVector::Zero();
-    Eigen::Map<Eigen::Matrix<double, 3, 8>> of_node(force.data());
-    for (std::size_t p = 0; p < s.points->size(); ++p) {
-      const Point& point = (*s.points)[p];
-      const Mat3 stress = first_piola(density(point, s.at[p], s.pressure), Mat3::Identity() + s.h[p]);
-      of_node.noalias() += stress * point.gradient.transpose();
-    }
+    const CellVector force = this->force(state(c, u));
     mesh_.scatter_add(c, force, gradient);
     mesh_.scatter_add(c, force.cwiseAbs(), magnitude);
   });
+}
+
+CellVector HyperelasticCells::force(const State& s) const {
+  CellVector force = CellVector::Zero();
+  Eigen::Map<Eigen::Matrix<double, 3, 8>> of_node(force.data());
+  for (std::size_t p = 0; p < s.points->size(); ++p) {
+    const CellPoint& point = (*s.points)[p];
+    const Mat3 stress = first_piola(density(point, s.at[p], s.pressure), Mat3::Identity() + s.h[p]);
+    of_node.noalias() += stress * point.gradient.transpose();
+  }
+  return force;
+}
+
+std::optional<CellVector> HyperelasticCells::force_on_lattice(std::size_t cell, const CellVector& to_rest) const {
+  CellPoints here;
+  if (!reshape(points_on_lattice(cell), to_rest, here)) return {};
+  return force(state(here, -to_rest));
 }
 
 void HyperelasticCells::linearize(const NodeVector& u, double projection) {
@@ -210,7 +215,7 @@ void HyperelasticCells::linearize(const NodeVector& u, double projection) {
     CellVector dilation = CellVector::Zero();  // of sum_p volume_p J_p
     Eigen::Map<Eigen::Matrix<double, 3, 8>> dilation_of(dilation.data());
     for (std::size_t p = 0; p < s.points->size(); ++p) {
-      const Point& point = (*s.points)[p];
+      const CellPoint& point = (*s.points)[p];
       const Mat3 f = Mat3::Identity() + s.h[p];
       Tangent t = tangent(density(point, s.at[p], s.pressure), f);
       if (projection > 0) t = projected(t, std::min(projection, Hessian::projected));
@@ -247,11 +252,8 @@ void HyperelasticCells::add_product(const FloatNodeVector& x, FloatNodeVector& y
 void HyperelasticCells::add_cell_hessian(std::size_t cell, CellMatrix& h) const { h += hessians_->get(cell); }
 
 std::size_t HyperelasticCells::bytes() const {
-  std::size_t sum = ElasticCells::bytes() + (hessians_ ? hessians_->bytes() : 0) +
-                    sizeof(float) * static_cast<std::size_t>(single_x_.size() + single_y_.size()) +
-                    hexmesh::bytes_of(points_);
-  for (const std::vector<Point>& p : points_) sum += hexmesh::bytes_of(p);
-  return sum;
+  return ElasticCells::bytes() + (hessians_ ? hessians_->bytes() : 0) +
+         sizeof(float) * static_cast<std::size_t>(single_x_.size() + single_y_.size());
 }
 
 std::string HyperelasticCells::limit_reached(const NodeVector& u, bool nearly) const {

@@ -49,11 +49,10 @@ Tangent projected(Tangent t, double projection = 1);
 /// meaning where a point is inside out: their energy is infinite there.
 class HyperelasticCells final : public ElasticCells {
 public:
-  /// @param points  of each element; see QuadratureTree
+  /// @param points  of each element
   /// @pre Volumetric::full for Green-Lagrange
   HyperelasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models,
-                    const std::vector<std::vector<hexmesh::MaterialPoint>>& points, Elasticity law,
-                    Volumetric volumetric);
+                    std::vector<CellPoints> points, Elasticity law, Volumetric volumetric);
   ~HyperelasticCells() override;
 
   double cell_energy(std::size_t cell, const NodeVector& u) const override;
@@ -69,17 +68,17 @@ public:
   std::string limit_reached(const NodeVector& u, bool nearly) const override;
 
 private:
-  struct Point {
-    NodeGradients gradient;
-    double volume, shear, bulk;
-  };
   struct State;
+  /// Of points whose cell's corners are displaced by `moved` from rest.
+  State state(const CellPoints& points, const CellVector& moved) const;
   State state(std::size_t cell, const NodeVector& u) const;
-  EnergyDensity density(const Point& p, const Invariants& at, double pressure) const;
+  CellVector force(const State& s) const;
+  std::optional<CellVector> force_on_lattice(std::size_t cell, const CellVector& to_rest) const override;
+  Reshaping reshaping() const override { return Reshaping::points; }
+  EnergyDensity density(const CellPoint& p, const Invariants& at, double pressure) const;
 
   Elasticity law_;
   Volumetric volumetric_;
-  std::vector<std::vector<Point>> points_;         ///< of each element
   std::unique_ptr<CellMatrices<float>> hessians_;  ///< of the last linearize()
   mutable FloatNodeVector single_x_, single_y_;    ///< space for a product
 };

@@ -20,23 +20,29 @@ std::int32_t number_in_level(const OfLevel& of, std::ptrdiff_t e) {
   return of.element.empty() ? static_cast<std::int32_t>(e) : of.element[static_cast<std::size_t>(e)];
 }
 
-using Points = std::vector<std::vector<hexmesh::MaterialPoint>>;
+/// Whether the law integrates at points.
+bool needs_points(const ElasticSettings& settings) {
+  return is_hyperelastic(settings.elasticity) ||
+         (settings.is_reshaped && settings.elasticity == Elasticity::corotational);
+}
 
-void add_quadratures(const hexmesh::Lattice& lattice, const OfLevel& of, Points& points) {
+void add_quadratures(const hexmesh::Lattice& lattice, const OfLevel& of, std::vector<CellPoints>& points) {
   const auto count = static_cast<std::ptrdiff_t>(num_elements(lattice, of));
+  const Mat3 edges = lattice.cell_edges(of.level);
 #pragma omp parallel
   {
     hexmesh::QuadratureTree tree(lattice);
 #pragma omp for schedule(dynamic, 64)
     for (std::ptrdiff_t e = 0; e < count; ++e)
-      points[of.first_element + static_cast<std::size_t>(e)] = tree.form(of.level, number_in_level(of, e));
+      points[of.first_element + static_cast<std::size_t>(e)] =
+          make_cell_points(tree.form(of.level, number_in_level(of, e)), edges);
   }
 }
 
 /// The models of the elements of a level, from the matrices that the lattice has where these do.
-/// @param points  also of each element where the law is not quadratic
+/// @param points  also of each element where the law integrates at them
 void add_models(const hexmesh::Lattice& lattice, const OfLevel& of, const ElasticSettings& settings,
-                std::vector<ElementModel>& models, Points& points) {
+                std::vector<ElementModel>& models, std::vector<CellPoints>& points) {
   const Mat3 edges = lattice.cell_edges(of.level);
   const hexmesh::StoredMatrices& stored = lattice.level(of.level).matrices;
   const std::vector<hexmesh::SubcellMask>& subcells = lattice.level(of.level).subcells;
@@ -51,7 +57,7 @@ void add_models(const hexmesh::Lattice& lattice, const OfLevel& of, const Elasti
       model.subcells = subcells[element];
     }
   };
-  if (!stored.empty() && !needs_elements(settings.elasticity, settings.stiffness)) {
+  if (!stored.empty() && !needs_elements(settings.elasticity, settings.stiffness, settings.is_reshaped)) {
     add([&](std::size_t, std::size_t element) {
       return make_element_model(stored, element, edges, settings.volumetric);
     });
@@ -65,8 +71,8 @@ void add_models(const hexmesh::Lattice& lattice, const OfLevel& of, const Elasti
   if (points.empty()) return;
   if (is_even)
     for (std::size_t e = 0; e < elements.size(); ++e)
-      points[of.first_element + e] =
-          hexmesh::gauss_points(elements[e].volume(), elements[e].total_shear(), elements[e].total_bulk());
+      points[of.first_element + e] = make_cell_points(
+          hexmesh::gauss_points(elements[e].volume(), elements[e].total_shear(), elements[e].total_bulk()), edges);
   else
     add_quadratures(lattice, of, points);
 }
@@ -76,7 +82,7 @@ void add_models(const hexmesh::Lattice& lattice, const OfLevel& of, const Elasti
 std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const MeshCells& cells,
                                                  const ElasticSettings& settings) {
   std::vector<ElementModel> models(cells.num_elements());
-  Points points(is_hyperelastic(settings.elasticity) ? models.size() : 0);
+  std::vector<CellPoints> points(needs_points(settings) ? models.size() : 0);
   for (const OfLevel& of : cells.levels()) add_models(cells.lattice(), of, settings, models, points);
   std::vector<std::int32_t> element = cells.elements();
 
@@ -86,9 +92,9 @@ std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const MeshCel
     return std::make_unique<EdgeRotatedCells>(mesh, std::move(element), std::move(models));
   if (settings.elasticity == Elasticity::corotational)
     return std::make_unique<CorotationalCells>(mesh, std::move(element), std::move(models), settings.rotating,
-                                               settings.saves_memory);
-  return std::make_unique<HyperelasticCells>(mesh, std::move(element), std::move(models), points, settings.elasticity,
-                                             settings.volumetric);
+                                               settings.saves_memory, std::move(points));
+  return std::make_unique<HyperelasticCells>(mesh, std::move(element), std::move(models), std::move(points),
+                                             settings.elasticity, settings.volumetric);
 }
 
 }  // namespace hexsolver

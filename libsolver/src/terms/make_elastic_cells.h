@@ -17,6 +17,7 @@ struct ElasticSettings {
   Volumetric volumetric = Volumetric::mean;
   Stiffness stiffness = Stiffness::exact;
   std::vector<bool> rotating;  ///< which co-rotational cells rotate; empty = all
+  bool is_reshaped = false;    ///< cells may come to rest elsewhere, see ElasticCells::set_rest()
   bool saves_memory = false;   ///< co-rotational cells keep frames in single precision only
 };
 

@@ -150,16 +150,23 @@ TEST_P(RotatedBatches, FramesAndForcesAreThoseOfEachCell) {
     const Mesh::Batch& batch = mesh.batches()[n];
     RotatedCells<double> cells, expected;
     const LaneModels<double> models = models_of<double>(batch, k, g);
-    EXPECT_EQ(rotate_cells(models, true, nodes_of_batch(mesh, n), rest.data(), u.data(), cells), 0U);
+    const NodeVector apart = noise(24 * lanes, 0.05, 16);  // cells that are at rest elsewhere, each for itself
+    alignas(64) std::array<double, 24 * lanes> at_rest;
+    for (std::size_t i = 0; i < at_rest.size(); ++i)
+      at_rest[i] = rest[static_cast<Eigen::Index>(i / lanes)] + apart[static_cast<Eigen::Index>(i)];
+    EXPECT_EQ(rotate_cells(models, true, nodes_of_batch(mesh, n), at_rest.data(), u.data(), cells), 0U);
     alignas(64) std::array<double, 24 * lanes> forces;
     forces_of_rotated(models, cells, forces.data());
     for (std::size_t lane = 0; lane < batch.count; ++lane) {
       const std::size_t cell = batch.first + lane;
-      const CellVector x = mesh.gather(cell, u) + rest;
+      CellVector rest_here;
+      for (std::size_t i = 0; i < 24; ++i) rest_here[static_cast<Eigen::Index>(i)] = at_rest[lanes * i + lane];
+      const CellVector x = mesh.gather(cell, u) + rest_here;
       const Eigen::Map<const Eigen::Matrix<double, 3, 8>> corners(x.data());
       const Vec3 mean = corners.rowwise().mean();
       const Polar polar = polar_decomposition((corners.colwise() - mean) * g[cell]);
-      const reference::Frame f = reference::frame(k[cell], x, rest, polar.rotation, polar.stretch, polar.inverse_m);
+      const reference::Frame f =
+          reference::frame(k[cell], x, rest_here, polar.rotation, polar.stretch, polar.inverse_m);
       put(f, expected, lane);
       const auto expect_near = [&](const auto& found, const auto& wanted, const char* what) {
         for (std::size_t i = 0; i < found.size(); ++i)

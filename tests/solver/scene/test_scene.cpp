@@ -61,7 +61,7 @@ TEST(Scene, ATypoInAKeyIsNamedWithItsPlaceAndTheKeysThatExist) {
       error_of("[solve]\nlevl = 2\n"),
       "s.toml:2:1: unknown key 'solve.levl', expected one of: kind, strain, law, rotation, volumetric, "
       "stiffness, level, accuracy_mm, accuracy_reactions, budget_s, supports, grading, coarser_by, error_estimate, "
-      "tolerance, islands, conflicts");
+      "tolerance, islands, conflicts, reference, inverse");
   EXPECT_EQ(error_of("[[fix]]\npoint_mm = [0, 0, 0]\n  radius = 3\n").substr(0, 34),
             "s.toml:3:3: unknown key 'fix.radiu");
 }

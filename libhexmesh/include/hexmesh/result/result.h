@@ -31,10 +31,11 @@ struct Result {
   std::vector<Vec3> nodes;             ///< rest positions [mm]
   std::vector<Vec3> displacement;      ///< per node [mm]; empty at rest
   std::vector<Vec3> displacement_raw;  ///< as solved, where displacement has been continued (NodeExtension); else empty
-  std::vector<Vec3> velocity;          ///< per node [mm/s]; empty if nothing moves
-  std::vector<Vec3> load;              ///< per node, of forces and gravity [N]; empty without or in a motion
-  std::vector<Vec3> contact_force;     ///< per node, of obstacles [N]; empty without
-  std::vector<std::uint16_t> segment;  ///< label of each cell
+  std::vector<Vec3> rest_displacement;  ///< per node, to where the body is without load [mm]; empty: `nodes`
+  std::vector<Vec3> velocity;           ///< per node [mm/s]; empty if nothing moves
+  std::vector<Vec3> load;               ///< per node, of forces and gravity [N]; empty without or in a motion
+  std::vector<Vec3> contact_force;      ///< per node, of obstacles [N]; empty without
+  std::vector<std::uint16_t> segment;   ///< label of each cell
   std::map<std::string, std::vector<double>> cell_fields;  ///< e.g. fill [1], strain_energy_density [N/mm^2]
   TriangleSurface surface;                                 ///< rest positions; see surface_of_voxels
   std::vector<Vec3> surface_displacement;                  ///< per surface point [mm]
@@ -48,6 +49,9 @@ struct Result {
 
 /// A level before anything is solved: geometry, segments, surface and the cell fields fill and parts (see parts.h).
 Result rest_state(const Lattice& lattice, int level);
+
+/// Of a result with a rest_displacement: how far its nodes are displaced from there [mm].
+std::vector<Vec3> displacement_from_rest(const Result& result);
 
 /// Move the surface with the cells: surface_displacement from displacement.
 void move_surface(Result& result);

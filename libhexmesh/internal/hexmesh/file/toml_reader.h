@@ -119,8 +119,8 @@ public:
     if (!node) return out;
     const toml::array* array = node->as_array();
     if (!array || !array->is_homogeneous(toml::node_type::table))
-      fail(*node, key, fmt::format("tables written [[{}]]", key));
-    for (const toml::node& item : *array) out.emplace_back(*item.as_table(), file_, key);
+      fail(*node, key, fmt::format("tables written [[{}]]", path(key)));
+    for (const toml::node& item : *array) out.emplace_back(*item.as_table(), file_, path(key));
     return out;
   }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -149,6 +150,14 @@ struct MotionReport {
   double largest_gain = 0;  ///< of energy without work in a substep, over the energies [1]
 };
 
+struct SolveReport;
+
+/// Of a body that the lattice shows under load, solve.reference = "loaded".
+struct LoadedReport {
+  std::shared_ptr<const SolveReport> scan;  ///< the state on the lattice, and how the shape without load was found
+  double mean_mm = 0, largest_mm = 0;       ///< from the lattice to where the material is at rest
+};
+
 struct SolveReport {
   bool converged = false;
   std::string reason;
@@ -182,6 +191,7 @@ struct SolveReport {
   /// Memory of the mechanical level by what it is for, and of the lattice.
   std::vector<std::pair<std::string, std::size_t>> bytes;
   std::optional<MotionReport> motion;
+  std::optional<LoadedReport> loaded;
 };
 
 }  // namespace hexsolver

@@ -17,7 +17,8 @@ enum class EffectKind {
   contact,  ///< one for each [[contact]]
   match,    ///< one for each [[match]]
   gravity,
-  islands,  ///< springs that hold them
+  rest_shape,  ///< of a body that the lattice shows under load
+  islands,     ///< springs that hold them
   inertia,
   damping,
   error_estimate

@@ -34,8 +34,9 @@ enum class Stiffness {
 };
 
 /// Whether cells ask for more of their elements than matrices.
-inline constexpr bool needs_elements(Elasticity elasticity, Stiffness stiffness) {
-  return is_hyperelastic(elasticity) || stiffness == Stiffness::uniform;
+/// @param is_reshaped  whether they may be at rest elsewhere than on the lattice
+inline constexpr bool needs_elements(Elasticity elasticity, Stiffness stiffness, bool is_reshaped) {
+  return is_hyperelastic(elasticity) || stiffness == Stiffness::uniform || is_reshaped;
 }
 
 }  // namespace hexsolver

@@ -186,6 +186,20 @@ struct Damping {
   double mass_per_s = 0, stiffness_s = 0;
 };
 
+/// How the shape without load is found.
+enum class RestMethod {
+  newton,      ///< Newton's method for where the nodes are at rest
+  fixed_point  ///< the distance from the scan is taken off again and again, accelerated
+};
+
+/// The [loaded] of a scene: what acts on the body as the lattice shows it.
+struct Loaded {
+  RestMethod method = RestMethod::newton;
+  std::vector<Condition> conditions;  ///< [[loaded.fix]]; empty: where the scene's own conditions hold
+  std::vector<Force> forces;          ///< [[loaded.force]]
+  Vec3 gravity = Vec3::Zero();        ///< [mm/s^2]
+};
+
 /// A scene file. Units inside: mm, N, MPa, s.
 struct Scene {
   Elasticity elasticity = Elasticity::corotational;
@@ -210,6 +224,8 @@ struct Scene {
   std::vector<Force> forces;
   std::vector<Contact> contacts;
   std::vector<Match> matches;
+  std::optional<Loaded> loaded;           ///< nothing: the lattice shows the body at rest
+  bool is_of_lattice = false;             ///< made by loaded_scene(), not a key of the file
   std::optional<Eigen::Isometry3d> pose;  ///< where the body starts from, not a key of the file; nothing: at rest
   Vec3 gravity = Vec3::Zero();            ///< [mm/s^2]
   std::optional<Dynamics> dynamics;       ///< nothing for an equilibrium
@@ -232,12 +248,28 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
 /// @throws Error{input}, Error{usage} as read_scene()
 Scene make_scene(const std::vector<std::string>& settings);
 
+/// The scene of what acts on the body as the lattice shows it. @pre it has a [loaded]
+Scene loaded_scene(const Scene& scene);
+
+/// Whether a scene moves, loads or touches the body at all.
+bool acts(const Scene& scene);
+
+/// Whether anything is to act on the body after its shape without load is found. @pre it has a [loaded]
+bool acts_after_loaded(const Scene& scene);
+
+/// The scene whose conditions hold in the end: where nothing acts afterwards that of the lattice's loads, else itself.
+Scene scene_at_end(const Scene& scene);
+
 /// Whether a pressure follows the surface.
 bool follows(const Scene& scene);
 
 /// Of a scene with a [[match]]: strain = "auto" becomes one that turns with the body.
 /// @throws Error{input} for what does not go with it
 void check_matches(Scene& scene);
+
+/// Of a scene with a [loaded]: strain = "auto" becomes "corotational".
+/// @throws Error{input} for what does not go with it
+void check_loaded(Scene& scene);
 
 /// The same lattice with the scene's [material.*] in place of its own.
 /// @throws Error{input} for an unknown segment or a bad value
