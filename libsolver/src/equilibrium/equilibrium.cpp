@@ -83,7 +83,7 @@ SolveReport begin_report(const Scene& scene) {
 
 Outcome solve_forward(const Lattice& lattice, const Scene& scene, int level, Levels<LocalLevel> levels,
                       SolveReport report, const SolveProgress& progress) {
-  Solved<LocalLevel> solved = NestedIteration<LocalLevel>(levels, scene, level, report, progress).run();
+  Solved<LocalLevel> solved = NestedIteration<LocalLevel>(std::move(levels), scene, level, report, progress).run();
   solved.level->set_progress({solved.state.load_fraction});
   const LevelProblem& problem = solved.level->problem();
   add_memory(lattice, problem, solved.state.newton, report);
@@ -102,7 +102,7 @@ Unloaded find_rest(const Lattice& lattice, const Scene& scene, int level, RestSh
                    const SolveProgress& progress) {
   Levels<RestLevel> levels = describe_levels<RestLevel>(lattice, scene, level);
   levels.make = [&](int n, const Scene& of_level) { return std::make_unique<RestLevel>(lattice, of_level, n, shapes); };
-  Solved<RestLevel> solved = NestedIteration<RestLevel>(levels, scene, level, report, progress).run();
+  Solved<RestLevel> solved = NestedIteration<RestLevel>(std::move(levels), scene, level, report, progress).run();
   if (!report.converged) report.reason = "no shape without load: " + report.reason;
   LevelProblem& problem = solved.level->mutable_problem();
   const NodeVector& to_rest = solved.state.u;
@@ -156,7 +156,7 @@ Outcome solve_from_loaded(const Lattice& lattice, const Scene& scene, int level,
     made->mutable_problem().set_rest(shape->second);
     return made;
   };
-  Outcome out = solve_forward(lattice, scene, level, levels, std::move(report), progress);
+  Outcome out = solve_forward(lattice, scene, level, std::move(levels), std::move(report), progress);
   for (Effect& e : out.report.effects)
     if (e.kind == EffectKind::rest_shape) e.seconds = unloaded.scan.report.solve_seconds;
   add_scan(std::move(unloaded), out);
@@ -185,7 +185,7 @@ Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int lev
     levels.make = [&](int n, const Scene& of_level) {
       return std::make_unique<LocalLevel>(lattice, of_level, n, matchings);
     };
-    return solve_forward(lattice, scene, level, levels, std::move(report), progress);
+    return solve_forward(lattice, scene, level, std::move(levels), std::move(report), progress);
   };
   Outcome outcome =
       scene.loaded ? solve_from_loaded(lattice, scene, level, std::move(report), progress) : solve_from_rest();
