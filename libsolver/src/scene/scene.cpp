@@ -42,11 +42,12 @@ void check_names(const Scene& scene) {
 }
 
 /// strain = "auto" becomes one that turns with the body.
+void let_it_turn(Scene& scene) {
+  if (std::exchange(scene.finds_strain, false)) scene.elasticity = Elasticity::corotational;
+}
+
 void expect_turning(Scene& scene, const std::string& what) {
-  if (scene.finds_strain) {
-    scene.finds_strain = false;
-    scene.elasticity = Elasticity::corotational;
-  }
+  let_it_turn(scene);
   if (scene.elasticity == Elasticity::cauchy)
     throw Error(ErrorKind::input, what + " turns the body, expected solve.strain other than \"cauchy\"");
 }
@@ -75,7 +76,7 @@ void check_loaded(Scene& scene) {
   expect(!scene.is_graded(), "goes with cells alike, expected solve.grading = \"off\"");
   expect(scene.islands != Islands::hold,
          "leaves the springs of held islands without force, expected solve.islands = \"error\" or \"drop\"");
-  if (std::exchange(scene.finds_strain, false)) scene.elasticity = Elasticity::corotational;
+  let_it_turn(scene);
   check_names(loaded_scene(scene));
 }
 
