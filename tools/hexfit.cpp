@@ -56,7 +56,9 @@ int run(FitOptions& o, const CommonOptions& common, const Console& console) {
   int level = 0;
   const hexmesh::Lattice lattice = read_lattice(lattice_file.path(), scene, o.level, true, level);
   times.read_done = omp_get_wtime();
-  level = fit_into_memory(lattice, level, scene, console);
+  std::string of_memory;
+  level = hexsolver::fit_into_memory(lattice, level, scene, of_memory);
+  if (!of_memory.empty()) console.note(of_memory);
   hexsolver::Outcome fit = solve_equilibrium(lattice, scene, level, console);
   auto& [result, report] = fit;
   const std::vector<Spread> spread = o.without_spread || !report.converged

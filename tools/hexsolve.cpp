@@ -32,23 +32,8 @@ void check_names(const SolveOptions& o, bool solves) {
 /// The scene of the file with what the command line overrides.
 Scene read_scene(const SolveOptions& o, const Input& input, RunFiles& files, const Console& console) {
   Scene scene = hextools::read_scene(input, files, o.settings);
-  if (scene.dynamics && (!o.accuracy.empty() || o.budget))
-    throw Error(ErrorKind::usage,
-                fmt::format("{} goes with an equilibrium, but the scene is a motion, expected --level",
-                            o.budget ? "--budget" : "--accuracy"));
+  apply(o.request, scene);
   for (const std::string& w : scene.warnings) console.warning(w);
-  if (o.level || !o.accuracy.empty() || o.budget) {
-    scene.name_level(o.level);
-    scene.accuracy = o.accuracy_mm;
-    scene.reaction_accuracy = o.accuracy_reactions;
-    scene.budget = o.budget;
-  }
-  if (o.coarser_by) {
-    scene.grading = hexsolver::Grading::scene;
-    scene.coarser_by = *o.coarser_by;
-    hexsolver::check_matches(scene);
-    hexsolver::check_loaded(scene);
-  }
   if (o.stream && !scene.dynamics)
     throw Error(ErrorKind::usage, "--stream goes with a motion, expected solve.kind = \"dynamics\"");
   if (o.stream && (o.output == "-" || o.report == "-"))
@@ -79,7 +64,7 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   Output* output = files.output_if_named(o.output, Content::binary);
   Output* report_file = files.output_if_named(o.report, Content::text);
   int level = 0;
-  const hexmesh::Lattice lattice = read_lattice(lattice_file.path(), scene, o.level, o.stream, level);
+  const hexmesh::Lattice lattice = read_lattice(lattice_file.path(), scene, o.request.level, o.stream, level);
   const auto history = [&] {
     std::vector<std::string> lines = lattice.history;
     lines.push_back(solve_history(o.lattice, lattice_file.path(), o.scene, scene_file.path(), scene));
@@ -90,7 +75,9 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
                       lattice_file.path(), history(), files, console);
   if (o.plan) return show_plan(hexsolver::plan_solution(lattice, scene, level), report_file, files);
   const double read_done = omp_get_wtime();
-  level = fit_into_memory(lattice, level, scene, console);
+  std::string of_memory;
+  level = hexsolver::fit_into_memory(lattice, level, scene, of_memory);
+  if (!of_memory.empty()) console.note(of_memory);
 
   std::optional<hexmesh::ResultWriter> writer;
   if (output && scene.dynamics) writer.emplace(output->path());

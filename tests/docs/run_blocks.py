@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs what the manual tells its readers to run: every ```sh block of README.md, docs/tutorial.md and the task pages.
+"""Runs what the manual tells its readers to run: every ```sh and ```python block of README.md, docs/tutorial.md and the task pages.
 
 usage: run_blocks.py SOURCE_FOLDER BIN_FOLDER [PAGE...]          (PAGE: only these, e.g. docs/tasks/contact.md)
 
@@ -18,9 +18,11 @@ What is in the folder before the first block:
 The page on many processes is left out where hexsolve-mpi is not built.
 """
 import gzip
+import importlib.util
 import os
 import pathlib
 import re
+import shlex
 import shutil
 import struct
 import subprocess
@@ -46,8 +48,13 @@ def blocks_of(page):
             lines.append(line)
 
 
+def package_of(binaries):
+    """The Python package, which may not be built."""
+    return binaries.parent / "python" / "hextools"
+
+
 def environment(binaries):
-    return {**os.environ, "PATH": f"{binaries}:{os.environ['PATH']}", "OMP_WAIT_POLICY": "passive",
+    return {**os.environ, "PYTHONPATH": str(package_of(binaries).parent), "PATH": f"{binaries}:{os.environ['PATH']}", "OMP_WAIT_POLICY": "passive",
             "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
 
 
@@ -128,6 +135,10 @@ def run_page(source, page, folder, binaries):
             check_keys(text, folder, binaries, f"{page}:{line}")
         elif language == "sh":
             run_or_exit(text, folder, binaries, f"{page}:{line}")
+            count += 1
+        elif language == "python" and package_of(binaries).exists() and importlib.util.find_spec("numpy"):
+            (folder / "block.py").write_text(text)
+            run_or_exit(f"{shlex.quote(sys.executable)} block.py", folder, binaries, f"{page}:{line}")
             count += 1
     print(f"{page}: {count} blocks, {time.monotonic() - began:.1f} s", flush=True)
     return count

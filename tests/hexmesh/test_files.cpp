@@ -4,9 +4,12 @@
 #include <hdf5.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <fstream>
 #include <numeric>
+#include <thread>
 
+#include "hexmesh/core/interruption.h"
 #include "hexmesh/file/atomic_file.h"
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/file/lattice_reader.h"
@@ -38,6 +41,13 @@ Lattice small_lattice() {
   lattice.surface.triangles = {{0, 1, 2}};
   lattice.surface.segment = {2};
   lattice.history = {"hexscan a", "hexmesh build 'b c'"};
+  return lattice;
+}
+
+/// Whose points move with its cells.
+Lattice lattice_with_surface() {
+  Lattice lattice = small_lattice();
+  for (std::size_t p = 0; p < 3; ++p) lattice.surface.points[p] = lattice.voxels.center(lattice.levels[0].cells[p]);
   return lattice;
 }
 
@@ -256,8 +266,7 @@ TEST(ResultFile, ReadsBackWhatWasWritten) {
 
 TEST(ResultFile, TakesVoxelsAndSurfaceOfItsLatticeFile) {
   const TemporaryFolder folder;
-  Lattice lattice = small_lattice();
-  for (std::size_t p = 0; p < 3; ++p) lattice.surface.points[p] = lattice.voxels.center(lattice.levels[0].cells[p]);
+  Lattice lattice = lattice_with_surface();
   for (const bool of_voxels : {false, true}) {
     lattice.surface_of_voxels = of_voxels;
     write_lattice(lattice, folder / "lattice");
@@ -274,6 +283,64 @@ TEST(ResultFile, TakesVoxelsAndSurfaceOfItsLatticeFile) {
     for (const Vec3& u : back.surface_displacement) EXPECT_LT((u - Vec3(1, 2, 3)).norm(), 1e-12);
     EXPECT_EQ(back.surface_displacement.size(), of_voxels ? 0U : 3U);
   }
+}
+
+TEST(ResultFile, IsTheSameWithVoxelsOfItsOwn) {
+  const TemporaryFolder folder;
+  Lattice lattice = lattice_with_surface();
+  for (const bool of_voxels : {false, true}) {
+    lattice.surface_of_voxels = of_voxels;
+    write_lattice(lattice, folder / "lattice");
+    Result r = rest_state(lattice, 1);
+    r.displacement.assign(r.nodes.size(), Vec3(1, 2, 3));
+    r.report = "{}";
+    write_result(r, folder / "by_lattice", folder / "lattice");
+    write_result(r, folder / "own");
+    EXPECT_EQ(read_text(folder / "own"), read_text(folder / "by_lattice"));
+  }
+}
+
+TEST(Files, AreReadAndWrittenBySeveralThreads) {
+  const TemporaryFolder folder;
+  const Lattice lattice = small_lattice();
+  write_lattice(lattice, folder / "a");
+  const std::string expected = read_text(folder / "a");
+  std::atomic<int> wrong = 0;
+  std::vector<std::thread> threads;
+  for (int t = 0; t < 4; ++t)
+    threads.emplace_back([&, t] {
+      for (int n = 0; n < 10; ++n) {
+        const Lattice read = read_lattice(folder / "a");
+        const fs::path own = folder / fmt::format("{}", t);
+        OutputFile file(own, "", true);
+        write_lattice(read, file.path());
+        file.commit();
+        wrong += read_text(own) != expected || read.faces->all() != lattice.faces->all();
+      }
+    });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
+}
+
+TEST(Interruptible, EndsTheMakingOfALattice) {
+  struct Enough {};
+  int asked = 0;
+  const auto make = [] { return box({4, 4, 4}, {1, 1, 1}).num_levels(); };
+  {
+    const Interruptible outer([&] { ++asked; });
+    EXPECT_EQ(make(), 3);
+    EXPECT_GT(asked, 0);
+    {
+      const Interruptible inner([] { throw Enough(); });
+      EXPECT_THROW(make(), Enough);
+    }
+    const int before = asked;
+    EXPECT_EQ(make(), 3);
+    EXPECT_GT(asked, before);
+  }
+  asked = 0;
+  EXPECT_EQ(make(), 3);
+  EXPECT_EQ(asked, 0);
 }
 
 TEST(ResultFile, KeepsTheStepsOfAMotion) {

@@ -106,8 +106,10 @@ TEST(StoredMatrices, AreWhatALevelIsReadWithInsteadOfChildren) {
     ASSERT_EQ(level.matrices.size(), formed.size());
     for (std::size_t e = 0; e < formed.size(); ++e) {
       const CellMatrix k = matrices.mean_dilatation_stiffness(formed[e]);
-      EXPECT_LE((level.matrices.mean_dilatation_stiffness(e) - k).cwiseAbs().maxCoeff(),
-                1e-15 * k.cwiseAbs().maxCoeff());
+      EXPECT_EQ(level.matrices.mean_dilatation_stiffness(e), k);
+      EXPECT_EQ(level.matrices.stiffness(e), matrices.stiffness(formed[e]));
+      EXPECT_EQ(level.matrices.shear(e, read.cell_edges(n)),
+                shear_of(matrices.deviatoric(formed[e]), lattice.cell_edges(n)));
       EXPECT_EQ(level.matrices.shape(e), matrices.shape(formed[e]));
       EXPECT_EQ(level.matrices.lumped_mass(e), matrices.lumped_mass(formed[e]));
       EXPECT_NEAR(level.matrices.shear(e, read.cell_edges(n)), formed[e].total_shear(),

@@ -16,14 +16,6 @@
 namespace hextools {
 namespace {
 
-/// Threads of OpenMP that wait at a barrier are to sleep soon: one that spins keeps the one it waits for from running
-/// wherever there are more threads than free processors. The runtime reads this before main(), and is linked statically
-/// so that this comes first. What the user's environment says goes first.
-[[gnu::constructor(101)]] void wait_without_spinning() {
-  if (std::getenv("OMP_WAIT_POLICY") || std::getenv("GOMP_SPINCOUNT")) return;
-  setenv("GOMP_SPINCOUNT", "1000", 0);
-}
-
 /// Of one group; 0 = no limit.
 using LimitIn = double (*)(const std::filesystem::path& group);
 
@@ -90,6 +82,12 @@ int default_threads() {
   const int most = omp_get_max_threads();
   const double allowed = std::getenv("OMP_NUM_THREADS") ? 0 : processors_of_control_group();
   return allowed > 0 ? std::clamp(static_cast<int>(std::ceil(allowed)), 1, most) : most;
+}
+
+double peak_memory_mb() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
 }  // namespace hextools

@@ -17,4 +17,7 @@ double memory_of_control_group(const char* proc = "/proc", const char* sys = "/s
 /// What this process can have: the machine's memory, or what control groups and ulimit leave of it [bytes].
 double memory_of_machine();
 
+/// Peak memory of this process [MB].
+double peak_memory_mb();
+
 }  // namespace hextools

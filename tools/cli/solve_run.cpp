@@ -5,9 +5,7 @@
 #include <omp.h>
 
 #include "hexmesh/core/error.h"
-#include "hexmesh/core/memory.h"
 #include "hexmesh/file/lattice_file.h"
-#include "hexsolver/plan/plan.h"
 
 namespace hextools {
 
@@ -15,17 +13,6 @@ using hexmesh::Error;
 using hexmesh::ErrorKind;
 using hexsolver::Scene;
 using hexsolver::SolveReport;
-
-namespace {
-
-SolveWork work_of(const hexmesh::Lattice& lattice, const Scene& scene, int finest) {
-  SolveWork work{{}, finest, scene.tolerance};
-  if (!scene.is_open_ended())
-    for (const hexmesh::Level& level : lattice.levels) work.cells.push_back(level.cells.size());
-  return work;
-}
-
-}  // namespace
 
 hexmesh::Lattice read_lattice(const std::filesystem::path& path, const Scene& scene, std::optional<int> asked,
                               bool pictures, int& level) {
@@ -45,27 +32,6 @@ hexmesh::Lattice read_lattice(const std::filesystem::path& path, const Scene& sc
   hexmesh::Lattice lattice = hexsolver::read_lattice_for(scene, path, needs);
   if (hexsolver::leaves_islands_out(lattice, scene, level)) lattice = hexsolver::read_lattice_for(scene, path, all);
   return lattice;
-}
-
-int fit_into_memory(const hexmesh::Lattice& lattice, int finest, Scene& scene, const Console& console) {
-  const double allowed = 1e-6 * hexmesh::memory_left();
-  const auto expected = [&](int level) { return megabytes(hexsolver::expected_bytes(lattice, scene, level)); };
-  const double fastest = expected(finest);
-  if (fastest <= allowed) return finest;
-  scene.saves_memory = true;
-  int level = finest;
-  const int most = scene.is_open_ended() ? static_cast<int>(lattice.levels.size()) - 1 : finest;
-  while (level < most && expected(level) > allowed) ++level;
-  const std::string what = fmt::format("level {} ({} cells) would take about {:.3g} MB", finest,
-                                       lattice.levels[static_cast<std::size_t>(finest)].cells.size(), fastest);
-  if (expected(level) > allowed)
-    throw Error(ErrorKind::input,
-                fmt::format("{}, {:.3g} MB at the least, expected at most {:.3g} MB that are left (--max-memory): "
-                            "solve a coarser level",
-                            what, expected(level), allowed));
-  console.note(fmt::format("{}: to save memory it takes longer{}", what,
-                           level > finest ? fmt::format(", and level {} is the finest", level) : ""));
-  return level;
 }
 
 hexsolver::Outcome solve_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level,

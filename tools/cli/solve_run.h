@@ -17,11 +17,6 @@ namespace hextools {
 hexmesh::Lattice read_lattice(const std::filesystem::path& path, const hexsolver::Scene& scene,
                               std::optional<int> asked, bool pictures, int& level);
 
-/// Save memory if the finest level would not fit otherwise; an accuracy or a budget may end on a coarser one.
-/// @returns the finest level that fits
-/// @throws Error{input} if the level asked does not
-int fit_into_memory(const hexmesh::Lattice& lattice, int finest, hexsolver::Scene& scene, const Console& console);
-
 /// An equilibrium, with its progress told.
 hexsolver::Outcome solve_equilibrium(const hexmesh::Lattice& lattice, const hexsolver::Scene& scene, int level,
                                      const Console& console);

@@ -31,6 +31,14 @@
 namespace hextools {
 namespace {
 
+/// Threads of OpenMP that wait at a barrier are to sleep soon: one that spins keeps the one it waits for from running
+/// wherever there are more threads than free processors. The runtime reads this before main(), and is linked statically
+/// so that this comes first. What the user's environment says goes first.
+[[gnu::constructor(101)]] void wait_without_spinning() {
+  if (std::getenv("OMP_WAIT_POLICY") || std::getenv("GOMP_SPINCOUNT")) return;
+  setenv("GOMP_SPINCOUNT", "1000", 0);
+}
+
 using hexmesh::Error;
 using hexmesh::ErrorKind;
 
@@ -351,12 +359,6 @@ std::string history_entry(const std::vector<std::string>& checksum_lines) {
   std::string out = quoted_command_line;
   for (const std::string& line : checksum_lines) out += fmt::format("\n{}", hexmesh::printable_line(line));
   return out;
-}
-
-double peak_memory_mb() {
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
 }  // namespace hextools

@@ -91,7 +91,4 @@ std::string history_entry(const std::vector<std::string>& checksum_lines);
 /// "TOOL: error: MESSAGE" and the end of the line, as a run ends with.
 std::string error_line(const std::string& tool, const std::string& message);
 
-/// Peak memory of this process [MB].
-double peak_memory_mb();
-
 }  // namespace hextools

@@ -6,6 +6,7 @@
 
 #include "cli/checksum.h"
 #include "cli/json_text.h"
+#include "cli/machine.h"
 #include "cli/parse.h"
 #include "cli/progress.h"
 #include "cli/run_files.h"

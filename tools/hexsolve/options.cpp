@@ -14,29 +14,30 @@ namespace {
 std::string read_accuracy(const std::string& text, SolveOptions& o) {
   const auto [key, value] = key_and_value(text);
   if (key != "reaction") {
-    o.accuracy_mm = parse_number<double>(text);
-    return o.accuracy_mm && *o.accuracy_mm > 0 && std::isfinite(*o.accuracy_mm)
+    o.request.accuracy = parse_number<double>(text);
+    return o.request.accuracy && *o.request.accuracy > 0 && std::isfinite(*o.request.accuracy)
                ? ""
                : fmt::format("'{}', expected a number > 0 in mm, or reaction=5%", text);
   }
   const bool is_percent = value.ends_with('%');
   const auto part = parse_number<double>(is_percent ? value.substr(0, value.size() - 1) : value);
   constexpr double least = 1e-6;
-  if (part) o.accuracy_reactions = is_percent ? *part / 100 : *part;
-  return part && *o.accuracy_reactions >= least && *o.accuracy_reactions <= 1
+  if (part) o.request.reaction_accuracy = is_percent ? *part / 100 : *part;
+  return part && *o.request.reaction_accuracy >= least && *o.request.reaction_accuracy <= 1
              ? ""
              : fmt::format("'{}', expected reaction=0.0001% to reaction=100%", text);
 }
 
 /// FINE, or FINE:COARSE. @returns what is wrong
 std::string read_levels(const std::string& text, SolveOptions& o) {
-  constexpr int most = 30;
+  constexpr int most = hexsolver::most_levels;
   const std::size_t colon = text.find(':');
-  o.level = parse_number<int>(text.substr(0, colon));
-  const std::optional<int> coarsest = colon == std::string::npos ? o.level : parse_number<int>(text.substr(colon + 1));
-  if (!o.level || !coarsest || *o.level < 0 || *coarsest < *o.level || *coarsest > most)
+  o.request.level = parse_number<int>(text.substr(0, colon));
+  const std::optional<int> coarsest =
+      colon == std::string::npos ? o.request.level : parse_number<int>(text.substr(colon + 1));
+  if (!o.request.level || !coarsest || *o.request.level < 0 || *coarsest < *o.request.level || *coarsest > most)
     return fmt::format("'{}', expected a level, 0 to {}, or two, FINE:COARSE", text, most);
-  if (colon != std::string::npos) o.coarser_by = *coarsest - *o.level;
+  if (colon != std::string::npos) o.request.coarser_by = *coarsest - *o.request.level;
   return "";
 }
 
@@ -55,7 +56,7 @@ void add_options(CLI::App& app, SolveOptions& o) {
       "Solve to the first level whose estimated mean error is at most this, in mm; or reaction=5%: whose "
       "reactions are off by at most that part of the largest of them");
   CLI::Option* budget =
-      app.add_option("--budget", o.budget, "Solve as many levels, coarse to fine, as this many seconds allow");
+      app.add_option("--budget", o.request.budget, "Solve as many levels, coarse to fine, as this many seconds allow");
   level->check([&o](const std::string& text) { return read_levels(text, o); })->excludes(accuracy)->excludes(budget);
   accuracy->check([&o](const std::string& text) { return read_accuracy(text, o); })->excludes(budget);
   budget->check(positive_number);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "cli/tool.h"
+#include "hexsolver/scene/scene.h"
 
 namespace hextools {
 
@@ -13,11 +13,8 @@ namespace hextools {
 struct SolveOptions {
   std::string lattice, scene, output, report;
   std::vector<std::string> settings;
-  std::optional<int> level;       ///< the finest
-  std::optional<int> coarser_by;  ///< graded cells, in levels
-  std::string levels;             ///< as given
-  std::string accuracy;           ///< as given
-  std::optional<double> accuracy_mm, accuracy_reactions, budget;
+  std::string levels, accuracy;  ///< as given
+  hexsolver::Request request;    ///< what they say
   bool example = false, check = false, plan = false, stream = false;
 };
 

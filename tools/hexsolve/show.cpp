@@ -10,8 +10,6 @@
 
 namespace hextools {
 
-using nlohmann::json;
-
 namespace {
 
 /// The report, and a text for people unless standard output has the report already.
@@ -27,19 +25,8 @@ int show(const nlohmann::json& report, const std::string& text, Output* file, Ru
 int show_check(hexsolver::SceneCheck check, const hexsolver::Scene& scene, Output* report, Output* preview,
                const std::filesystem::path& lattice, std::vector<std::string> history, RunFiles& files,
                const Console& console) {
-  json out = {{"level", check.level},
-              {"conditions", json::array()},
-              {"forces", to_json(check.forces)},
-              {"contacts", to_json(check.contacts)},
-              {"dropped_cells", check.dropped_cells},
-              {"held_cells", check.held_cells},
-              {"warnings", check.warnings}};
-  for (const hexsolver::ConditionReport& c : check.conditions) out["conditions"].push_back(to_json(c));
   if (preview && check.preview) {
-    json shown = out;
-    shown["is_preview"] = true;
-    add_scene(shown, scene.loaded ? hexsolver::scene_at_end(scene) : scene);
-    check.preview->report = json_line(shown);
+    check.preview->report = json_line(preview_json(check, scene));
     check.preview->history = std::move(history);
     hexmesh::write_result(*check.preview, preview->path(), lattice);
   }
@@ -55,30 +42,21 @@ int show_check(hexsolver::SceneCheck check, const hexsolver::Scene& scene, Outpu
   if (check.held_cells > 0) text += fmt::format("islands held by springs: {} cells\n", check.held_cells);
   text += fmt::format("level {}: {}\n", check.level,
                       check.needs_supports ? "every part is held" : "a motion, in which nothing need be held");
-  return show(out, text, report, files);
+  return show(to_json(check), text, report, files);
 }
 
 int show_plan(const hexsolver::SolvePlan& plan, Output* report, RunFiles& files) {
-  json out = {{"effects", to_json(plan.effects)}, {"levels", json::array()}};
-  add_effect_seconds(out["effects"], plan.effects);
   std::string text;
   for (const hexsolver::Effect& e : plan.effects)
     text += fmt::format("{:3}  {}: {}\n", e.active ? "on" : "off", e.name, e.why);
   const auto show_level = [&](const hexsolver::SolvePlan::Level& l, const char* what_for) {
     text += fmt::format("level {}: {} cells, {} dofs, about {:.2g} s and {:.3g} MB{}\n", l.level, l.cells, l.dofs,
                         l.seconds, megabytes(l.bytes), what_for);
-    return json{{"level", l.level},
-                {"cells", l.cells},
-                {"dofs", l.dofs},
-                {"seconds", l.seconds},
-                {"memory_mb", megabytes(l.bytes)}};
   };
-  for (const hexsolver::SolvePlan::Level& l : plan.levels) out["levels"].push_back(show_level(l, ""));
-  if (plan.look) out["look"] = show_level(*plan.look, ", a look at it for the error estimate");
-  out["seconds"] = plan.seconds();
-  out["memory_mb"] = megabytes(plan.bytes);
+  for (const hexsolver::SolvePlan::Level& l : plan.levels) show_level(l, "");
+  if (plan.look) show_level(*plan.look, ", a look at it for the error estimate");
   text += fmt::format("in all about {:.2g} s, and {:.3g} MB at the peak\n", plan.seconds(), megabytes(plan.bytes));
-  return show(out, text, report, files);
+  return show(to_json(plan), text, report, files);
 }
 
 }  // namespace hextools

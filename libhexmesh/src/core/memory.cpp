@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <fstream>
 #include <limits>
 #include <new>
@@ -25,6 +26,7 @@ constexpr double stacks_of_libraries = 3, bytes_of_stack = 8e6;
 
 double limit = std::numeric_limits<double>::infinity();       ///< as it was given [bytes]
 double data_limit = std::numeric_limits<double>::infinity();  ///< of data_now() [bytes]
+std::string name_of_limit;
 std::string message = "out of memory, expected a machine with more or a smaller input";
 
 /// Addresses that may be written to, touched or not: what RLIMIT_DATA counts; 0 = not told here [bytes].
@@ -37,17 +39,17 @@ double data_now() {
 
 }  // namespace
 
-void limit_memory(double bytes, double wall) {
+void limit_memory(double bytes, double wall, const std::string& name) {
   std::atomic<int> threads = 0;
-#pragma omp parallel  // they begin here: their stacks count as data, and are hardly touched
+#pragma omp parallel if (std::isfinite(wall))  // they begin here: their stacks count as data, and are hardly touched
   ++threads;
   const double at_start = data_now();
   if (at_start == 0) return;
   limit = bytes;
-  message = fmt::format(
-      "out of memory, expected a run that takes at most {:.4g} MB (--max-memory): a smaller input, or "
-      "more memory",
-      limit / 1e6);
+  name_of_limit = name;
+  message =
+      fmt::format("out of memory, expected a run that takes at most {:.4g} MB ({}): a smaller input, or more memory",
+                  limit / 1e6, name);
   data_limit = at_start + std::max(room_beside, bytes);
   if (wall == 0) wall = (1 + part_beside) * bytes;
   const double most = at_start + wall + room_beside + stacks_of_libraries * bytes_of_stack * threads;
@@ -65,9 +67,11 @@ void expect_memory(std::size_t bytes, const std::string& what) {
   const auto asked = static_cast<double>(bytes);
   if (const double left = memory_left(); asked > left)
     throw Error(ErrorKind::input, fmt::format("{} takes about {:.3g} MB, expected at most {:.3g} MB, what is left of "
-                                              "{:.4g} MB (--max-memory)",
-                                              what, asked / 1e6, left / 1e6, limit / 1e6));
+                                              "{:.4g} MB ({})",
+                                              what, asked / 1e6, left / 1e6, limit / 1e6, name_of_limit));
 }
+
+const std::string& name_of_memory_limit() { return name_of_limit; }
 
 const std::string& out_of_memory_message() { return message; }
 

@@ -31,11 +31,17 @@ std::string name_of(hid_t native) {
 constexpr std::size_t most_text_bytes = std::size_t{1} << 24;
 
 Handle open_for_reading(const std::filesystem::path& path) {
+  const Lock lock;
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   return {H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose};
 }
 
 }  // namespace
+
+std::recursive_mutex& Lock::library() {
+  static std::recursive_mutex mutex;
+  return mutex;
+}
 
 Handle string_type(std::size_t size, H5T_cset_t characters) {
   Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
@@ -66,6 +72,7 @@ void Reader::fail(const std::string& message) const {
 }
 
 bool Reader::has(const std::string& name) const {
+  const Lock lock;
   std::string problem;
   const bool found = is_reached(file_, name, problem);
   if (!problem.empty()) fail(problem);
@@ -93,6 +100,7 @@ Reader::Dataset Reader::open(const std::string& name, const Shape& expected) con
 }
 
 Shape Reader::shape(const std::string& name, std::size_t rank) const {
+  const Lock lock;
   const Dataset set = open(name, Shape(rank));
   check_storage(set, H5Tget_size(Handle(H5Dget_type(set.id), H5Tclose)));
   return set.shape;
@@ -146,6 +154,7 @@ void Reader::fail_rows(const std::string& name, hsize_t first, hsize_t count, hs
 }
 
 std::vector<std::string> Reader::read_strings(const std::string& name) const {
+  const Lock lock;
   const Dataset set = open(name, {0});
   const std::size_t size = text_size(Handle(H5Dget_type(set.id), H5Tclose), name);
   check_storage(set, size);
@@ -193,6 +202,7 @@ void Reader::attribute_raw(const std::string& group, const std::string& name, hi
 }
 
 std::string Reader::text_attribute(const std::string& group, const std::string& name) const {
+  const Lock lock;
   const Handle type(H5Aget_type(open_attribute(group, name)), H5Tclose);
   const std::size_t size = text_size(type, name);
   std::string bytes(size, '\0');
@@ -202,6 +212,7 @@ std::string Reader::text_attribute(const std::string& group, const std::string& 
 }
 
 std::size_t Reader::count_links(const std::string& group) const {
+  const Lock lock;
   H5G_info_t info;
   if (H5Gget_info_by_name(file_, group.c_str(), &info, H5P_DEFAULT) < 0)
     fail(fmt::format("has no readable group '{}'", group));
@@ -209,6 +220,7 @@ std::size_t Reader::count_links(const std::string& group) const {
 }
 
 std::vector<std::string> Reader::dataset_names() const {
+  const Lock lock;
   std::set<std::string> names;
   const herr_t status = H5Ovisit_by_name2(  // the second, which HDF5 1.10 and 1.14 both have, each with its own info
       file_, "/", H5_INDEX_NAME, H5_ITER_NATIVE,
@@ -225,10 +237,12 @@ std::vector<std::string> Reader::dataset_names() const {
 }
 
 bool Reader::is_text(const std::string& name) const {
+  const Lock lock;
   return H5Tget_class(Handle(H5Dget_type(open(name, {}).id), H5Tclose)) == H5T_STRING;
 }
 
 std::vector<double> Reader::read_any_numbers(const std::string& name, Shape& shape) const {
+  const Lock lock;
   const Dataset set = open(name, {});
   const Handle type(H5Dget_type(set.id), H5Tclose);
   if (H5Tget_class(type) != H5T_INTEGER && H5Tget_class(type) != H5T_FLOAT)

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <numeric>
 #include <set>
 #include <span>
@@ -19,13 +20,26 @@ namespace hexmesh::hdf5 {
 
 using Shape = std::vector<hsize_t>;
 
+/// HDF5 as most systems have it serves one thread at a time: whoever calls it holds one of these meanwhile.
+class Lock {
+public:
+  Lock() : held_(library()) {}
+
+private:
+  static std::recursive_mutex& library();
+
+  std::scoped_lock<std::recursive_mutex> held_;
+};
+
 /// Owns one HDF5 identifier.
 class Handle {
 public:
   using Close = herr_t (*)(hid_t);
   Handle(hid_t id, Close close) : id_(id), close_(close) {}
   ~Handle() {
-    if (id_ >= 0) close_(id_);
+    if (id_ < 0) return;
+    const Lock lock;
+    close_(id_);
   }
   Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
   Handle& operator=(Handle&&) = delete;
@@ -77,7 +91,8 @@ inline hid_t native_type<std::uint64_t>() {
 class Reader;
 
 /// Writes a file. Datasets carry a Fletcher32 checksum per chunk; no object says when it was made, so that the same
-/// content is the same bytes. Names are paths; their groups are made as needed. Texts become UTF-8.
+/// content is the same bytes. Names are paths; their groups are made as needed. Texts become UTF-8. As with Reader,
+/// each is one thread's, and threads may have their own.
 class Writer {
 public:
   /// The second goes on with a file that an earlier one has closed; the third is read by HDF5 1.8 too.
@@ -90,6 +105,7 @@ public:
   template <class T>
   void write(const std::string& name, std::span<const T> values, const Shape& shape, bool compress = false,
              hsize_t chunk_rows = 0) {
+    const Lock lock;
     write_raw(name, native_type<T>(), values.data(), shape, sizeof(T), {compress, chunk_rows});
   }
   void write(const std::string& name, const std::vector<std::string>& values);
@@ -99,11 +115,13 @@ public:
   /// A dataset whose rows, along its first axis, come later by write_rows().
   template <class T>
   void declare(const std::string& name, const Shape& shape, bool compress = false) {
+    const Lock lock;
     declare_raw(name, native_type<T>(), shape, sizeof(T), {compress, 0});
   }
   /// Rows `first` to `first` + `count` - 1 of a dataset that is there.
   template <class T>
   void write_rows(const std::string& name, std::span<const T> values, hsize_t first, hsize_t count) {
+    const Lock lock;
     write_rows_raw(name, native_type<T>(), values.data(), first, count);
   }
 
@@ -112,6 +130,7 @@ public:
 
   template <class T>
   void attribute(const std::string& group, const std::string& name, std::span<const T> values) {
+    const Lock lock;
     attribute_raw(group, name, native_type<T>(), values.data(), values.size());
   }
   void attribute(const std::string& group, const std::string& name, const std::string& text);
@@ -162,6 +181,7 @@ public:
   /// @param expected  0 in an axis: any size
   template <class T>
   std::vector<T> read(const std::string& name, const Shape& expected) const {
+    const Lock lock;
     const Dataset set = open_numbers(name, expected, native_type<T>(), sizeof(T));
     expect_room(set, set.count() * sizeof(T));
     std::vector<T> values(set.count());
@@ -171,6 +191,7 @@ public:
   /// Likewise only rows `first` to `first` + `count` - 1 along the first axis.
   template <class T>
   std::vector<T> read_rows(const std::string& name, const Shape& expected, hsize_t first, hsize_t count) const {
+    const Lock lock;
     Dataset set = open_numbers(name, expected, native_type<T>(), sizeof(T));
     return rows_of<T>(set, first, count);
   }
@@ -178,6 +199,7 @@ public:
   /// take memory.
   template <class T, class Take>
   void read_in_blocks(const std::string& name, const Shape& expected, hsize_t block_rows, const Take& take) const {
+    const Lock lock;
     const Dataset set = open_numbers(name, expected, native_type<T>(), sizeof(T));
     for (hsize_t first = 0; first < set.shape[0]; first += block_rows)
       take(rows_of<T>(set, first, std::min(block_rows, set.shape[0] - first)), first);
@@ -186,6 +208,7 @@ public:
 
   template <class T>
   std::vector<T> attribute(const std::string& group, const std::string& name, std::size_t count) const {
+    const Lock lock;
     std::vector<T> values(count);
     attribute_raw(group, name, native_type<T>(), values.data(), count);
     return values;

@@ -22,6 +22,7 @@ Handle without_times(hid_t kind) {
 }
 
 Handle open_for_writing(const std::filesystem::path& path, Writer::Start start) {
+  const Lock lock;
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   if (start != Writer::Start::anew_for_all)  // the 1.10 layout has checksums in its indices and headers too
@@ -128,6 +129,7 @@ bool has_room(hid_t file, const std::filesystem::path& path, hsize_t bytes) {
 }  // namespace
 
 void Writer::copy(const Reader& from, const std::string& name) {
+  const Lock lock;
   from.check_storage(from.open(name, {}), 1);
   make_groups(name);
   check(has_room(file_, path_, stored_bytes(from.file_, name)), name);
@@ -135,6 +137,7 @@ void Writer::copy(const Reader& from, const std::string& name) {
 }
 
 void Writer::write(const std::string& name, const std::vector<std::string>& values) {
+  const Lock lock;
   std::vector<std::string> texts;
   std::size_t size = 1;
   for (const std::string& v : values) {
@@ -147,6 +150,7 @@ void Writer::write(const std::string& name, const std::vector<std::string>& valu
 }
 
 void Writer::variable_text(const std::string& name, const std::string& text) {
+  const Lock lock;
   const Handle type = string_type(H5T_VARIABLE, H5T_CSET_ASCII), layout = without_times(H5P_DATASET_CREATE);
   const hsize_t one = 1;
   const Handle space(H5Screate_simple(1, &one, nullptr), H5Sclose);
@@ -169,14 +173,19 @@ void Writer::attribute_raw(const std::string& group, const std::string& name, hi
 }
 
 void Writer::attribute(const std::string& group, const std::string& name, const std::string& text) {
+  const Lock lock;
   const std::string value = to_utf8(text);
   attribute_raw(group, name, string_type(std::max<std::size_t>(value.size(), 1)), value.c_str(), 1);
 }
 
 void Writer::ascii_attribute(const std::string& group, const std::string& name, const std::string& text) {
+  const Lock lock;
   attribute_raw(group, name, string_type(text.size(), H5T_CSET_ASCII), text.c_str(), 1);
 }
 
-void Writer::close() { check(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0, "file"); }
+void Writer::close() {
+  const Lock lock;
+  check(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0, "file");
+}
 
 }  // namespace hexmesh::hdf5

@@ -68,17 +68,26 @@ MaterialChoice read_choice(TomlReader table) {
   return choice;
 }
 
-}  // namespace
-
-std::map<std::string, MaterialChoice> read_materials(const std::filesystem::path& path,
-                                                     const std::string& display_name) {
-  const toml::table root = parse_toml(path, display_name);
+std::map<std::string, MaterialChoice> read_choices(const toml::table& root, const std::string& display_name) {
   TomlReader reader(root, display_name, "");
   std::map<std::string, MaterialChoice> choices;
   if (auto materials = reader.table("material", "tables written [material.SEGMENT]"))
     for (const auto& [name, table] : materials->named_tables()) choices[name] = read_choice(table);
   reader.finish();
   return choices;
+}
+
+}  // namespace
+
+std::map<std::string, MaterialChoice> read_materials(const std::filesystem::path& path,
+                                                     const std::string& display_name) {
+  return read_choices(parse_toml(path, display_name), display_name);
+}
+
+std::map<std::string, MaterialChoice> parse_materials(std::string_view toml, const std::string& display_name,
+                                                      bool has_places) {
+  const toml::table root = parse_toml_text(toml, display_name);
+  return read_choices(has_places ? root : without_places(root), display_name);
 }
 
 }  // namespace hexmesh

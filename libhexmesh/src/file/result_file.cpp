@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "hexmesh/file/temporary_file.h"
 #include "result_checks.h"
 #include "shared_groups.h"
 
@@ -23,7 +24,8 @@ std::vector<std::string> names_of(const std::map<std::string, std::vector<double
 
 }  // namespace
 
-ResultWriter::ResultWriter(const std::filesystem::path& path) : file_(std::make_unique<hdf5::Writer>(path)) {}
+ResultWriter::ResultWriter(const std::filesystem::path& path)
+    : path_(path), file_(std::make_unique<hdf5::Writer>(path)) {}
 ResultWriter::~ResultWriter() = default;
 
 void ResultWriter::add_step(double time, const MotionStep& state) {
@@ -65,13 +67,16 @@ void write_texts_and_conditions(hdf5::Writer& file, const Result& result) {
   if (!result.costs.empty()) file.write("/costs", std::vector<std::string>{result.costs});
 }
 
-/// Voxels and surface of a result that has them; a surface that follows from the voxels is left out.
-void write_own_voxels(hdf5::Writer& file, const Result& result) {
+/// Voxels and surface of a result that has them, as a lattice file has them: a result's file is the same to the last
+/// byte wherever these come from. A surface that follows from the voxels is left out.
+void write_own_voxels(const Result& result, const std::filesystem::path& path) {
+  hdf5::Writer file(path);
   hdf5::write_voxels(file, result.voxels, result.labels);
   if (result.surface_of_voxels)
     hdf5::write_surface_of_voxels(file);
   else
     hdf5::write_surface(file, result.surface, false);
+  file.close();
 }
 
 /// Header, segments, and voxels and surface as a lattice file has them, in no memory.
@@ -95,9 +100,9 @@ std::span<const double> values_of(const std::vector<Vec3>& points) {
 void ResultWriter::finish(const Result& result, const std::filesystem::path& lattice) {
   hdf5::Writer& file = *file_;
   if (lattice.empty()) {
-    hdf5::write_header(file, result_format, result_version, result.history);
-    hdf5::write_segments(file, result.segments);
-    write_own_voxels(file, result);
+    const TemporaryFile own(path_.parent_path(), "", path_.string());
+    write_own_voxels(result, own.path());
+    write_start(file, result, own.path());
   } else {
     write_start(file, result, lattice);
   }

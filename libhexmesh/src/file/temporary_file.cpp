@@ -16,6 +16,7 @@
 #include <cstring>
 #include <fstream>
 #include <map>
+#include <mutex>
 #include <set>
 #include <system_error>
 
@@ -36,8 +37,13 @@ struct Remembered {
 };
 std::atomic<Remembered*> remembered = nullptr;
 
+std::mutex one_at_a_time;  ///< of the threads that make files
+
 /// The last comes first: what lies in a folder is removed before the folder.
-void remember(const fs::path& path) { remembered = new Remembered{path.string(), remembered}; }
+void remember(const fs::path& path) {
+  const std::scoped_lock lock(one_at_a_time);
+  remembered = new Remembered{path.string(), remembered};
+}
 
 void forget(const fs::path& path) {
   for (Remembered* entry = remembered; entry; entry = entry->next)
@@ -88,10 +94,8 @@ extern "C" void remove_and_crash(int signal_number) {
   raise(signal_number);
 }
 
-std::map<std::string, std::string>& known_names() {
-  static std::map<std::string, std::string> names;
-  return names;
-}
+/// What files stand for, by their names.
+std::map<std::string, std::string> known_names;
 
 const std::string prefix = ".hextools-";
 
@@ -157,6 +161,7 @@ bool is_abandoned(const std::string& name) {
 /// Once for each folder.
 void remove_abandoned(const fs::path& folder) {
   static std::set<std::string> done;
+  const std::scoped_lock lock(one_at_a_time);
   if (!done.insert(folder.string()).second) return;
   std::error_code failed;
   for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end; entry.increment(failed)) {
@@ -183,7 +188,8 @@ TemporaryFile::TemporaryFile(const fs::path& folder, const std::string& suffix, 
   close(file);
   path_ = pattern;
   remember(path_);
-  known_names()[path_.string()] = stands_for;
+  const std::scoped_lock lock(one_at_a_time);
+  known_names[path_.string()] = stands_for;
 }
 
 TemporaryFile::~TemporaryFile() {
@@ -255,7 +261,8 @@ fs::path temporary_place() {
 
 std::string with_known_names(std::string message) {
   if (message.find(prefix) == std::string::npos) return message;
-  for (const auto& [path, name] : known_names())
+  const std::scoped_lock lock(one_at_a_time);
+  for (const auto& [path, name] : known_names)
     for (std::size_t at = message.find(path); at != std::string::npos; at = message.find(path, at + name.size()))
       message.replace(at, path.size(), name);
   return message;

@@ -7,8 +7,22 @@ namespace {
 
 constexpr int most_dots = 64;
 
+/// Copies of nodes have no places; those of keys have.
+toml::array without_places(const toml::array& array) {
+  toml::array out;
+  for (const toml::node& item : array) {
+    if (const toml::table* table = item.as_table())
+      out.push_back(hexmesh::without_places(*table));
+    else if (const toml::array* inner = item.as_array())
+      out.push_back(without_places(*inner));
+    else
+      out.push_back(item);
+  }
+  return out;
+}
+
 /// The parser makes a table of each part of a key, one inside the other, and takes them apart by recursion.
-void check_keys(const std::string& text, const std::string& display_name) {
+void check_keys(std::string_view text, const std::string& display_name) {
   int dots = 0, line = 1;
   char quote = 0;
   for (std::size_t n = 0; n < text.size(); ++n) {
@@ -34,7 +48,10 @@ void check_keys(const std::string& text, const std::string& display_name) {
 }  // namespace
 
 toml::table parse_toml(const std::filesystem::path& path, const std::string& display_name) {
-  const std::string text = read_text_file(path, display_name);
+  return parse_toml_text(read_text_file(path, display_name), display_name);
+}
+
+toml::table parse_toml_text(std::string_view text, const std::string& display_name) {
   check_keys(text, display_name);
   try {
     return toml::parse(text);
@@ -42,6 +59,19 @@ toml::table parse_toml(const std::filesystem::path& path, const std::string& dis
     throw Error(ErrorKind::input, fmt::format("{}:{}:{}: {}", display_name, e.source().begin.line,
                                               e.source().begin.column, e.description()));
   }
+}
+
+toml::table without_places(const toml::table& table) {
+  toml::table out;
+  for (const auto& [key, node] : table) {
+    if (const toml::table* inner = node.as_table())
+      out.insert(key.str(), without_places(*inner));
+    else if (const toml::array* array = node.as_array())
+      out.insert(key.str(), without_places(*array));
+    else
+      out.insert(key.str(), node);
+  }
+  return out;
 }
 
 }  // namespace hexmesh

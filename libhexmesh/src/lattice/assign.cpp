@@ -73,12 +73,13 @@ void check_that_all_have_one(const std::vector<Segment>& segments,
   }
   if (without.empty()) return;
   const bool is_one = without.size() == 1;
-  throw Error(ErrorKind::input,
-              fmt::format("segment{} {} {} no material and {} no known tissue, expected --material "
-                          "'{}:young_kpa=...,poisson=...', ':tissue=...' or ':none'{}",
-                          is_one ? "" : "s", fmt::join(without, ", "), is_one ? "has" : "have",
-                          is_one ? "its name" : "their names", without.front().substr(1, without.front().size() - 2),
-                          is_one ? "" : " for each, or '*:...' for all of them"));
+  throw Error(
+      ErrorKind::input,
+      fmt::format("segment{} {} {} no material and {} no known tissue, expected young_kpa and poisson, a tissue or "
+                  "none{} (--material '{}:young_kpa=...,poisson=...', ':tissue=...' or ':none')",
+                  is_one ? "" : "s", fmt::join(without, ", "), is_one ? "has" : "have",
+                  is_one ? "its name" : "their names", is_one ? "" : " for each, or for '*', all of them",
+                  without.front().substr(1, without.front().size() - 2)));
 }
 
 }  // namespace

@@ -115,6 +115,7 @@ CellMatrix ElementMatrices::volumetric(const Element& element) const {
     const CellVector div = divergence_at(gradients_[q]);
     k += element.bulk[q] * div * div.transpose();
   }
+  k.triangularView<Eigen::StrictlyLower>() = k.transpose().eval();  // to the last digit, as files hold it
   return k;
 }
 

@@ -10,6 +10,7 @@
 
 #include "hexmesh/core/bytes.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/core/interruption.h"
 #include "hexmesh/core/memory.h"
 #include "parts.h"
 
@@ -230,8 +231,11 @@ std::vector<ExposedFace> find_faces(const Lattice& lattice) {
 /// @param num_levels  0: merge until at most 16 cells are left
 void add_levels(Lattice& lattice, int num_levels) {
   VoxelCounts counts;
-  while (num_levels > 0 ? lattice.num_levels() < num_levels : lattice.levels.back().cells.size() > 16)
+  while (num_levels > 0 ? lattice.num_levels() < num_levels : lattice.levels.back().cells.size() > 16) {
+    interruption_point();
     lattice.levels.push_back(coarser_level(lattice, lattice.levels.back(), counts));
+  }
+  interruption_point();
   count_filled(lattice.levels, lattice.materials.size());
   count_mixture(lattice.levels, lattice.materials);
   count_parts(lattice);

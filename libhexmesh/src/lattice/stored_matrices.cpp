@@ -53,6 +53,12 @@ bool differ(double value, double expected, double scale = 0) {
 
 }  // namespace
 
+double shear_of(const CellMatrix& deviatoric, const Mat3& edges) {
+  const Mat3 strain = some_shear();
+  const CellVector u = linear_field(edges, strain);
+  return u.dot(deviatoric * u) / (2 * strain.squaredNorm());
+}
+
 void StoredMatrices::append(const ElementMatrices& matrices, const Element& element) {
   append_packed(matrices.stiffness(element), sets_[0].values);
   append_packed(matrices.deviatoric(element), sets_[1].values);
@@ -69,12 +75,6 @@ CellMatrix StoredMatrices::mean_dilatation_stiffness(std::size_t element) const 
 
 CellVector StoredMatrices::divergence(std::size_t element) const {
   return CellVector::Map(&sets_[2].values[24 * element]);
-}
-
-double StoredMatrices::shear(std::size_t element, const Mat3& edges) const {
-  const Mat3 strain = some_shear();
-  const CellVector u = linear_field(edges, strain);
-  return u.dot(deviatoric(element) * u) / (2 * strain.squaredNorm());
 }
 
 std::ptrdiff_t StoredMatrices::find_contradiction(const Mat3& edges) const {

@@ -53,10 +53,27 @@ TriangleSurface extract_surface(const Grid& voxels, const std::vector<std::uint1
   return surface;
 }
 
+namespace {
+
+/// Of a lattice or a result.
+template <class Body>
+TriangleSurface surfaces_of(const Body& body) {
+  TriangleSurface all;
+  for (const LatticeSegment& s : body.segments)
+    if (s.material) append(all, extract_surface(body.voxels, body.labels, s.segment.label));
+  return all;
+}
+
+}  // namespace
+
+void add_surface(Lattice& lattice) {
+  lattice.surface = surfaces_of(lattice);
+  lattice.surface_of_voxels = true;
+}
+
 void add_surface(Result& result) {
   if (!result.surface_of_voxels || !result.surface.points.empty()) return;
-  for (const LatticeSegment& s : result.segments)
-    if (s.material) append(result.surface, extract_surface(result.voxels, result.labels, s.segment.label));
+  result.surface = surfaces_of(result);
   move_surface(result);
 }
 

@@ -5,6 +5,7 @@
 
 #include "core/parallel.h"
 #include "core/stopwatch.h"
+#include "hexmesh/core/interruption.h"
 
 namespace hexsolver {
 
@@ -70,6 +71,7 @@ ConjugateGradients::Outcome ConjugateGradients::solve(const Potential& potential
       if (!(factor > 1)) return outcome;
       target = 0.9 * left / factor;
     }
+    hexmesh::interruption_point();
     if (options.interrupt && options.interrupt()) {
       outcome.end = End::interrupted;
       return outcome;

@@ -4,6 +4,8 @@
 #include <Eigen/Sparse>
 #include <unsupported/Eigen/IterativeSolvers>
 
+#include "hexmesh/core/interruption.h"
+
 namespace hexsolver {
 class ProductMatrix;
 }
@@ -85,6 +87,7 @@ private:
 GmresOutcome solve_by_gmres(const GeneralEquation& equation, const NodeVector& b, const GmresOptions& options,
                             NodeVector& x) {
   const GeneralEquation::Map multiply = [&](const NodeVector& from, NodeVector& to) {
+    hexmesh::interruption_point();
     if (options.interrupt && options.interrupt()) throw Interrupted();
     equation.multiply(from, to);
   };

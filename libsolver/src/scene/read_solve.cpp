@@ -31,7 +31,7 @@ bool read_law(TomlReader& table, Scene& scene) {
 
 /// Which levels are solved.
 void read_levels(TomlReader& table, bool moves, Scene& scene) {
-  scene.level = table.integer("level", 0, 30, "a level of the lattice, 0 or more");
+  scene.level = table.integer("level", 0, most_levels, "a level of the lattice, 0 or more");
   scene.accuracy = table.number("accuracy_mm", 1e-9, infinity, "an accuracy > 0 mm");
   scene.reaction_accuracy =
       table.number("accuracy_reactions", 1e-6, 1, "a part of the largest reaction, 1e-6 to 1 (0.05 is 5 %)");
@@ -74,8 +74,8 @@ SolveTable read_solve(TomlReader table, Scene& scene) {
   if (auto v = table.choice<Supports>("supports", {{"area", Supports::area}, {"points", Supports::points}}))
     scene.supports = *v;
   if (auto v = table.choice<Grading>("grading", {{"off", Grading::off}, {"scene", Grading::scene}})) scene.grading = *v;
-  if (auto v =
-          table.integer("coarser_by", 0, 30, "how many levels coarser than the finest graded cells may be, 0 to 30")) {
+  if (auto v = table.integer("coarser_by", 0, most_levels,
+                             "how many levels coarser than the finest graded cells may be, 0 to 30")) {
     scene.coarser_by = *v;
     if (scene.grading == Grading::off)
       scene.warnings.emplace_back("solve.coarser_by goes with solve.grading = \"scene\": it changes nothing");

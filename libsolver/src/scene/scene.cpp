@@ -90,13 +90,19 @@ Scene read_scene(const std::filesystem::path& path, const std::string& display_n
   return read_scene(hexmesh::parse_toml(path, display_name), display_name, settings, folder);
 }
 
+Scene parse_scene(std::string_view toml, const std::string& display_name, const std::filesystem::path& folder,
+                  bool has_places) {
+  toml::table root = hexmesh::parse_toml_text(toml, display_name);
+  return read_scene(has_places ? std::move(root) : hexmesh::without_places(root), display_name, {}, folder);
+}
+
 Scene make_scene(const std::vector<std::string>& settings) { return read_scene(toml::table(), "--set", settings, ""); }
 
 Scene read_scene(toml::table root, const std::string& display_name, const std::vector<std::string>& settings,
                  const std::filesystem::path& folder) {
   for (const std::string& setting : settings) apply_setting(root, setting);
 
-  TomlReader reader(root, display_name, "");
+  TomlReader reader(root, display_name, "", settings.empty() ? "" : "--set");
   Scene scene;
   auto solve = reader.table("solve", "a table written [solve]");
   SolveTable says;
@@ -221,6 +227,37 @@ void Scene::name_level(std::optional<int> of) {
   accuracy.reset();
   reaction_accuracy.reset();
   budget.reset();
+}
+
+void apply(const Request& request, Scene& scene) {
+  const auto expect = [](bool holds, const char* what, double value, const char* expected) {
+    if (!holds) throw Error(ErrorKind::usage, fmt::format("{} is {:g}, expected {}", what, value, expected));
+  };
+  const auto& [level, coarser_by, accuracy, reactions, budget] = request;
+  if (level) expect(*level >= 0 && *level <= most_levels, "the level", *level, "0 to 30");
+  if (coarser_by) expect(*coarser_by >= 0 && *coarser_by <= most_levels, "levels coarser", *coarser_by, "0 to 30");
+  if (accuracy) expect(*accuracy > 0 && std::isfinite(*accuracy), "the accuracy", *accuracy, "a number > 0 in mm");
+  if (reactions) expect(*reactions >= 1e-6 && *reactions <= 1, "the accuracy of reactions", *reactions, "1e-6 to 1");
+  if (budget) expect(*budget > 0 && std::isfinite(*budget), "the budget", *budget, "a number > 0 in s");
+  const bool asks_accuracy = accuracy || reactions;
+  if (int(level.has_value()) + int(asks_accuracy) + int(budget.has_value()) > 1)
+    throw Error(ErrorKind::usage, "more than one of level, accuracy and budget is asked for, expected one");
+  if (scene.dynamics && (asks_accuracy || budget))
+    throw Error(ErrorKind::usage,
+                fmt::format("{} goes with an equilibrium, but the scene is a motion, expected a level",
+                            budget ? "a budget" : "an accuracy"));
+  if (level || asks_accuracy || budget) {
+    scene.name_level(level);
+    scene.accuracy = accuracy;
+    scene.reaction_accuracy = reactions;
+    scene.budget = budget;
+  }
+  if (coarser_by) {
+    scene.grading = Grading::scene;
+    scene.coarser_by = *coarser_by;
+    check_matches(scene);
+    check_loaded(scene);
+  }
 }
 
 }  // namespace hexsolver

@@ -35,11 +35,14 @@ ElementModel make_element_model(const CellMatrix& stiffness, const CellVector& b
 }  // namespace
 
 ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
-                                Volumetric volumetric) {
+                                const Mat3& edges, Volumetric volumetric) {
+  const CellMatrix deviatoric = matrices.deviatoric(element);
+  const CellVector divergence = matrices.divergence(element);
+  const double volume = element.volume(), bulk = element.total_bulk();
   return make_element_model(
-      volumetric == Volumetric::mean ? matrices.mean_dilatation_stiffness(element) : matrices.stiffness(element),
-      matrices.divergence(element), matrices.shape(element), element.volume(), element.total_shear(),
-      element.total_bulk(), volumetric);
+      volumetric == Volumetric::mean ? hexmesh::mean_dilatation_stiffness(deviatoric, divergence, bulk, volume)
+                                     : CellMatrix(deviatoric + matrices.volumetric(element)),
+      divergence, matrices.shape(element), volume, hexmesh::shear_of(deviatoric, edges), bulk, volumetric);
 }
 
 ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::size_t element, const Mat3& edges,

@@ -33,11 +33,11 @@ Mat3 hooke_stress(const ElementModel& model, const Mat3& strain);
 /// flat ones have J = 1e-6, so that it stays a number.
 Mat3 cauchy_stress(const Mat3& kirchhoff, double jacobian);
 
-ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
-                                Volumetric volumetric);
-
-/// Likewise from the matrices that the lattice file holds.
 /// @param edges  columns = the cell's edge vectors [mm]
+ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
+                                const Mat3& edges, Volumetric volumetric);
+
+/// The same, to the last digit, from the matrices that the lattice file holds.
 ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::size_t element, const Mat3& edges,
                                 Volumetric volumetric);
 

@@ -67,7 +67,9 @@ void add_models(const hexmesh::Lattice& lattice, const OfLevel& of, const Elasti
   if (is_even)
     for (hexmesh::Element& e : elements) e = hexmesh::spread_evenly(e);
   const hexmesh::ElementMatrices matrices(edges);
-  add([&](std::size_t e, std::size_t) { return make_element_model(matrices, elements[e], settings.volumetric); });
+  add([&](std::size_t e, std::size_t) {
+    return make_element_model(matrices, elements[e], edges, settings.volumetric);
+  });
   if (points.empty()) return;
   if (is_even)
     for (std::size_t e = 0; e < elements.size(); ++e)

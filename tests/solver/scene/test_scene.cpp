@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "hexsolver/scene/scene.h"
+#include "hexsolver/scene/scene_files.h"
 #include "support/files.h"
 
 namespace test_scene {
@@ -99,6 +100,44 @@ TEST(Scene, SettingsOverrideTheFile) {
   EXPECT_EQ(scene.materials.at("liver").poisson, 0.4);
   EXPECT_NE(error_of(good, {"solve"}).find("expected key=value"), std::string::npos);
   EXPECT_NE(error_of(good, {"fix.7.name=x"}).find("--set 'fix.7.name=x'"), std::string::npos);
+}
+
+TEST(Scene, WithoutPlacesNamesWhatItIsIn) {
+  const auto error = [](const std::string& text, bool has_places) {
+    return message_of(ErrorKind::input, [&] { parse_scene(text, "scene", "", has_places); });
+  };
+  EXPECT_EQ(error("[solve]\nlevel = -1\n", true),
+            "scene:2:9: solve.level is -1, expected a level of the lattice, 0 or more");
+  EXPECT_EQ(error("[solve]\nlevel = -1\n", false),
+            "scene: solve.level is -1, expected a level of the lattice, 0 or more");
+  EXPECT_EQ(error("[[fix]]\npoint_mm = [0, 0, 0]\nradius = 3\n", false).substr(0, 31),
+            "scene: unknown key 'fix.radius'");
+  EXPECT_EQ(error("[[force]]\nname = 'a'\nbox_mm = [0, 1, 2, 3, 'x', 4]\n", false).substr(0, 16), "scene: force.box");
+  const Scene scene = parse_scene(good, "scene", "", false);
+  EXPECT_EQ(scene.conditions[2].by, scene_of(good).conditions[2].by);
+  EXPECT_EQ(scene.conditions[0].where, "scene");
+}
+
+TEST(Scene, ARequestGoesBeforeWhatItAsksFor) {
+  Scene scene = parse_scene("[solve]\nbudget_s = 3\n", "scene", "");
+  apply({}, scene);
+  EXPECT_EQ(scene.budget, 3);
+  apply({.accuracy = 0.5, .reaction_accuracy = 0.1}, scene);
+  EXPECT_EQ(scene.accuracy, 0.5);
+  EXPECT_EQ(scene.reaction_accuracy, 0.1);
+  EXPECT_FALSE(scene.budget);
+  apply({.level = 1, .coarser_by = 2}, scene);
+  EXPECT_EQ(scene.level, 1);
+  EXPECT_FALSE(scene.asks_accuracy());
+  EXPECT_TRUE(scene.is_graded());
+  for (const Request& wrong : {Request{.level = 1, .budget = 1}, Request{.level = -1}, Request{.level = 31},
+                               Request{.accuracy = 0}, Request{.accuracy = std::nan("")}, Request{.budget = INFINITY},
+                               Request{.reaction_accuracy = 2}, Request{.accuracy = 1, .budget = 1}})
+    EXPECT_NE(message_of(ErrorKind::usage, [&] { apply(wrong, scene); }).find("expected"), std::string::npos);
+  Scene motion = parse_scene("[solve]\nkind = 'dynamics'\n[dynamics]\nstep_s = 1\nduration_s = 1\n", "scene", "");
+  apply({.level = 2}, motion);
+  EXPECT_NE(message_of(ErrorKind::usage, [&] { apply({.budget = 1}, motion); }).find("the scene is a motion"),
+            std::string::npos);
 }
 
 TEST(Scene, ALineMarkupIsADisplacement) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 
 #include "hexmesh/lattice/material_rule.h"
 
@@ -14,5 +15,10 @@ namespace hexmesh {
 /// @throws Error{input} "file:line:column: key, value, what was expected"
 std::map<std::string, MaterialChoice> read_materials(const std::filesystem::path& path,
                                                      const std::string& display_name);
+
+/// Likewise a text in memory.
+/// @param has_places  messages name lines of the text, which somebody wrote; else only `display_name`
+std::map<std::string, MaterialChoice> parse_materials(std::string_view toml, const std::string& display_name,
+                                                      bool has_places = true);
 
 }  // namespace hexmesh

@@ -31,6 +31,7 @@ public:
   void finish(const Result& result, const std::filesystem::path& lattice = {});
 
 private:
+  std::filesystem::path path_;
   std::unique_ptr<hdf5::Writer> file_;
   std::vector<double> times_;
 };

@@ -9,6 +9,11 @@
 
 namespace hexmesh {
 
+/// int mu dV [N mm] of an element, from the energy of a strain without change of volume.
+/// @param deviatoric  its A [N/mm], see ElementMatrices
+/// @param edges       columns = the cell's edge vectors [mm]
+double shear_of(const CellMatrix& deviatoric, const Mat3& edges);
+
 /// Precomputed matrices of the elements of one level, as the lattice file holds them. Each is a sum over the voxels of
 /// its element, so that a parent's follows from its children's: K_parent = sum_c L_c^T K_c L_c (the paper,
 /// section 3.2).
@@ -44,9 +49,8 @@ public:
   NodeWeights lumped_mass(std::size_t element) const { return weights(5, element); }  ///< [tonne]
   NodeWeights shape(std::size_t element) const { return weights(6, element); }        ///< int N_a dV [mm^3]
 
-  /// int mu dV [N mm], from the energy of a strain without change of volume.
-  /// @param edges  columns = the cell's edge vectors [mm]
-  double shear(std::size_t element, const Mat3& edges) const;
+  /// int mu dV [N mm]. @param edges  columns = the cell's edge vectors [mm]
+  double shear(std::size_t element, const Mat3& edges) const { return shear_of(deviatoric(element), edges); }
 
   /// The first element whose values contradict each other, as two strains show: K resists shear as A does and change of
   /// volume as `bulk` says, `divergence` and `shape` have the volume. -1 if there is none.

@@ -17,6 +17,9 @@ inline TriangleSurface extract_surface(const Lattice& lattice, std::uint16_t lab
   return extract_surface(lattice.voxels, lattice.labels, label);
 }
 
+/// Give a lattice with labels the surfaces of its segments with material, one part after the other.
+void add_surface(Lattice& lattice);
+
 /// Give a result as read_result() reads it the surface that its file leaves out, one part after the other of each
 /// segment with material, and move it. Nothing happens where it has one.
 void add_surface(Result& result);

@@ -11,15 +11,19 @@ namespace hexmesh {
 /// foreseen wrongly gets std::bad_alloc at a wall that stands farther off, as the operating system counts addresses,
 /// used or not: a quarter and 64 MB, and what threads' stacks may take. Limits that the process has stay.
 /// Called once, where only one thread runs.
-/// @param wall  for a limit that is not the user's [bytes]; 0: by `bytes`
-void limit_memory(double bytes, double wall = 0);
+/// @param wall  for a limit that is not the user's [bytes]; 0: by `bytes`; infinite: none
+/// @param name  what sets the limit, in messages
+void limit_memory(double bytes, double wall = 0, const std::string& name = "--max-memory");
 
 /// What it may still ask for now [bytes]; infinite where nothing was limited.
 double memory_left();
 
 /// To be called before much is asked for.
-/// @throws Error{input} "WHAT takes about ... MB, expected at most ... MB, what is left of ... MB (--max-memory)"
+/// @throws Error{input} "WHAT takes about ... MB, expected at most ... MB, what is left of ... MB (NAME)"
 void expect_memory(std::size_t bytes, const std::string& what);
+
+/// What set the limit, as limit_memory() was told.
+const std::string& name_of_memory_limit();
 
 /// What a run says that met its limit where nothing foresaw it.
 const std::string& out_of_memory_message();

@@ -14,6 +14,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -28,13 +29,20 @@ namespace hexmesh {
 /// @throws Error{input} "file:line:column: what the parser says"
 toml::table parse_toml(const std::filesystem::path& path, const std::string& display_name);
 
+/// Likewise of a text in memory.
+toml::table parse_toml_text(std::string_view text, const std::string& display_name);
+
+/// The same tables without places in a text: messages name them by what they are in.
+toml::table without_places(const toml::table& table);
+
 /// Reads one TOML table and answers for every key: its type, its range, and that none is left over.
-/// Each error is "file:line:column: key, value, what was expected".
+/// Each error is "file:line:column: key, value, what was expected"; "file: ..." for what has no place in a text.
 class TomlReader {
 public:
-  /// @param name  of the table in messages, e.g. "solve"
-  TomlReader(const toml::table& table, std::string file, std::string name)
-      : table_(table), file_(std::move(file)), name_(std::move(name)) {}
+  /// @param name      of the table in messages, e.g. "solve"
+  /// @param unplaced  what is without a place in `file` came by this, e.g. "--set"
+  TomlReader(const toml::table& table, std::string file, std::string name, std::string unplaced = "")
+      : table_(table), file_(std::move(file)), name_(std::move(name)), unplaced_(std::move(unplaced)) {}
 
   bool is_table(const std::string& key) const { return table_.get(key) && table_.get(key)->is_table(); }
 
@@ -109,7 +117,7 @@ public:
     const toml::node* node = take(key);
     if (!node) return std::nullopt;
     if (!node->is_table()) fail(*node, key, expected);
-    return TomlReader(*node->as_table(), file_, path(key));
+    return TomlReader(*node->as_table(), file_, path(key), unplaced_);
   }
 
   /// The tables of [[key]].
@@ -120,7 +128,7 @@ public:
     const toml::array* array = node->as_array();
     if (!array || !array->is_homogeneous(toml::node_type::table))
       fail(*node, key, fmt::format("tables written [[{}]]", path(key)));
-    for (const toml::node& item : *array) out.emplace_back(*item.as_table(), file_, path(key));
+    for (const toml::node& item : *array) out.emplace_back(*item.as_table(), file_, path(key), unplaced_);
     return out;
   }
 
@@ -178,7 +186,7 @@ private:
   std::string path(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
 
   std::string at(const toml::source_position& position) const {
-    if (position.line == 0) return file_ + " (--set)";
+    if (position.line == 0) return unplaced_.empty() ? file_ : file_ + " (" + unplaced_ + ")";
     return fmt::format("{}:{}:{}", file_, position.line, position.column);
   }
 
@@ -195,6 +203,7 @@ private:
   const toml::table& table_;
   std::string file_;
   std::string name_;
+  std::string unplaced_;
   std::set<std::string> taken_;
   std::vector<std::string> asked_;
 };

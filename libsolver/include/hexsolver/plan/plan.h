@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "hexmesh/result/result.h"
@@ -50,6 +51,12 @@ SolvePlan plan_solution(const hexmesh::Lattice& lattice, const Scene& scene, int
 
 /// The memory that a solution is expected to take on its finest level [bytes].
 std::size_t expected_bytes(const hexmesh::Lattice& lattice, const Scene& scene, int level);
+
+/// Save memory if the finest level would not fit otherwise; an accuracy or a budget may end on a coarser one.
+/// @param note  becomes a line on what that costs; empty: nothing
+/// @returns the finest level that fits
+/// @throws Error{input} if the level asked does not
+int fit_into_memory(const hexmesh::Lattice& lattice, int finest, Scene& scene, std::string& note);
 
 /// What the parts of a linear solution take on one level, at rest.
 struct SolverTimes {

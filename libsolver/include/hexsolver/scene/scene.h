@@ -20,6 +20,8 @@
 
 namespace hexsolver {
 
+inline constexpr int most_levels = 30;  ///< that anybody names
+
 enum class SurfacePoints {
   faces,   ///< centres of exposed voxel faces
   voxels,  ///< barycentres of boundary voxels, the paper's
@@ -237,6 +239,15 @@ struct Scene {
   bool is_open_ended() const { return asks_accuracy() || budget; }  ///< which level it ends on is found on the way
   void name_level(std::optional<int> of);                           ///< in place of what it asks for
 };
+
+/// What a call asks for in place of what its scene does. At most one of level, accuracies and budget.
+struct Request {
+  std::optional<int> level, coarser_by;                       ///< the second: graded cells, see Scene
+  std::optional<double> accuracy, reaction_accuracy, budget;  ///< as those of Scene
+};
+
+/// @throws Error{usage} for a bad request; Error{input} where the scene does not go with it
+void apply(const Request& request, Scene& scene);
 
 /// Read a scene (TOML). Relative paths of markups are relative to the scene file.
 /// @param settings  "solve.strain=corotational" overrides a key of the file before it is checked
