@@ -12,6 +12,8 @@ from .errors import UsageError
 
 
 def _array(value: Any, name: str) -> npt.NDArray[Any]:
+    if isinstance(value, np.ma.MaskedArray):
+        raise UsageError(f"{name} is a masked array, expected plain values, e.g. {name}.filled(0)")
     try:
         with np.errstate(all="ignore"):
             array = np.asarray(value)

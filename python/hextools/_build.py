@@ -13,13 +13,13 @@ import numpy as np
 
 from . import _arrays, _core
 from ._core import Lattice
-from ._text import toml_of
+from ._text import is_text, string_of, toml_of
 from .errors import InputError, UsageError
 
 _IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Volume:
     """Voxels in the patient: voxel (i, j, k) is centred at `origin + direction @ (spacing * (i, j, k))` [mm], LPS.
 
@@ -36,6 +36,11 @@ class Volume:
     direction: Any = _IDENTITY
     segments: Mapping[int, Any] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        voxels = " x ".join(str(n) for n in np.shape(self.values))
+        spacing = " x ".join(f"{float(s):.4g}" for s in self.spacing)
+        return f"<hextools.Volume of {voxels} voxels of {spacing} mm>"
+
 
 def _segments(segments: Any) -> dict[int, tuple[str, Any, str]]:
     if not isinstance(segments, Mapping):
@@ -43,6 +48,8 @@ def _segments(segments: Any) -> dict[int, tuple[str, Any, str]]:
     out = {}
     for label, segment in segments.items():
         number = _arrays.whole(label, "a label of segments", 1, 65535)
+        if isinstance(segment, str):
+            string_of(segment)
         meaning = {"name": segment} if isinstance(segment, str) else segment
         if not isinstance(meaning, Mapping) or set(meaning) - {"name", "color", "terminology"}:
             raise UsageError(f"segments[{number}] is {segment!r}, expected a name or name, color and terminology")
@@ -72,6 +79,8 @@ def _materials(materials: Any, segments: Mapping[int, tuple[str, Any, str]]) -> 
     """TOML, its name in messages, whether they name its lines."""
     if materials is None:
         return "", "materials", False
+    if isinstance(materials, str) and is_text(materials):
+        return materials, "materials", True
     if isinstance(materials, (str, os.PathLike)):
         path = Path(materials)
         try:
@@ -111,7 +120,7 @@ def build(
         label_1, ...
     materials: what segments are made of, by name or label ("*": all others): {"young_kpa": 3, "poisson": 0.45,
         "density_kg_m3": 1060}, the name of a tissue, or None for one that only serves boundary conditions; laws that
-        follow the grey values as in a materials file; or such a file. Without one the segment's name chooses a tissue
+        follow the grey values as in a materials file; or such a file, or its text. Without one the segment's name chooses a tissue
     intensity: grey values that materials follow: an array on the grid of the labels, or a Volume
     levels: number of levels; 0: until at most 16 cells are left
     offset: shift of the lattice against the body, in voxels

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -11,14 +12,10 @@ from typing import Any, Optional, Union
 from . import _arrays, _core
 from ._build import read_lattice
 from ._core import Lattice, Result
-from ._text import toml_of
+from ._text import is_text, toml_of
 from .errors import NotConverged, UsageError, Warning
 
 Scene = Union[str, "os.PathLike[str]", Mapping[str, Any]]
-
-
-def _is_text(scene: str) -> bool:
-    return scene == "" or any(character in scene for character in "\n=[")
 
 
 def _scene(scene: Any, folder: Any) -> _core.Scene:
@@ -26,7 +23,7 @@ def _scene(scene: Any, folder: Any) -> _core.Scene:
         return scene
     if isinstance(scene, Mapping):
         return _core.parse_scene((toml_of(scene), "scene", False), "" if folder is None else os.fspath(folder))
-    if isinstance(scene, str) and _is_text(scene):
+    if isinstance(scene, str) and is_text(scene):
         return _core.parse_scene((scene, "scene", True), "" if folder is None else os.fspath(folder))
     if isinstance(scene, (str, os.PathLike)):
         return _core.read_scene(os.fspath(scene))
@@ -58,9 +55,54 @@ def _asked(level: Any = None, coarser_by: Any = None, accuracy: Any = None, reac
     }
 
 
-def _warn(messages: list[str]) -> None:
+def _warn(messages: list[str], of: Any = None, stacklevel: int = 3) -> None:
+    """Where warnings are errors, the first has as `result` what was found all the same."""
     for message in messages:
-        warnings.warn(message, Warning, stacklevel=3)
+        try:
+            warnings.warn(message, Warning, stacklevel=stacklevel)
+        except Warning as warning:
+            setattr(warning, "result", of)
+            raise
+
+
+def _digest(data: bytes, name: str) -> str:
+    return f"{hashlib.sha256(data).hexdigest()}  {name}"
+
+
+def _history(call: str, lattice: Any, scene: Any, read: _core.Scene) -> str:
+    """The call, then a line for each file and text that it read, as the tools have it."""
+    lines = [f"{call} of Python"]
+    if isinstance(lattice, (str, os.PathLike)):
+        lines.append(f"{_core.content_checksum(os.fspath(lattice))}  {os.fspath(lattice)}")
+    if isinstance(scene, Mapping):
+        lines.append(_digest(toml_of(scene).encode(), "a scene of Python, as TOML"))
+    elif isinstance(scene, str) and is_text(scene):
+        lines.append(_digest(scene.encode(), "a scene of Python"))
+    files = [os.fspath(scene)] if isinstance(scene, os.PathLike) or (isinstance(scene, str) and not is_text(scene)) else []
+    for file in [*files, *(os.fspath(named) for named in read.files)]:
+        with open(file, "rb") as opened:
+            lines.append(_digest(opened.read(), file))
+    return "\n".join(lines)
+
+
+def _rising(progress: Optional[Callable[[dict[str, Any]], object]]) -> Optional[Callable[[dict[str, Any]], object]]:
+    """Tells parts that do not go back: a level may turn out to need a coarser one first."""
+    if progress is None:
+        return None
+    teller, most = progress, 0.0
+
+    def tell(told: dict[str, Any]) -> None:
+        nonlocal most
+        if told["part"] is not None:
+            told["part"] = most = max(most, told["part"])
+        teller(told)
+
+    return tell
+
+
+def _check_level(lattice: Lattice, level: Optional[int]) -> None:
+    if level is not None and level >= len(lattice.levels):
+        raise UsageError(f"level is {level}, expected 0 to {len(lattice.levels) - 1}")
 
 
 def _check_callable(progress: Any) -> None:
@@ -98,8 +140,10 @@ def solve(
     asked = _asked(level, coarser_by, accuracy, reaction_accuracy, budget)
     of, read = _lattice(lattice), _scene(scene, folder)
     named = [f"{key}={value:g}" for key, value in asked.items() if value is not None]
-    result, messages, missing = _core.solve(of, read, asked, progress, [f"hextools.solve({', '.join(named)}) of Python"])
-    _warn(messages)
+    _check_level(of, level)
+    history = _history(f"hextools.solve({', '.join(named)})", lattice, scene, read)
+    result, messages, missing = _core.solve(of, read, asked, _rising(progress), [history])
+    _warn(messages, result)
     if missing:
         raise NotConverged(missing, result)
     return result
@@ -130,21 +174,32 @@ def example_scene(lattice: Union[Lattice, str, os.PathLike[str]]) -> str:
 
 
 class Motion:
-    """A motion that goes on step by step: iterating gives the state at the start, then that after each step.
+    """A motion that goes on step by step, to its duration: iterating gives the state at the start, then that after each
+    step that is left. Threads may share one: each step is one thread's.
 
     A state is a dict: time [s], displacement (num_nodes, 3) [mm], velocity (num_nodes, 3) [mm/s], energies [N mm],
     work [N mm], momentum [N s], contacts; the arrays are its own.
     """
 
     def __init__(self, lattice: Union[Lattice, str, os.PathLike[str]], scene: Scene, *, level: Optional[int] = None,
-                 folder: Union[str, os.PathLike[str], None] = None) -> None:
-        self._motion = _core.Motion(_lattice(lattice), _scene(scene, folder), _asked(level))
-        _warn(self._motion.warnings)
+                 folder: Union[str, os.PathLike[str], None] = None, _stacklevel: int = 3) -> None:
+        of, asked = _lattice(lattice), _asked(level)
+        _check_level(of, level)
+        self._motion = _core.Motion(of, _scene(scene, folder), asked)
+        _warn(self._motion.warnings, self, _stacklevel)
+
+    def __repr__(self) -> str:
+        return f"<hextools.Motion after {self.steps} of {self.num_steps} steps>"
 
     @property
     def num_steps(self) -> int:
         """Of the whole motion."""
         return self._motion.num_steps
+
+    @property
+    def steps(self) -> int:
+        """Taken so far."""
+        return self._motion.steps()
 
     @property
     def nodes(self) -> Any:
@@ -154,19 +209,21 @@ class Motion:
     @property
     def state(self) -> dict[str, Any]:
         """The state as it is now."""
-        found: dict[str, Any] = self._motion.state()
-        return found
+        return self._motion.state()
 
-    def step(self) -> dict[str, Any]:
-        """Go on by one step of [dynamics] step_s. Raises NotConverged where no part of it can be solved."""
-        if not self._motion.step():
+    def step(self) -> Optional[dict[str, Any]]:
+        """Go on by one step of [dynamics] step_s; None at the end. Raises NotConverged where no part of it can be
+        solved; the state is then the last that could."""
+        state = self._motion.step()
+        if state is None and self.steps < self.num_steps:
             raise NotConverged(f"not converged: {self._motion.reason()}")
-        return self.state
+        return state
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
-        yield self.state
-        for _ in range(self.num_steps):
-            yield self.step()
+        if self.steps == 0:
+            yield self.state
+        while (state := self.step()) is not None:
+            yield state
 
 
 def motion(lattice: Union[Lattice, str, os.PathLike[str]], scene: Scene, *, level: Optional[int] = None,
@@ -176,7 +233,7 @@ def motion(lattice: Union[Lattice, str, os.PathLike[str]], scene: Scene, *, leve
         for state in hextools.motion(lattice, "fall.toml", level=2):
             print(state["time"], state["energies"]["kinetic"])
     """
-    return Motion(lattice, scene, level=level, folder=folder)
+    return Motion(lattice, scene, level=level, folder=folder, _stacklevel=4)
 
 
 def read_result(path: Union[str, os.PathLike[str]]) -> Result:

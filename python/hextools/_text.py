@@ -16,7 +16,8 @@ from .errors import UsageError
 _MOST_DEPTH = 32
 
 
-def _string(text: str) -> str:
+def string_of(text: str) -> str:
+    """A text as TOML. Raises UsageError for what UTF-8 cannot hold."""
     # JSON's escapes are TOML's; DEL has none in JSON.
     try:
         text.encode()
@@ -39,7 +40,7 @@ def _value(value: Any, name: str, depth: int) -> str:
     if isinstance(value, os.PathLike):
         value = os.fspath(value)
     if isinstance(value, str):
-        return _string(value)
+        return string_of(value)
     if isinstance(value, Mapping):
         return "{" + ", ".join(_pairs(value, name, depth)) + "}"
     if isinstance(value, (list, tuple)):
@@ -51,10 +52,15 @@ def _pairs(table: Mapping[Any, Any], name: str, depth: int) -> list[str]:
     pairs = []
     for key, value in table.items():
         if not isinstance(key, str):
-            raise UsageError(f"{name} has the key {key!r}, expected texts")
+            raise UsageError(f"{name or 'the scene'} has the key {key!r}, expected texts")
         if value is not None:  # as a key that is not there
-            pairs.append(f"{_string(key)} = {_value(value, f'{name}.{key}' if name else key, depth + 1)}")
+            pairs.append(f"{string_of(key)} = {_value(value, f'{name}.{key}' if name else key, depth + 1)}")
     return pairs
+
+
+def is_text(text: str) -> bool:
+    """Whether it is TOML, and not the name of a file."""
+    return text == "" or any(character in text for character in "\n=[")
 
 
 def toml_of(table: Mapping[str, Any]) -> str:

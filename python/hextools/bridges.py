@@ -17,6 +17,7 @@ from ._core import Lattice, Result
 from .errors import UsageError
 
 _LPS_OF_RAS = np.array([-1.0, -1.0, 1.0])
+_RAS_OF_LPS = _LPS_OF_RAS.astype(np.float32)
 
 
 def from_sitk(image: Any, segments: Union[Mapping[int, Any], None] = None) -> Volume:
@@ -45,23 +46,43 @@ def to_sitk(volume: Volume) -> Any:
 
 def from_nibabel(image: Any, segments: Union[Mapping[int, Any], None] = None) -> Volume:
     """A nibabel image, whose axes are RAS, as a Volume. segments: the names of its labels, if it has labels."""
-    affine = np.asarray(image.affine, dtype=float)
-    edges = _LPS_OF_RAS[:, None] * affine[:3, :3]
+    affine = np.asarray(getattr(image, "affine", None), dtype=float)
+    if affine.shape != (4, 4):
+        raise UsageError(f"{type(image).__name__} has no affine, expected an image of nibabel.load()")
+    units = image.header.get_xyzt_units()[0] if hasattr(image.header, "get_xyzt_units") else "mm"
+    to_mm = {"meter": 1e3, "micron": 1e-3}.get(units, 1.0)
+    edges = to_mm * _LPS_OF_RAS[:, None] * affine[:3, :3]
     spacing = np.linalg.norm(edges, axis=0)
     if not (np.isfinite(affine).all() and (spacing > 0).all()):
         raise UsageError(f"the image has the affine {affine.tolist()}, expected one of finite voxels")
-    return Volume(np.asanyarray(image.dataobj), _three(spacing), _three(_LPS_OF_RAS * affine[:3, 3]), edges / spacing,
-                  segments or {})
+    values = np.asanyarray(image.dataobj)
+    while values.ndim > 3 and values.shape[-1] == 1:
+        values = values[..., 0]
+    return Volume(values, _three(spacing), _three(to_mm * _LPS_OF_RAS * affine[:3, 3]), edges / spacing, segments or {})
 
 
 def to_nibabel(volume: Volume) -> Any:
-    """A Volume as a nibabel Nifti1Image, whose axes are RAS."""
+    """A Volume as a nibabel Nifti1Image, whose axes are RAS; displacements of Result.warp() as an image of vectors, RAS
+    too."""
     import nibabel
 
     affine = np.eye(4)
     affine[:3, :3] = _LPS_OF_RAS[:, None] * np.asarray(volume.direction) * np.asarray(volume.spacing)
     affine[:3, 3] = _LPS_OF_RAS * np.asarray(volume.origin)
-    image = nibabel.Nifti1Image(np.asarray(volume.values), affine)
+    values = np.asarray(volume.values)
+    if values.dtype.kind == "b":
+        values = values.astype(np.uint8)
+    elif values.dtype.kind in "iu" and values.itemsize == 8:
+        narrow = values.astype(np.int32)
+        if not np.array_equal(narrow, values):
+            raise UsageError(f"the volume has values up to {values.max()}, expected those of 32 bits in NIfTI")
+        values = narrow
+    elif values.dtype == np.float16:
+        values = values.astype(np.float32)
+    vectors = values.ndim == 4  # axes of NIfTI: i, j, k, time, component
+    image = nibabel.Nifti1Image((values * _RAS_OF_LPS)[:, :, :, None, :] if vectors else values, affine)
+    if vectors:
+        image.header.set_intent("vector")
     image.header.set_xyzt_units("mm")
     return image
 

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <regex>
 
 #include "cli/machine.h"
@@ -40,7 +41,10 @@ private:
 /// A message without the options of the tools that it names in brackets.
 std::string for_python(std::string message) {
   static const std::regex options(" \\(--[^)]*\\)");
-  return std::regex_replace(hexmesh::with_known_names(std::move(message)), options, "");
+  message = std::regex_replace(hexmesh::with_known_names(std::move(message)), options, "");
+  constexpr std::string_view or_stream = " or -";
+  if (message.ends_with(or_stream)) message.resize(message.size() - or_stream.size());
+  return message;
 }
 
 const char* class_of(hexmesh::ErrorKind kind) {
@@ -87,6 +91,29 @@ FileLock::~FileLock() {
   } catch (py::error_already_set& e) {
     e.discard_as_unraisable("hextools");
   }
+}
+
+void warn(const std::string& text) {
+  const py::object type = py::module_::import("hextools.errors").attr("Warning");
+  if (PyErr_WarnEx(type.ptr(), for_python(text).c_str(), 1) != 0) throw py::error_already_set();
+}
+
+py::bytes bytes_of_file(const std::filesystem::path& path) {
+  std::string bytes(std::filesystem::file_size(path), '\0');
+  std::ifstream(path, std::ios::binary).read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  return bytes;
+}
+
+void forbid_new(const py::object& type, const std::string& made_by) {
+  type.attr("_made_by") = made_by;
+  auto* raw = reinterpret_cast<PyTypeObject*>(type.ptr());
+  raw->tp_new = [](PyTypeObject* asked, PyObject*, PyObject*) -> PyObject* {
+    PyObject* from = PyObject_GetAttrString(reinterpret_cast<PyObject*>(asked), "_made_by");
+    if (from) PyErr_Format(PyExc_TypeError, "%s is not made by itself, expected %U", asked->tp_name, from);
+    Py_XDECREF(from);
+    return nullptr;
+  };
+  PyType_Modified(raw);
 }
 
 void register_errors() {

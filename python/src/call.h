@@ -45,6 +45,16 @@ private:
 /// A path for what takes "-" for a stream, which here is a file like others.
 inline std::string file_name(const std::filesystem::path& path) { return path == "-" ? "./-" : path.string(); }
 
+/// Warns as hextools.Warning, of the line of Python that called.
+void warn(const std::string& text);
+
+/// What a file holds.
+py::bytes bytes_of_file(const std::filesystem::path& path);
+
+/// Objects of a class come from C++ alone: __new__ would leave one empty.
+/// @param made_by  in messages
+void forbid_new(const py::object& type, const std::string& made_by);
+
 /// Makes exceptions of hextools.errors from those of the libraries.
 void register_errors();
 

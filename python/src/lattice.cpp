@@ -16,6 +16,7 @@
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/file/markup_file.h"
 #include "hexmesh/file/material_file.h"
+#include "hexmesh/file/temporary_file.h"
 #include "hexmesh/file/text_file.h"
 #include "hexmesh/lattice/assign.h"
 #include "hexmesh/lattice/element_tree.h"
@@ -217,6 +218,23 @@ void bind_level(py::module_& module) {
       });
 }
 
+/// A lattice as a file of it holds it, for pickle.
+py::bytes to_bytes(const Lattice& lattice) {
+  const hexmesh::TemporaryFile file(hexmesh::temporary_place(), "", "a lattice");
+  const FileLock files;
+  {
+    const WithoutInterpreter call;
+    write_lattice(lattice, file.path(), hexmesh::MatrixStorage::none);
+  }
+  return bytes_of_file(file.path());
+}
+
+std::shared_ptr<Lattice> from_bytes(const py::bytes& bytes) {
+  const hexmesh::TemporaryFile file(hexmesh::temporary_place(), "", "a lattice");
+  hexmesh::write_whole_file(file.path(), std::string_view(bytes));
+  return read(file.path());
+}
+
 /// The first markup of a file.
 py::dict read_markup(const std::filesystem::path& path) {
   const hexmesh::InputFile file(file_name(path));
@@ -291,7 +309,8 @@ void bind_lattice(py::module_& module) {
       .def_property_readonly(
           "labels",
           [](const Shared& l) { return view_of_voxels(l->labels, l->voxels.extent(), keep_alive<Lattice>(l)); },
-          "Labels of the body's box, 0 = background: shape `shape`, uint16; read-only, no copy.")
+          "Labels of the body's box, 0 = background: shape `shape`, uint16; read-only, no copy. Axes are nearest "
+          "to L, P, S, whatever those of the input, and there is no more than the body.")
       .def_property_readonly("segments", &segments,
                              "One dict for each segment: label, name, color, voxels, young_kpa, poisson, "
                              "density_kg_m3 (None without a material), source.")
@@ -308,14 +327,18 @@ void bind_lattice(py::module_& module) {
           "Levels, segments and materials, as `hexmesh info --report` tells them.")
       .def(
           "stiffness",
-          [](const Shared& l, int level) {
-            return matrices_of<24>(checked(l, level), [](const hexmesh::ElementMatrices& m, const hexmesh::Element& e) {
-              return m.stiffness(e);
+          [](const Shared& l, int level, const std::string& volumetric) {
+            if (volumetric != "full" && volumetric != "mean")
+              throw hexmesh::Error(hexmesh::ErrorKind::usage,
+                                   fmt::format("volumetric is '{}', expected 'full' or 'mean'", volumetric));
+            return matrices_of<24>(checked(l, level), [&](const auto& m, const hexmesh::Element& e) {
+              return volumetric == "full" ? m.stiffness(e) : m.mean_dilatation_stiffness(e);
             });
           },
-          py::arg("level"),
-          "Stiffness matrices of a level's elements [N/mm]: shape (num_elements, 24, 24), rows (node, axis). "
-          "K_parent = sum L^T K_child L.")
+          py::arg("level"), py::arg("volumetric") = "full",
+          "Stiffness matrices of a level's elements [N/mm]: shape (num_elements, 24, 24), rows (node, axis) with axes "
+          "LPS. 'full': the paper's, K_parent = sum L^T K_child L; 'mean': with the mean dilatation of each cell, what "
+          "solve() takes unless a scene says volumetric = \"full\".")
       .def(
           "mass",
           [](const Shared& l, int level) {
@@ -327,12 +350,24 @@ void bind_lattice(py::module_& module) {
           "Consistent mass matrices of a level's elements, scalar part [tonne]: shape (num_elements, 8, 8).")
       .def("write", &write, py::arg("path"), py::kw_only(), py::arg("matrices") = "auto", py::arg("overwrite") = false,
            "Write a lattice file, the same that `hexmesh build` writes.")
+      .def("__reduce__",
+           [](const Lattice& l) {
+             return py::make_tuple(py::module_::import("hextools._files").attr("lattice_of_bytes"),
+                                   py::make_tuple(to_bytes(l)));
+           })
       .def("__repr__", [](const Lattice& l) {
         const Index3& n = l.voxels.extent();
         return fmt::format("<hextools.Lattice of {} x {} x {} voxels, {} levels, {} segments>", n[0], n[1], n[2],
                            l.levels.size(), l.segments.size());
       });
+  forbid_new(module.attr("Lattice"), "build() or read_lattice()");
+  forbid_new(module.attr("Level"), "Lattice.levels");
+  module.def("_lattice_of_bytes", &from_bytes);
   module.def("build", &build);
+  module.def("content_checksum", [](const std::filesystem::path& path) {
+    const FileLock files;
+    return hexmesh::content_checksum(path);
+  });
   module.def("read_lattice", &read);
   module.def("read_markup", &read_markup);
   module.def("write_text", [](const std::filesystem::path& path, const std::string& text, bool overwrite) {

@@ -11,6 +11,8 @@
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/atomic_file.h"
 #include "hexmesh/file/result_file.h"
+#include "hexmesh/file/temporary_file.h"
+#include "hexmesh/file/text_file.h"
 #include "hexmesh/surface/extract.h"
 #include "hexmesh/warp/deform.h"
 #include "hexmesh/warp/warp.h"
@@ -48,6 +50,34 @@ namespace {
 
 using Shared = std::shared_ptr<Solution>;
 
+void write_to(Solution& solution, const std::filesystem::path& path) {
+  hexmesh::ResultWriter writer(path);
+  for (std::size_t n = 0; n < solution.num_steps(); ++n) writer.add_step(solution.result.times[n], solution.step(n));
+  writer.finish(solution.whole());
+}
+
+/// A result as a file of it holds it, for pickle.
+py::bytes to_bytes(const Shared& solution) {
+  const hexmesh::TemporaryFile file(hexmesh::temporary_place(), "", "a result");
+  const FileLock files;
+  {
+    const WithoutInterpreter call;
+    write_to(*solution, file.path());
+  }
+  return bytes_of_file(file.path());
+}
+
+Shared from_bytes(const py::bytes& bytes) {
+  const hexmesh::TemporaryFile file(hexmesh::temporary_place(), "", "a result");
+  hexmesh::write_whole_file(file.path(), std::string_view(bytes));
+  const FileLock files;
+  const WithoutInterpreter call;
+  const auto read = std::make_shared<Solution>(hexmesh::read_result(file.path()), file.path());
+  std::vector<hexmesh::MotionStep> steps;
+  for (std::size_t n = 0; n < read->num_steps(); ++n) steps.push_back(read->step(n));
+  return std::make_shared<Solution>(std::move(read->result), std::move(steps), nullptr);
+}
+
 std::shared_ptr<Solution> read(const std::filesystem::path& path) {
   const FileLock files;
   const hexmesh::InputFile file(file_name(path));
@@ -59,9 +89,7 @@ void write(const Shared& solution, const std::filesystem::path& path, bool overw
   const FileLock files;
   hexmesh::OutputFile file(file_name(path), "", overwrite);
   const WithoutInterpreter call;
-  hexmesh::ResultWriter writer(file.path());
-  for (std::size_t n = 0; n < solution->num_steps(); ++n) writer.add_step(solution->result.times[n], solution->step(n));
-  writer.finish(solution->whole());
+  write_to(*solution, file.path());
   file.commit();
 }
 
@@ -106,29 +134,68 @@ py::object volume_of(hexmesh::DisplacementField field) {
 
 py::tuple warp(const Shared& solution) {
   std::optional<hexmesh::Warp> fields;
+  hexmesh::WarpNotices notices;
   {
     const WithoutInterpreter call;
-    fields = hexmesh::make_warp(solution->whole());
+    const Result& result = solution->whole();
+    fields = hexmesh::make_warp(result);
+    notices = hexmesh::notices_of(result, *fields, hexmesh::check_warp(result, *fields));
   }
+  for (const std::string& text : notices.warnings) warn(text);
   return py::make_tuple(volume_of(std::move(fields->from_rest)), volume_of(std::move(fields->to_rest)));
 }
 
-py::object deform(const Shared& solution, const py::object& scan) {
+/// Values and grid of a hextools.Volume.
+hexmesh::IntensityVolume scan_of(const py::object& scan) {
   const auto [values, spacing, origin, direction] =
       py::module_::import("hextools._build").attr("_scan")(scan).cast<std::tuple<GreyValues, Numbers, Numbers, Axes>>();
-  hexmesh::IntensityVolume grey{grid_of(values, spacing, origin, direction), to_vector(values)};
-  const auto out = std::make_shared<hexmesh::IntensityVolume>(grey);
+  return {grid_of(values, spacing, origin, direction), to_vector(values)};
+}
+
+/// What make(result, field to rest, grid) makes of the body as it is now, whose Volume show() gives.
+/// @param asked  the grid; nothing: one that holds the body
+template <class Make, class Show>
+py::object deformed(const Shared& solution, const std::optional<hexmesh::Grid>& asked, const Make& make,
+                    const Show& show) {
+  using Made = std::invoke_result_t<Make, const Result&, const hexmesh::DisplacementField&, const hexmesh::Grid&>;
+  std::string warning;
+  std::shared_ptr<const Made> made;
   {
     const WithoutInterpreter call;
-    grey = reorient_to_lps(std::move(grey));
-    *out = hexmesh::deform(solution->whole(), grey, hexmesh::make_warp(solution->whole()).to_rest, grey.grid);
+    const Result& result = solution->whole();
+    const hexmesh::Grid grid = asked ? *asked : hexmesh::fitted_grid(result);
+    warning = hexmesh::warning_of_grid(result, grid);
+    made = std::make_shared<const Made>(make(result, hexmesh::make_warp(result).to_rest, grid));
   }
-  return volume_of(view_of_voxels(out->values, out->grid.extent(), keep_alive<hexmesh::IntensityVolume>(out)),
-                   out->grid);
+  if (!warning.empty()) warn(warning);
+  return volume_of(view_of_voxels(show(*made), made->grid.extent(), keep_alive(made)), made->grid);
+}
+
+py::object deform(const Shared& solution, const py::object& scan, bool fitted) {
+  const hexmesh::IntensityVolume grey = reorient_to_lps(scan_of(scan));
+  hexmesh::warning_of_grid(solution->whole(), grey.grid);  // throws where they are apart
+  return deformed(
+      solution, fitted ? std::nullopt : std::optional(grey.grid),
+      [&](const Result& result, const auto& to_rest, const hexmesh::Grid& grid) {
+        return hexmesh::deform(result, grey, to_rest, grid);
+      },
+      [](const auto& made) -> const auto& { return made.values; });
+}
+
+py::object deformed_labels(const Shared& solution, const py::object& like) {
+  std::optional<hexmesh::Grid> asked;
+  if (!like.is_none()) asked = reorient_to_lps(scan_of(like)).grid;
+  return deformed(
+      solution, asked,
+      [](const Result& result, const auto& to_rest, const hexmesh::Grid& grid) {
+        return hexmesh::deformed_labels(result, to_rest, grid);
+      },
+      [](const auto& made) -> const auto& { return made.labels; });
 }
 
 py::dict step(const Shared& solution, py::ssize_t number) {
   const auto count = static_cast<py::ssize_t>(solution->num_steps());
+  if (count == 0) throw hexmesh::Error(hexmesh::ErrorKind::usage, "the result has no steps, expected that of a motion");
   if (number < 0) number += count;
   if (number < 0 || number >= count)
     throw py::index_error(fmt::format("the step is {}, expected 0 to {}", number, count - 1));
@@ -234,7 +301,7 @@ void bind_result(py::module_& module) {
             const Result& r = s->whole();
             return view_of_voxels(r.labels, r.voxels.extent(), keep_alive<Solution>(s));
           },
-          "Labels of the body's box at rest, 0 = background: shape (ni, nj, nk), uint16.")
+          "Labels of the body's box at rest, as Lattice.labels, 0 = background: shape (ni, nj, nk), uint16.")
       .def_property_readonly(
           "spacing", [](const Solution& s) { return vector_tuple(s.result.voxels.spacing()); },
           "Edges of a voxel of `labels` along i, j, k [mm].")
@@ -267,9 +334,15 @@ void bind_result(py::module_& module) {
            "10 mm outside move with the nearest cell; NaN for others.")
       .def("warp", &warp,
            "The deformation everywhere, fading outside the body, as two Volumes of displacements [i, j, k, axis] [mm]: "
-           "from the body at rest to the deformed one, which moves points, and back, which resampling filters take.")
-      .def("deform", &deform, py::arg("scan"),
-           "A scan, a Volume of grey values, as it looks now: a Volume on its grid, axes nearest to LPS.")
+           "from the body at rest to the deformed one, which moves points, and back, which resampling filters take. "
+           "Raises GeometryError where they cannot hold the deformation.")
+      .def(
+          "deform", &deform, py::arg("scan"), py::kw_only(), py::arg("fitted") = false,
+          "A scan, a Volume of grey values, as it looks now: a Volume on its grid, axes nearest to LPS; fitted: on the "
+          "lattice's voxels, continued to hold the body. Around the body it fades to rest.")
+      .def("deformed_labels", &deformed_labels, py::arg("like") = py::none(),
+           "The segmentation as it is now: a Volume of labels on the grid of another Volume; by default on the "
+           "lattice's voxels, continued to hold the body.")
       .def_property(
           "history", [](const Solution& s) { return s.result.history; },
           [](Solution& s, std::vector<std::string> lines) { s.result.history = std::move(lines); },
@@ -279,10 +352,17 @@ void bind_result(py::module_& module) {
           [](Solution& s, std::string text) { s.result.costs = std::move(text); }, "As files hold them.")
       .def("write", &write, py::arg("path"), py::kw_only(), py::arg("overwrite") = false,
            "Write a result file, the same that `hexsolve` writes.")
+      .def("__reduce__",
+           [](const Shared& s) {
+             return py::make_tuple(py::module_::import("hextools._files").attr("result_of_bytes"),
+                                   py::make_tuple(to_bytes(s)));
+           })
       .def("__repr__", [](const Solution& s) {
         return fmt::format("<hextools.Result of level {}: {} cells, {} nodes>", s.result.level, s.result.cells.size(),
                            s.result.nodes.size());
       });
+  forbid_new(module.attr("Result"), "solve() or read_result()");
+  module.def("_result_of_bytes", &from_bytes);
   module.def("read_result", &read);
 }
 

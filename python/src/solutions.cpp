@@ -177,10 +177,15 @@ public:
     warnings_.insert(warnings_.end(), found.begin(), found.end());
   }
 
-  bool step() {
+  /// One step, and what f(motion) tells of the state after it; nothing where the motion is at its end or the step
+  /// cannot be solved.
+  template <class F>
+  auto step(const F& f) {
     const WithoutInterpreter call;
     const std::scoped_lock lock(mutex_);
-    return motion_->step();
+    std::optional<std::invoke_result_t<F, const hexsolver::Motion&>> state;
+    if (motion_->counts().steps < num_steps() && motion_->step()) state = f(*motion_);
+    return state;
   }
 
   /// f(motion), not while another thread takes a step.
@@ -214,25 +219,33 @@ py::array nodes_of(MotionByStep& motion) {
       [&](const hexsolver::Motion& m) { return node_positions(motion.lattice(), motion.level(), m.cells()); }));
 }
 
-/// The state as it is now, in arrays of its own.
-py::dict state_of(MotionByStep& motion) {
-  struct State {
-    double time = 0, work = 0;
-    std::vector<Vec3> displacement, velocity;
-    hexsolver::Energies energies;
-    Vec3 momentum;
-    std::vector<hexsolver::ContactReport> contacts;
-  };
-  State s = motion.look([](const hexsolver::Motion& m) {
-    return State{m.time(),     m.work(),    rows_of(m.displacement()), rows_of(m.velocity()), m.energies(),
-                 m.momentum(), m.contacts()};
-  });
+struct State {
+  double time = 0, work = 0;
+  std::vector<Vec3> displacement, velocity;
+  hexsolver::Energies energies;
+  Vec3 momentum;
+  std::vector<hexsolver::ContactReport> contacts;
+};
+
+State state_of(const hexsolver::Motion& m) {
+  return {m.time(),     m.work(),    rows_of(m.displacement()), rows_of(m.velocity()), m.energies(),
+          m.momentum(), m.contacts()};
+}
+
+/// In arrays of its own.
+py::dict to_dict(State s) {
   const py::dict energies(py::arg("kinetic") = s.energies.kinetic, py::arg("strain") = s.energies.strain,
                           py::arg("contact") = s.energies.contact, py::arg("loads") = s.energies.loads);
   return py::dict(py::arg("time") = s.time, py::arg("displacement") = copy_of(std::move(s.displacement)),
                   py::arg("velocity") = copy_of(std::move(s.velocity)), py::arg("energies") = energies,
                   py::arg("work") = s.work, py::arg("momentum") = vector_tuple(s.momentum),
                   py::arg("contacts") = from_json(json_line(to_json(s.contacts))));
+}
+
+/// None as MotionByStep::step() has nothing.
+py::object step(MotionByStep& motion) {
+  std::optional<State> state = motion.step(&state_of);
+  return state ? py::object(to_dict(std::move(*state))) : py::none();
 }
 
 }  // namespace
@@ -250,8 +263,9 @@ void bind_solutions(py::module_& module) {
   module.def("plan", &plan);
   py::class_<MotionByStep>(module, "Motion")
       .def(py::init<std::shared_ptr<Lattice>, const Scene&, const py::dict&>())
-      .def("step", &MotionByStep::step)
-      .def("state", &state_of)
+      .def("step", &step)
+      .def("state", [](MotionByStep& m) { return to_dict(m.look(&state_of)); })
+      .def("steps", [](MotionByStep& m) { return m.look([](const auto& motion) { return motion.counts().steps; }); })
       .def("reason", [](MotionByStep& m) { return m.look([](const auto& motion) { return motion.reason(); }); })
       .def_property_readonly("num_steps", &MotionByStep::num_steps)
       .def_property_readonly("warnings", &MotionByStep::warnings)

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The package as part of Python: refusals, threads, signals, memory, bridges, stubs."""
 import ast
+import copy
 import gc
+import hashlib
 import inspect
 import json
 import os
+import pickle
 import random
 import re
 import resource
@@ -67,11 +70,15 @@ class Arrays(unittest.TestCase):
             (BAR, {**spaced, "offset": (0, -1, 0)}, "offset is -1"),
             (BAR, {**spaced, "cell_size": -1}, "cell_size is -1"),
             (hextools.Volume(BAR), spaced, "spacing and a Volume"),
+            (np.ma.masked_array(BAR, BAR == 1), spaced, "labels is a masked array"),
+            (BAR, {"segments": {1: "\ud800"}}, "is not Unicode"),
+            (BAR, {"materials": "[material.label_1]\nyoung_kpa = 3\n"}, "expected young_kpa and poisson, a tissue or none"),
         ):
             with self.subTest(says), self.assertRaises(hextools.Error) as caught:
                 hextools.build(labels, **options)
             self.assertIn(says, str(caught.exception))
             self.assertNotIn("\n", str(caught.exception))
+            self.assertNotIn("--", str(caught.exception))
 
     def test_scenes_name_the_key_that_is_wrong(self):
         lattice = bar()
@@ -86,13 +93,14 @@ class Arrays(unittest.TestCase):
             ({1: 2}, "has the key 1, expected texts"),
             ({"gravity": {"m_s2": [0, 0, "\ud800"]}}, "is not Unicode"),
             ("[solve]\nlevel = 99\n", "scene:2:9: solve.level is 99"),
+            ({"fix": {}}, "scene: fix is"),
             (3, "the scene is of type int, expected a mapping, TOML, or a file"),
             ("nothing.toml", "nothing.toml"),
         ):
             with self.subTest(says), self.assertRaises(hextools.Error) as caught:
                 hextools.solve(lattice, scene)
             self.assertIn(says, str(caught.exception))
-        for options, says in (({"level": 99}, "level is 99"), ({"level": 7}, "expected 0 to"), ({"accuracy": -1}, "accuracy is -1"),
+        for options, says in (({"level": 99}, "level is 99"), ({"level": 7}, "level is 7, expected 0 to"), ({"accuracy": -1}, "accuracy is -1"),
                               ({"level": 0, "budget": 1}, "expected one"), ({"budget": np.nan}, "budget is nan"),
                               ({"progress": 3}, "expected a function")):
             with self.subTest(says), self.assertRaises(hextools.Error) as caught:
@@ -151,6 +159,75 @@ class Arrays(unittest.TestCase):
                 whole.step(number)
         with self.assertRaises(hextools.InputError):
             hextools.motion(lattice, HELD)
+
+    def test_a_motion_ends_where_its_duration_does(self):
+        motion = hextools.motion(bar(), FALLS, level=1)
+        self.assertEqual(repr(motion), "<hextools.Motion after 0 of 5 steps>")
+        for state in motion:
+            if state["time"] > 0.015:
+                break
+        np.testing.assert_allclose([s["time"] for s in motion], [0.03, 0.04, 0.05])
+        self.assertIsNone(motion.step())
+        self.assertEqual(list(motion), [])
+        shared, times = hextools.motion(bar(), FALLS, level=1), []
+
+        def work():
+            while (state := shared.step()) is not None:
+                times.append(round(state["time"], 6))
+
+        threads = [threading.Thread(target=work) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(sorted(times), [0.01, 0.02, 0.03, 0.04, 0.05])
+
+    def test_objects_are_copied_and_pickled_and_made_by_nothing_else(self):
+        lattice = bar()
+        for result in (hextools.solve(lattice, HELD, level=1), hextools.solve(lattice, FALLS, level=1)):
+            for copied in (pickle.loads(pickle.dumps(result)), copy.deepcopy(result)):
+                np.testing.assert_array_equal(copied.displacement, result.displacement)
+                np.testing.assert_array_equal(copied.labels, result.labels)
+                np.testing.assert_array_equal(copied.times, result.times)
+                self.assertEqual((copied.report, copied.history), (result.report, result.history))
+                if len(result.times):
+                    np.testing.assert_array_equal(copied.step(2)["velocity"], result.step(2)["velocity"])
+        copied = pickle.loads(pickle.dumps(lattice))
+        np.testing.assert_array_equal(hextools.solve(copied, HELD, level=0).displacement, hextools.solve(lattice, HELD, level=0).displacement)
+        for kind in (hextools.Lattice, hextools.Level, hextools.Result):
+            for make in (kind, lambda kind=kind: kind.__new__(kind), type("Sub", (kind,), {})):
+                with self.assertRaises(TypeError):
+                    make()
+
+    def test_histories_say_what_was_read(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path, scene = Path(folder) / "bar.hexmesh", Path(folder) / "held.toml"
+            bar().write(path)
+            scene.write_text("[gravity]\nm_s2 = [0, 1, 0]\n[[fix]]\nname = 'a'\nhalfspace = { point_mm = [0, 0, 0], normal = [0, 0, -1] }\n")
+            said = hextools.solve(path, scene, level=1).history[-1].split("\n")
+            self.assertEqual(said[0], "hextools.solve(level=1) of Python")
+            self.assertTrue(said[1].endswith(f"  {path}") and len(said[1].split()[0]) == 64)
+            self.assertEqual(said[2], f"{hashlib.sha256(scene.read_bytes()).hexdigest()}  {scene}")
+
+    def test_warnings_that_are_errors_lose_nothing(self):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            with self.assertRaises(hextools.Warning) as caught:
+                hextools.solve(bar(), {**HELD, "loaded": {"gravity": {"m_s2": [0, 1, 0]}}}, level=1)
+        self.assertGreater(np.abs(caught.exception.result.displacement).max(), 0)
+
+    def test_the_default_stiffness_of_a_solution(self):
+        lattice = hextools.build(np.pad(BAR, 1), spacing=(2, 2, 2), materials=MATERIAL)
+        for volumetric in ("mean", "full"):
+            low = {"fix": [{"name": "end", "halfspace": {"point_mm": [0, 0, 1.5], "normal": [0, 0, -1]}}]}
+            scene = {**HELD, **low, "solve": {"strain": "cauchy", "volumetric": volumetric, "tolerance": 1e-10}}
+            result = hextools.solve(lattice, scene, level=1)
+            u = result.displacement[result.cell_nodes].reshape(len(result.cells), 24)
+            stiffness = lattice.stiffness(1, volumetric)[lattice.levels[1].element]
+            energy = np.einsum("ci,cij,cj", u, stiffness, u) / 2
+            self.assertAlmostEqual(energy / result.report["strain_energy_n_mm"], 1, delta=1e-9)
+        with self.assertRaises(hextools.UsageError):
+            lattice.stiffness(1, "none")
 
     def test_files_are_not_lost(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -380,6 +457,20 @@ class Bridges(unittest.TestCase):
         self.assert_same(hextools.from_nibabel(image))
         # RAS: the first voxel is at (-10, 20, 30); one step along j, of 2 mm, goes to the patient's head less.
         np.testing.assert_allclose(image.affine @ [0, 1, 0, 1], [-10, 20, 28, 1])
+        import nibabel
+        in_metres = nibabel.Nifti1Image(self.VOLUME.values[..., None], np.diag([1e-3, 1e-3, 1e-3, 1]) @ image.affine)
+        in_metres.header.set_xyzt_units("meter")
+        self.assert_same(hextools.from_nibabel(in_metres))
+        for kind in (bool, np.int64, np.float16):
+            volume = hextools.Volume(self.VOLUME.values.astype(kind), self.VOLUME.spacing)
+            np.testing.assert_array_equal(np.asanyarray(hextools.to_nibabel(volume).dataobj), volume.values)
+        warp = hextools.solve(bar(), HELD, level=1).warp()[0]
+        vectors = hextools.to_nibabel(warp)
+        self.assertEqual((vectors.ndim, vectors.header.get_intent()[0]), (5, "vector"))
+        np.testing.assert_allclose(np.asanyarray(vectors.dataobj)[:, :, :, 0, 1], -warp.values[..., 1])
+        for wrong in ("image.nii.gz", np.ones((3, 3, 3)), hextools.Volume(BAR)):
+            with self.assertRaisesRegex(hextools.UsageError, "no affine"):
+                hextools.from_nibabel(wrong)
 
     @unittest.skipUnless(find_spec("SimpleITK"), "no SimpleITK")
     def test_simple_itk(self):
@@ -440,6 +531,25 @@ class Bridges(unittest.TestCase):
         moved = forward.values[tuple(index)]
         np.testing.assert_allclose(moved, result.displacement_at([place])[0], atol=1e-4)
         self.assertEqual(back.values.shape, forward.values.shape)
+
+    def test_what_cannot_be_shown_is_said(self):
+        result = hextools.solve(bar(), {**HELD, "gravity": {"m_s2": [0, 20, 0]}}, level=0)
+        scan = hextools.Volume(np.arange(12.0)[:, None, None] * np.ones((12, 12, 20)), (1, 1, 2), (-1, -1, -4))
+        with self.assertWarnsRegex(hextools.Warning, "move out of the volume"):
+            moved = result.deform(hextools.Volume(scan.values[:, :5], scan.spacing, scan.origin))
+        self.assertEqual(moved.values.shape, (12, 5, 20))
+        self.assertGreater(result.deform(scan, fitted=True).values.shape[1], 4)
+        with self.assertRaisesRegex(hextools.InputError, "no part of the body"):
+            result.deform(hextools.Volume(scan.values, origin=(1e5, 0, 0)))
+        labels = result.deformed_labels()
+        self.assertEqual(set(np.unique(labels.values)), {0, 1})
+        volume = np.prod(labels.spacing) * np.count_nonzero(labels.values)
+        self.assertAlmostEqual(volume / (BAR.size * 8), 1, delta=0.1)
+        self.assertEqual(result.deformed_labels(scan).values.shape, (12, 12, 20))
+        crushed = {"solve": {"strain": "cauchy"}, "fix": HELD["fix"],
+                   "displace": [{"name": "top", "halfspace": {"point_mm": [0, 0, 22], "normal": [0, 0, 1]}, "by_mm": [0, 0, -40]}]}
+        with self.assertRaisesRegex(hextools.GeometryError, "cannot hold this deformation"):
+            hextools.solve(bar(), crushed, level=0).warp()
 
 
 class Texts(unittest.TestCase):

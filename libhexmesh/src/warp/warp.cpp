@@ -106,4 +106,61 @@ WarpCheck check_warp(const Result& result, const Warp& warp) {
   return check;
 }
 
+namespace {
+
+double body_ml(const Result& result) {
+  double voxels = 0;
+  for (const LatticeSegment& s : result.segments)
+    if (s.material) voxels += static_cast<double>(s.num_voxels);
+  return voxels * result.voxels.voxel_volume() / 1000;
+}
+
+}  // namespace
+
+WarpNotices notices_of(const Result& result, const Warp& warp, const WarpCheck& check) {
+  WarpNotices out;
+  const std::string text = fmt::format(
+      "the transforms undo each other in the body to {:.2g} voxels on average, {:.2g} at worst; {} of {} voxels are "
+      "off by more than 0.1",
+      check.mean, check.largest, check.over_a_tenth, check.voxels);
+  const double share =
+      static_cast<double>(check.over_a_tenth) / static_cast<double>(std::max<std::size_t>(check.voxels, 1));
+  const Vec3& samples = warp.to_rest.grid.spacing();
+  if (share > 0.1)
+    throw Error(ErrorKind::geometry,
+                fmt::format("{}: a field of samples every {:.3g} x {:.3g} x {:.3g} mm cannot hold this deformation, "
+                            "expected less motion or a smaller body",
+                            text, samples[0], samples[1], samples[2]));
+  if (share > 1e-3)
+    out.warnings.push_back(text + ": the body is folded or nearly flat there");
+  else
+    out.note = text;
+  if (check.ghost_ml > 0.01 * body_ml(result))
+    out.warnings.push_back(
+        fmt::format("{:.3g} mL around the body are led into it by the transform, because it moves farther than it is "
+                    "thick: filters show the body there a second time (--to and --segmentation do not)",
+                    check.ghost_ml));
+  return out;
+}
+
+std::string warning_of_grid(const Result& result, const Grid& grid) {
+  const Bounds b = bounds_of(result);
+  const Vec3 last = grid.corner(7), middle = grid.continuous_index((b.low + b.high) / 2);
+  const double reach = (b.high - b.low).norm() / 2;
+  for (int d = 0; d < 3; ++d)
+    if ((middle[d] - last[d]) * grid.spacing()[d] > reach || -middle[d] * grid.spacing()[d] > reach)
+      throw Error(ErrorKind::input, "the grid to write on holds no part of the body, expected one around it");
+  const auto holds = [&](const Vec3& p) { return grid.covers(grid.continuous_index(p)); };
+  std::size_t outside = 0;
+  for (std::size_t n = 0; n < result.surface_displacement.size(); ++n) {
+    const Vec3& p = result.surface.points[n];
+    outside += holds(p) && !holds(p + result.surface_displacement[n]);
+  }
+  if (outside == 0) return "";
+  return fmt::format(
+      "{} of {} surface points of the body move out of the volume that is written: a grid that is fitted holds all of "
+      "it (--grid fitted)",
+      outside, result.surface.points.size());
+}
+
 }  // namespace hexmesh

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "hexmesh/warp/displacement_field.h"
 
 namespace hexmesh {
@@ -31,5 +34,20 @@ struct WarpCheck {
   double ghost_ml = 0;  ///< outside the body, but led into it: what a resampling filter shows a second time [mL]
 };
 WarpCheck check_warp(const Result& result, const Warp& warp);
+
+/// What is to be told of a warp by its check: how good it is, and what warns of its use.
+struct WarpNotices {
+  std::string note;  ///< empty where a warning says it
+  std::vector<std::string> warnings;
+};
+
+/// @throws Error{geometry} where the two directions cannot hold the deformation
+WarpNotices notices_of(const Result& result, const Warp& warp, const WarpCheck& check);
+
+/// Whether the deformed body stays on the voxels that it is to be written on: a warning where some of it does not;
+/// empty: it does.
+/// @pre the result has its surface
+/// @throws Error{input} where the grid holds no part of the body
+std::string warning_of_grid(const Result& result, const Grid& grid);
 
 }  // namespace hexmesh
