@@ -169,7 +169,8 @@ TEST_F(RunFiles, OfTwoRunsAtOnceOneWins) {
         "rm -f won.hexmesh; for n in 1 2; do ( hexmesh -q build liver.nrrd -o won.hexmesh --report won.json; echo $? "
         ">code.$n ) & done; wait; cat code.1 code.2; rm won.json");
     EXPECT_TRUE(r.output == "0\n6\n" || r.output == "6\n0\n") << r.output << r.errors;
-    EXPECT_NE(r.errors.find("exists, expected a new name or leave to replace it (--force)"), std::string::npos) << r.errors;
+    EXPECT_NE(r.errors.find("exists, expected a new name or leave to replace it (--force)"), std::string::npos)
+        << r.errors;
   }
   EXPECT_EQ(run("hexmesh info won.hexmesh").exit_code, 0);
 }

@@ -160,7 +160,8 @@ OutputFile::OutputFile(const std::string& name, const std::string& extension, bo
     if (leads_to_standard_output(name, status)) {
       kind_ = Kind::standard_output;
     } else if ((S_ISREG(status.st_mode) || S_ISBLK(status.st_mode)) && !overwrite) {
-      throw Error(ErrorKind::output, fmt::format("'{}' exists, expected a new name or leave to replace it (--force)", name));
+      throw Error(ErrorKind::output,
+                  fmt::format("'{}' exists, expected a new name or leave to replace it (--force)", name));
     } else if (S_ISREG(status.st_mode)) {
       std::error_code failed;
       target_ = fs::canonical(name, failed);
@@ -209,7 +210,8 @@ void OutputFile::commit() {
       refuse_output(name_, std::strerror(errno));
   } else if (!(overwrite_ ? rename(path().c_str(), target_.c_str()) == 0 : rename_exclusively(path(), target_))) {
     if (errno == EEXIST)
-      throw Error(ErrorKind::output, fmt::format("'{}' exists, expected a new name or leave to replace it (--force)", name_));
+      throw Error(ErrorKind::output,
+                  fmt::format("'{}' exists, expected a new name or leave to replace it (--force)", name_));
     refuse_output(name_, std::strerror(errno));
   }
 }

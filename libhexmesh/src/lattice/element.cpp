@@ -40,6 +40,12 @@ CellVector divergence_at(const NodeGradients& g) {
 
 double sum(const Element::Weights& w) { return std::accumulate(w.begin(), w.end(), 0.0); }
 
+/// The lower triangle is the upper one to the last digit, as files hold matrices.
+void make_symmetric(CellMatrix& k) {
+  for (int column = 1; column < 24; ++column)
+    for (int row = 0; row < column; ++row) k(column, row) = k(row, column);
+}
+
 }  // namespace
 
 double Element::volume() const { return sum(fill); }
@@ -103,8 +109,7 @@ CellMatrix ElementMatrices::deviatoric(const Element& element) const {
         k.block<3, 3>(3 * a, 3 * b) += mu * block;
       }
   }
-  for (int b = 0; b < num_cell_nodes; ++b)
-    for (int a = 0; a < b; ++a) k.block<3, 3>(3 * b, 3 * a) = k.block<3, 3>(3 * a, 3 * b).transpose();
+  make_symmetric(k);
   return k;
 }
 
@@ -115,7 +120,7 @@ CellMatrix ElementMatrices::volumetric(const Element& element) const {
     const CellVector div = divergence_at(gradients_[q]);
     k += element.bulk[q] * div * div.transpose();
   }
-  k.triangularView<Eigen::StrictlyLower>() = k.transpose().eval();  // to the last digit, as files hold it
+  make_symmetric(k);
   return k;
 }
 
