@@ -56,9 +56,7 @@ int run(FitOptions& o, const CommonOptions& common, const Console& console) {
   int level = 0;
   const hexmesh::Lattice lattice = read_lattice(lattice_file.path(), scene, o.level, true, level);
   times.read_done = omp_get_wtime();
-  std::string of_memory;
-  level = hexsolver::fit_into_memory(lattice, level, scene, of_memory);
-  if (!of_memory.empty()) console.note(of_memory);
+  level = fit_into_memory(lattice, level, scene, console);
   hexsolver::Outcome fit = solve_equilibrium(lattice, scene, level, console);
   auto& [result, report] = fit;
   const std::vector<Spread> spread = o.without_spread || !report.converged

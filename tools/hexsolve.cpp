@@ -75,9 +75,7 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
                       lattice_file.path(), history(), files, console);
   if (o.plan) return show_plan(hexsolver::plan_solution(lattice, scene, level), report_file, files);
   const double read_done = omp_get_wtime();
-  std::string of_memory;
-  level = hexsolver::fit_into_memory(lattice, level, scene, of_memory);
-  if (!of_memory.empty()) console.note(of_memory);
+  level = fit_into_memory(lattice, level, scene, console);
 
   std::optional<hexmesh::ResultWriter> writer;
   if (output && scene.dynamics) writer.emplace(output->path());

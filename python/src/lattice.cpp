@@ -161,7 +161,7 @@ py::array matrices_of(const LevelView& view, const Form& form) {
   return out;
 }
 
-const LevelView checked(const std::shared_ptr<Lattice>& lattice, int number) {
+LevelView checked(const std::shared_ptr<Lattice>& lattice, int number) {
   if (number < 0 || number >= lattice->num_levels())
     throw hexmesh::Error(hexmesh::ErrorKind::usage,
                          fmt::format("the level is {}, expected 0 to {}", number, lattice->num_levels() - 1));
@@ -204,11 +204,7 @@ void bind_level(py::module_& module) {
           "voxels_per_cell", [](const LevelView& v) { return py::tuple(py::cast((*v).voxels_per_cell)); },
           "Voxels of the scan along the edges of a cell.")
       .def_property_readonly(
-          "cell_size",
-          [](const LevelView& v) {
-            const Vec3 size = v.lattice->cell_size(v.number);
-            return py::make_tuple(size[0], size[1], size[2]);
-          },
+          "cell_size", [](const LevelView& v) { return vector_tuple(v.lattice->cell_size(v.number)); },
           "Edges of a cell [mm].")
       .def("__len__", [](const LevelView& v) { return (*v).cells.size(); })
       .def("__repr__", [](const LevelView& v) {

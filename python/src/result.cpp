@@ -21,15 +21,29 @@ namespace hextools::python {
 
 using hexmesh::Result;
 
-hexmesh::Result& Solution::whole() {
+void Solution::take_voxels() {
+  if (!lattice_ || !result.labels.empty()) return;
+  result.labels = lattice_->labels;
+  result.surface_of_voxels = lattice_->surface_of_voxels;
+  if (result.surface_of_voxels) return;
+  result.surface = lattice_->surface;
+  move_surface(result);
+}
+
+const Result& Solution::with_voxels() {
   const std::scoped_lock lock(mutex_);
-  if (lattice_) {
-    result.labels = lattice_->labels;
+  take_voxels();
+  return result;
+}
+
+const Result& Solution::whole() {
+  const std::scoped_lock lock(mutex_);
+  take_voxels();
+  if (lattice_ && result.surface_of_voxels && result.surface.points.empty()) {
     result.surface = lattice_->surface;
-    result.surface_of_voxels = lattice_->surface_of_voxels;
     move_surface(result);
-    lattice_.reset();
   }
+  lattice_.reset();
   add_surface(result);
   return result;
 }
@@ -53,7 +67,7 @@ using Shared = std::shared_ptr<Solution>;
 void write_to(Solution& solution, const std::filesystem::path& path) {
   hexmesh::ResultWriter writer(path);
   for (std::size_t n = 0; n < solution.num_steps(); ++n) writer.add_step(solution.result.times[n], solution.step(n));
-  writer.finish(solution.whole());
+  writer.finish(solution.with_voxels());
 }
 
 /// A result as a file of it holds it, for pickle.
@@ -173,10 +187,10 @@ py::object deformed(const Shared& solution, const std::optional<hexmesh::Grid>& 
 
 py::object deform(const Shared& solution, const py::object& scan, bool fitted) {
   const hexmesh::IntensityVolume grey = reorient_to_lps(scan_of(scan));
-  hexmesh::warning_of_grid(solution->whole(), grey.grid);  // throws where they are apart
   return deformed(
       solution, fitted ? std::nullopt : std::optional(grey.grid),
       [&](const Result& result, const auto& to_rest, const hexmesh::Grid& grid) {
+        if (fitted) hexmesh::warning_of_grid(result, grey.grid);  // throws where they are apart
         return hexmesh::deform(result, grey, to_rest, grid);
       },
       [](const auto& made) -> const auto& { return made.values; });
@@ -298,7 +312,7 @@ void bind_result(py::module_& module) {
       .def_property_readonly(
           "labels",
           [](const Shared& s) {
-            const Result& r = s->whole();
+            const Result& r = s->with_voxels();
             return view_of_voxels(r.labels, r.voxels.extent(), keep_alive<Solution>(s));
           },
           "Labels of the body's box at rest, as Lattice.labels, 0 = background: shape (ni, nj, nk), uint16.")

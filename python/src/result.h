@@ -23,11 +23,13 @@ public:
   /// @param file  that states of a motion are read from when they are asked for
   Solution(hexmesh::Result read, std::filesystem::path file) : result(std::move(read)), file_(std::move(file)) {}
 
-  hexmesh::Result result;                  ///< without labels and surface until whole()
+  hexmesh::Result result;                  ///< without labels and surface until these are asked for
   std::vector<hexmesh::MotionStep> steps;  ///< of Result::times
 
-  /// With labels and surface. From any thread.
-  hexmesh::Result& whole();
+  /// As files hold it: with labels, and a surface that does not follow from the voxels. From any thread.
+  const hexmesh::Result& with_voxels();
+
+  const hexmesh::Result& whole();  ///< with its surface too, likewise
 
   const hexmesh::CellLocator& locator();  ///< likewise
 
@@ -35,6 +37,8 @@ public:
   hexmesh::MotionStep step(std::size_t number) const;
 
 private:
+  void take_voxels();  ///< @pre the mutex is held
+
   std::shared_ptr<const hexmesh::Lattice> lattice_;
   std::filesystem::path file_;
   std::optional<hexmesh::CellLocator> locator_;

@@ -47,10 +47,10 @@ hexsolver::Request request_of(const py::dict& asked) {
 class Task {
 public:
   Task(std::shared_ptr<const Lattice> lattice, Scene scene, const hexsolver::Request& request)
-      : scene_(std::move(scene)), whole_(std::move(lattice)), lattice_(whole_) {
+      : scene_(std::move(scene)), lattice_(std::move(lattice)) {
     apply(request, scene_);
     if (!scene_.materials.empty())
-      lattice_ = std::make_shared<const Lattice>(hexsolver::with_overrides(*whole_, scene_));
+      lattice_ = std::make_shared<const Lattice>(hexsolver::with_overrides(*lattice_, scene_));
     level_ = hexsolver::finest_level(scene_, *lattice_);
   }
 
@@ -61,14 +61,13 @@ public:
     return note;
   }
 
-  const std::shared_ptr<const Lattice>& whole() const { return whole_; }  ///< as it was given
   const Lattice& lattice() const { return *lattice_; }
   const Scene& scene() const { return scene_; }
   int level() const { return level_; }
 
 private:
   Scene scene_;
-  std::shared_ptr<const Lattice> whole_, lattice_;
+  std::shared_ptr<const Lattice> lattice_;  ///< with the scene's materials
   int level_ = 0;
 };
 
@@ -120,7 +119,7 @@ py::tuple solve(std::shared_ptr<Lattice> lattice, const Scene& scene, const py::
   std::string missing;
   {
     const WithoutInterpreter call;
-    Task task(std::move(lattice), scene, request);
+    Task task(lattice, scene, request);
     if (const std::string note = task.fit_into_memory(); !note.empty()) warnings.push_back(note);
     if (task.scene().dynamics)
       solved = solve_motion(task, progress, steps);
@@ -129,11 +128,10 @@ py::tuple solve(std::shared_ptr<Lattice> lattice, const Scene& scene, const py::
     auto& [result, report] = *solved;
     result.report = json_line(to_json(report, task.scene()));
     result.costs = json_line(costs_of(report, 0));
-    result.history = task.whole()->history;
+    result.history = lattice->history;
     result.history.insert(result.history.end(), history.begin(), history.end());
     warnings.insert(warnings.end(), report.warnings.begin(), report.warnings.end());
     missing = shortfall(report);
-    lattice = std::const_pointer_cast<Lattice>(task.whole());
   }
   return py::make_tuple(std::make_shared<Solution>(std::move(solved->result), std::move(steps), std::move(lattice)),
                         warnings, missing);

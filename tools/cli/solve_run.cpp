@@ -6,6 +6,7 @@
 
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/lattice_file.h"
+#include "hexsolver/plan/plan.h"
 
 namespace hextools {
 
@@ -32,6 +33,13 @@ hexmesh::Lattice read_lattice(const std::filesystem::path& path, const Scene& sc
   hexmesh::Lattice lattice = hexsolver::read_lattice_for(scene, path, needs);
   if (hexsolver::leaves_islands_out(lattice, scene, level)) lattice = hexsolver::read_lattice_for(scene, path, all);
   return lattice;
+}
+
+int fit_into_memory(const hexmesh::Lattice& lattice, int finest, Scene& scene, const Console& console) {
+  std::string note;
+  const int level = hexsolver::fit_into_memory(lattice, finest, scene, note);
+  if (!note.empty()) console.note(note);
+  return level;
 }
 
 hexsolver::Outcome solve_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level,

@@ -17,6 +17,9 @@ namespace hextools {
 hexmesh::Lattice read_lattice(const std::filesystem::path& path, const hexsolver::Scene& scene,
                               std::optional<int> asked, bool pictures, int& level);
 
+/// hexsolver::fit_into_memory(), with what it costs told.
+int fit_into_memory(const hexmesh::Lattice& lattice, int finest, hexsolver::Scene& scene, const Console& console);
+
 /// An equilibrium, with its progress told.
 hexsolver::Outcome solve_equilibrium(const hexmesh::Lattice& lattice, const hexsolver::Scene& scene, int level,
                                      const Console& console);

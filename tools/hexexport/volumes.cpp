@@ -1,25 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volumes.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-
 #include "cli/progress.h"
 #include "cli/result_state.h"
-#include "hexmesh/core/error.h"
 #include "hexmesh/scan/image_io.h"
 #include "hexmesh/scan/transform_file.h"
 #include "hexmesh/view/vtk_export.h"
-#include "hexmesh/warp/bounds.h"
 #include "hexmesh/warp/deform.h"
 #include "hexmesh/warp/warp.h"
 
 namespace hextools {
 namespace {
-
-using hexmesh::Error;
-using hexmesh::ErrorKind;
 
 /// The voxels of --to and --segmentation.
 hexmesh::Grid grid_of(const ExportOptions& o, const hexmesh::Result& result, ScanOfResult& scan, const Input* file,
@@ -29,8 +20,7 @@ hexmesh::Grid grid_of(const ExportOptions& o, const hexmesh::Result& result, Sca
 }
 
 void check_consistency(const hexmesh::Result& result, const hexmesh::Warp& warp, const Console& console) {
-  const hexmesh::WarpCheck check = hexmesh::check_warp(result, warp);
-  const hexmesh::WarpNotices notices = hexmesh::notices_of(result, warp, check);
+  const hexmesh::WarpNotices notices = hexmesh::notices_of(result, warp, hexmesh::check_warp(result, warp));
   if (!notices.note.empty()) console.note(notices.note);
   for (const std::string& w : notices.warnings) console.warning(w);
 }
