@@ -18,6 +18,7 @@ void write_deck(const hexmesh::Result& result, const std::filesystem::path& path
   };
   expect(report.value("kind", "equilibrium") == "equilibrium", "the result is a motion", "an equilibrium");
   expect(!report.contains("loaded"), "the lattice shows the body under load", "solve.reference = \"rest\"");
+  expect(!report.contains("prestresses"), "the scene has a [[prestress]]", "none");
   expect(report.value("converged", false), "the result is not converged", "one that is");
   expect(report["forces"].empty() || !result.load.empty(), "the result does not say which forces are on its nodes",
          "one of this version's hexsolve, not of hexsolve-mpi");

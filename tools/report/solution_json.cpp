@@ -141,6 +141,13 @@ const char* law_name(hexsolver::Elasticity e) {
   return e == hexsolver::Elasticity::stable_neo_hookean ? "stable-neo-hookean" : "hooke";
 }
 
+/// Of a matrix.
+json rows_of(const hexmesh::Mat3& m) {
+  json out;
+  for (int row = 0; row < 3; ++row) out.push_back(to_json(hexmesh::Vec3(m.row(row))));
+  return out;
+}
+
 }  // namespace
 
 void add_scene(json& report, const hexsolver::Scene& scene) {
@@ -193,6 +200,9 @@ json to_json(const SolveReport& r, const hexsolver::Scene& as_written) {
   out["contacts"] = to_json(r.contacts);
   add_moments(r.contacts, out["contacts"]);
   add_scene(out, scene);
+  for (const hexsolver::Prestress& p : scene.prestresses)
+    out["prestresses"].push_back(p.stretch ? json{{"segment", p.segment}, {"stretch", rows_of(*p.stretch)}}
+                                           : json{{"segment", p.segment}, {"stress_kpa", rows_of(1e3 * *p.stress)}});
   out["matches"] = to_json(r.matches);
   add_moments(r.matches, out["matches"]);
   if (r.pose)

@@ -24,6 +24,7 @@ void refuse_unknown(const Scene& scene) {
   if (!scene.contacts.empty()) refuse("the scene has a [[contact]]");
   if (!scene.matches.empty()) refuse("the scene has a [[match]]");
   if (follows(scene)) refuse("the scene has a [[force]] with follows = true");
+  if (!scene.prestresses.empty()) refuse("the scene has a [[prestress]]");
   if (scene.loaded) refuse("the scene has solve.reference = \"loaded\"");
   for (const Condition& c : scene.conditions) {
     if (!c.selection.segment.empty()) refuse(fmt::format("condition '{}' acts beside a segment", c.name));

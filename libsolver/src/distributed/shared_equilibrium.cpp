@@ -191,6 +191,7 @@ void check_is_shareable(const Scene& scene) {
   if (!scene.contacts.empty()) refuse("[[contact]]");
   if (follows(scene)) refuse("[[force]] with follows = true");
   if (scene.loaded) refuse("solve.reference = \"loaded\"");
+  if (!scene.prestresses.empty()) refuse("[[prestress]]");
   if (scene.is_graded()) refuse("solve.grading = \"scene\"");
 }
 

@@ -14,6 +14,7 @@
 #include "terms/cell_measures.h"
 #include "terms/loads.h"
 #include "terms/make_elastic_cells.h"
+#include "terms/prestress.h"
 
 namespace hexsolver {
 namespace {
@@ -214,8 +215,12 @@ double largest_turning_step(const Scene& scene) {
 void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rotating) {
   auto elastic = make_elastic_cells(mesh(), cells_,
                                     {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness,
-                                     std::move(rotating), scene_.loaded.has_value(), scene_.saves_memory});
+                                     std::move(rotating), scene_.is_reshaped(), scene_.saves_memory});
   elastic_ = elastic.get();
+  if (!scene_.prestresses.empty()) {
+    elastic_->set_prestretch(find_prestretches(cells_, scene_.prestresses, *elastic_, elasticity));
+    if (to_rest_.size() == 0) to_rest_ = NodeVector::Zero(static_cast<Eigen::Index>(mesh().num_dofs()));
+  }
   std::vector<std::pair<std::int32_t, double>> springs;
   for (std::size_t c = 0; c < islands_.size(); ++c)
     if (islands_[c])

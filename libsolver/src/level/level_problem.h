@@ -45,7 +45,7 @@ public:
   /// the potential is built: load steps then begin on the lattice, where what the cells exert is balanced by forces
   /// that the load takes the place of.
   /// @param to_rest  of the nodes [mm]
-  /// @pre the scene has a [loaded]; no material is inside out there
+  /// @pre the scene is_reshaped(); no material is inside out there
   void set_rest(const NodeVector& to_rest);
 
   /// Add a term to the potential, which is built.
@@ -112,7 +112,7 @@ private:
   std::vector<Load*> loads_;
   std::vector<PenaltyContact*> contacts_;
   std::vector<MatchTerm*> matches_;
-  NodeVector to_rest_;          ///< empty: at rest on the lattice
+  NodeVector to_rest_;          ///< empty: at rest on the lattice, free of stress
   Load* of_lattice_ = nullptr;  ///< what balances the cells there, likewise
   std::unique_ptr<Potential> potential_;
   ElasticCells* elastic_ = nullptr;         ///< in the potential

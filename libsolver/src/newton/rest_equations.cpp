@@ -16,11 +16,7 @@ RestEquations::RestEquations(const Hierarchy& hierarchy, Potential& potential, E
       constraints_(constraints),
       multigrid_(hierarchy, potential, constraints, {ageing_of_newton_steps, false, false}) {
   const NodeVector zero = NodeVector::Zero(static_cast<Eigen::Index>(potential.mesh().num_dofs()));
-  loads_ = load_magnitude_ = zero;
-  potential_.for_each_load(zero, [&](const std::string&, const NodeVector& forces) {
-    loads_ -= forces;
-    load_magnitude_ += forces.cwiseAbs();
-  });
+  potential_.gradient_without(elastic_, zero, loads_, load_magnitude_);
 }
 
 void RestEquations::set_limits(int max_linear_iterations, std::function<bool()> interrupt) {
@@ -31,7 +27,7 @@ void RestEquations::set_limits(int max_linear_iterations, std::function<bool()> 
 double RestEquations::gradient(const NodeVector& to_rest, NodeVector& gradient) { return balance(to_rest, gradient); }
 
 double RestEquations::balance(const NodeVector& to_rest, NodeVector& gradient) const {
-  if (to_rest.isZero(0)) {  // what is at rest on the lattice exerts nothing there
+  if (to_rest.isZero(0) && !elastic_.is_prestretched()) {  // what is at rest on the lattice exerts nothing there
     gradient = -loads_;
     return load_magnitude_.norm();
   }

@@ -289,7 +289,7 @@ std::size_t expected_bytes(const hexmesh::Lattice& lattice, const Scene& scene, 
   double per_cell = usual_bytes(scene.elasticity);
   if (scene.saves_memory && has_frames(scene)) per_cell -= saved_per_cell;
   if (needs_braess_sarazin(lattice, scene)) per_cell += pressures_per_cell;
-  if (scene.loaded && scene.elasticity != Elasticity::cauchy) per_cell += reshaped_per_cell;
+  if (scene.is_reshaped() && scene.elasticity != Elasticity::cauchy) per_cell += reshaped_per_cell;
   return static_cast<std::size_t>(per_cell * static_cast<double>(cells_for(lattice, scene, level).size()));
 }
 

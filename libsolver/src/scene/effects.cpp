@@ -21,6 +21,8 @@ const char* name_of(EffectKind kind) {
       return "contact";
     case EffectKind::match:
       return "match";
+    case EffectKind::prestress:
+      return "prestress";
     case EffectKind::gravity:
       return "gravity";
     case EffectKind::rest_shape:
@@ -96,6 +98,11 @@ std::vector<Effect> list_effects(const Scene& scene) {
     effects.push_back({EffectKind::match, match_name(m), true, fmt::format("[[match]] at {}", m.where)});
   if (scene.matches.empty())
     effects.push_back(effect(EffectKind::match, false, "the scene has no [[match]]: no surface is sought"));
+  for (const Prestress& p : scene.prestresses)
+    effects.push_back({EffectKind::prestress, prestress_name(p), true, fmt::format("[[prestress]] at {}", p.where)});
+  if (scene.prestresses.empty())
+    effects.push_back(
+        effect(EffectKind::prestress, false, "the scene has no [[prestress]]: no cell is stressed by itself"));
   const bool weighs = scene.gravity != Vec3::Zero();
   effects.push_back(effect(EffectKind::gravity, weighs,
                            fmt::format("the scene has {}[{}gravity]{}", weighs ? "" : "no ",

@@ -49,7 +49,7 @@ Lattice with_overrides(Lattice lattice, const Scene& scene) {
 
 hexmesh::Elements source_of_elements(const Scene& scene) {
   const bool as_stored =
-      scene.materials.empty() && !needs_elements(scene.elasticity, scene.stiffness, scene.loaded.has_value());
+      scene.materials.empty() && !needs_elements(scene.elasticity, scene.stiffness, scene.is_reshaped());
   return as_stored ? hexmesh::Elements::stored : hexmesh::Elements::formed;
 }
 

@@ -65,6 +65,9 @@ Loaded read_loaded(TomlReader table, const std::filesystem::path& folder, RestMe
 /// [[contact]].
 Contact read_contact(TomlReader table, const std::optional<Dynamics>& dynamics, std::size_t number);
 
+/// [[prestress]].
+Prestress read_prestress(TomlReader table);
+
 /// [[match]].
 /// @param folder  that relative paths are relative to
 Match read_match(TomlReader table, const std::filesystem::path& folder, std::size_t number);

@@ -64,6 +64,22 @@ void check_forces(Scene& scene) {
 
 }  // namespace
 
+void check_prestresses(Scene& scene) {
+  std::map<std::string, std::string> where;
+  for (const Prestress& p : scene.prestresses) {
+    if (const auto [entry, is_new] = where.try_emplace(p.segment, p.where); !is_new)
+      throw Error(ErrorKind::input,
+                  fmt::format("{}: segment is '{}' as at {}, expected another", p.where, p.segment, entry->second));
+    const auto expect = [&](bool holds, const char* expected) {
+      if (!holds) throw Error(ErrorKind::input, fmt::format("{} ({}) {}", prestress_name(p), p.where, expected));
+    };
+    expect(!scene.dynamics, "goes with an equilibrium, expected solve.kind = \"equilibrium\"");
+    expect(scene.matches.empty(), "does not go with a [[match]], expected one of them");
+    expect(scene.rotation == Rotation::polar, "goes with solve.rotation = \"polar\", expected that");
+  }
+  if (!scene.prestresses.empty()) let_it_turn(scene);
+}
+
 void check_loaded(Scene& scene) {
   if (!scene.loaded) return;
   const std::string what = "solve.reference = \"loaded\"";
@@ -135,8 +151,10 @@ Scene read_scene(toml::table root, const std::string& display_name, const std::v
     scene.contacts.push_back(read_contact(table, scene.dynamics, ++number));
   number = 0;
   for (const TomlReader& table : reader.tables("match")) scene.matches.push_back(read_match(table, folder, ++number));
+  for (const TomlReader& table : reader.tables("prestress")) scene.prestresses.push_back(read_prestress(table));
   check_names(scene);
   check_matches(scene);
+  check_prestresses(scene);
   check_forces(scene);
   if (auto table = reader.table("gravity", "a table written [gravity]"))
     scene.gravity = read_gravity(*table, "[gravity]", scene.warnings);
@@ -147,10 +165,11 @@ Scene read_scene(toml::table root, const std::string& display_name, const std::v
     read_loaded(*loaded, folder, RestMethod::newton, scene.warnings);
   } else if (says.is_loaded) {
     const RestMethod method = says.rest_method.value_or(RestMethod::newton);
-    scene.loaded = loaded ? read_loaded(*loaded, folder, method, scene.warnings) : Loaded{method, {}, {}, Vec3::Zero()};
+    scene.loaded = loaded ? read_loaded(*loaded, folder, method, scene.warnings) : Loaded{.method = method};
     check_loaded(scene);
     if (!acts(loaded_scene(scene)))
-      scene.warnings.emplace_back("[loaded] has no gravity and no force: the body is at rest as the lattice shows it");
+      scene.warnings.emplace_back(
+          "[loaded] has no gravity, no force and no contact: the body is at rest as the lattice shows it");
   }
   reader.finish();
   return scene;
@@ -190,14 +209,14 @@ Scene loaded_scene(const Scene& scene) {
   }
   out.forces = scene.loaded->forces;
   out.gravity = scene.loaded->gravity;
-  out.contacts.clear();
+  out.contacts = scene.loaded->contacts;
   return out;
 }
 
 bool acts(const Scene& scene) {
   const auto moves = [](const Condition& c) { return c.by != Vec3::Zero() || (c.turn && c.turn->radians != 0); };
   const auto pushes = [](const Force& f) { return f.total != Vec3::Zero() || f.pressure != 0; };
-  return scene.gravity != Vec3::Zero() || !scene.contacts.empty() ||
+  return scene.gravity != Vec3::Zero() || !scene.contacts.empty() || !scene.prestresses.empty() ||
          std::any_of(scene.forces.begin(), scene.forces.end(), pushes) ||
          std::any_of(scene.conditions.begin(), scene.conditions.end(), moves);
 }

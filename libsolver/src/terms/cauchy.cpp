@@ -14,12 +14,12 @@ double CauchyCells::cell_energy(std::size_t cell, const NodeVector& u) const {
   return 0.5 * v.dot(times(model(cell).stiffness, v));
 }
 
-std::optional<CellVector> CauchyCells::force_on_lattice(std::size_t cell, const CellVector& to_rest) const {
-  return times(model(cell).stiffness, -to_rest);
+std::optional<CellVector> CauchyCells::force_on_lattice(std::size_t cell, const CellVector& to_unstressed) const {
+  return times(model(cell).stiffness, -to_unstressed);
 }
 
 Mat3 CauchyCells::stress(std::size_t cell, const NodeVector& u) const {
-  const Mat3 f = mean_gradient(cell, u);
+  const Mat3 f = mean_elastic_gradient(cell, u);
   return hooke_stress(model(cell), (f + f.transpose()) / 2 - Mat3::Identity());
 }
 

@@ -21,7 +21,7 @@ public:
   std::int32_t shared_hessian(std::size_t cell) const override { return elements_[cell]; }
 
 private:
-  std::optional<CellVector> force_on_lattice(std::size_t cell, const CellVector& to_rest) const override;
+  std::optional<CellVector> force_on_lattice(std::size_t cell, const CellVector& to_unstressed) const override;
 };
 
 }  // namespace hexsolver

@@ -49,7 +49,7 @@ void CorotationalCells::add_forces(const CellVector& forces, CorotationalFrame& 
 }
 
 CorotationalFrame CorotationalCells::frame(std::size_t cell, const NodeVector& u) const {
-  const CellVector at_rest = rest(cell);
+  const CellVector at_rest = unstressed(cell);
   CorotationalFrame frame = place(model(cell).mean_gradient, at_rest, moved(cell, u));
   add_forces(times(model(cell).stiffness, frame.y - at_rest), frame);
   return frame;
@@ -61,12 +61,12 @@ bool CorotationalCells::set_rest(const NodeVector& to_rest) {
 }
 
 /// As frame(), by the points in place of K, which would take longer to form.
-std::optional<CellVector> CorotationalCells::force_on_lattice(std::size_t cell, const CellVector& to_rest) const {
+std::optional<CellVector> CorotationalCells::force_on_lattice(std::size_t cell, const CellVector& to_unstressed) const {
   CellPoints here;
-  if (!reshape(points_on_lattice(cell), to_rest, here)) return {};
+  if (!reshape(points_on_lattice(cell), to_unstressed, here)) return {};
   const NodeGradients mean_gradient = means(here).gradient;
-  const CellVector at_rest = corners(cell) + to_rest;
-  CorotationalFrame frame = place(mean_gradient, at_rest, -to_rest);
+  const CellVector at_rest = corners(cell) + to_unstressed;
+  CorotationalFrame frame = place(mean_gradient, at_rest, -to_unstressed);
   add_forces(forces_by_points(here, model(cell).mean_dilatation, frame.y - at_rest), frame);
   return force(frame, mean_gradient);
 }
@@ -77,7 +77,7 @@ double CorotationalCells::cell_energy(std::size_t cell, const NodeVector& u) con
     return 0.5 * v.dot(times(model(cell).stiffness, v));
   }
   const CorotationalFrame f = frame(cell, u);
-  return 0.5 * (f.y - rest(cell)).dot(f.f);
+  return 0.5 * (f.y - unstressed(cell)).dot(f.f);
 }
 
 double CorotationalCells::energy(const NodeVector& u) const {
@@ -99,7 +99,7 @@ double CorotationalCells::energy(const NodeVector& u) const {
 CorotationalFrame CorotationalCells::unrotated_frame(std::size_t cell, const NodeVector& u) const {
   const CellVector v = moved(cell, u);
   const Mat3 one = Mat3::Identity(), none = Mat3::Zero();
-  return {one, one, none, none, rest(cell) + v, times(model(cell).stiffness, v), Vec3::Zero()};
+  return {one, one, none, none, unstressed(cell) + v, times(model(cell).stiffness, v), Vec3::Zero()};
 }
 
 std::size_t CorotationalCells::choose_rotating(const NodeVector& u, double on, double off) {
@@ -117,7 +117,7 @@ std::size_t CorotationalCells::choose_rotating(const NodeVector& u, double on, d
 /// Of the mean gradient F = R S: the first Piola-Kirchhoff stress of W(S) is R T, T = dW/dS, and Cauchy's R T S R^T /
 /// J. T and S have the same axes. A cell that does not rotate has T by sym F, whose part that turns is left out.
 Mat3 CorotationalCells::stress(std::size_t cell, const NodeVector& u) const {
-  const Mat3 f = mean_gradient(cell, u);
+  const Mat3 f = mean_elastic_gradient(cell, u);
   if (!rotates(cell)) {
     const Mat3 kirchhoff = hooke_stress(model(cell), (f + f.transpose()) / 2 - Mat3::Identity()) * f.transpose();
     return cauchy_stress((kirchhoff + kirchhoff.transpose()) / 2, f.determinant());
@@ -223,7 +223,7 @@ CorotationalCells::RestOfLanes CorotationalCells::rest_of_batch(std::size_t batc
   const Mesh::Batch& of = mesh_.batches()[batch];
   RestOfLanes out;
   for (std::size_t lane = 0; lane < lanes; ++lane) {
-    const CellVector of_cell = rest(of.first + std::min(lane, of.count - 1));
+    const CellVector of_cell = unstressed(of.first + std::min(lane, of.count - 1));
     for (std::size_t n = 0; n < 24; ++n) out[n][lane] = of_cell[n];
   }
   return out;
@@ -232,7 +232,7 @@ CorotationalCells::RestOfLanes CorotationalCells::rest_of_batch(std::size_t batc
 void CorotationalCells::rotate_batch(std::size_t batch, RotatedCells<double>& cells) const {
   const Mesh::Batch& of = mesh_.batches()[batch];
   unsigned left = (1U << lanes) - 1;
-  if (rotates_somewhere(batch))
+  if (rotates_somewhere(batch) && !is_prestretched())  // cells that are no longer one body have no nodes in common
     left = rotate_cells(models_of_batch<double>(batch), is_stressed_, nodes_of_batch(mesh_, batch),
                         rest_of_batch(batch)[0].data(), is_at_rest_on_lattice() ? state_.data() : moved_.data(), cells);
   for (std::size_t lane = 0; lane < lanes; ++lane) {

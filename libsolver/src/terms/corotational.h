@@ -71,7 +71,7 @@ private:
   static void add_forces(const CellVector& forces, CorotationalFrame& frame);  ///< f, and what follows from it
   CorotationalFrame frame(std::size_t cell, const NodeVector& u) const;
   static CellVector force(const CorotationalFrame& frame, const NodeGradients& mean_gradient);
-  std::optional<CellVector> force_on_lattice(std::size_t cell, const CellVector& to_rest) const override;
+  std::optional<CellVector> force_on_lattice(std::size_t cell, const CellVector& to_unstressed) const override;
   Reshaping reshaping() const override { return Reshaping::stiffness; }
   RestOfLanes rest_of_batch(std::size_t batch) const;
   CorotationalFrame unrotated_frame(std::size_t cell,

@@ -14,13 +14,14 @@ Mat3 EdgeRotatedCells::rotation(std::size_t cell, const CellVector& moved) const
   Mat3 now = Mat3::Zero();
   for (int axis = 0; axis < 3; ++axis)
     for (int a = 0; a < 8; ++a)
-      now.col(axis) += (hexmesh::corner_bit(a, axis) ? 0.25 : -0.25) * (moved + rest(cell)).segment<3>(3 * a);
+      now.col(axis) += (hexmesh::corner_bit(a, axis) ? 0.25 : -0.25) * (moved + unstressed(cell)).segment<3>(3 * a);
   return orthonormalized(now) * orthonormalized(mesh_.edges(cell)).transpose();
 }
 
 double EdgeRotatedCells::cell_energy(std::size_t cell, const NodeVector& u) const {
   const CellVector moved = mesh_.gather(cell, u);
-  const CellVector e = rotate(rotation(cell, moved).transpose(), CellVector(moved + rest(cell))) - rest(cell);
+  const CellVector e =
+      rotate(rotation(cell, moved).transpose(), CellVector(moved + unstressed(cell))) - unstressed(cell);
   return 0.5 * e.dot(times(model(cell).stiffness, e));
 }
 
@@ -36,7 +37,7 @@ void EdgeRotatedCells::add_gradient(const NodeVector& u, NodeVector& gradient, N
   mesh_.for_each_cell([&](std::size_t c) {
     const CellVector moved = mesh_.gather(c, u);
     const Mat3 r = rotation(c, moved);
-    const CellVector e = rotate(r.transpose(), CellVector(moved + rest(c))) - rest(c);
+    const CellVector e = rotate(r.transpose(), CellVector(moved + unstressed(c))) - unstressed(c);
     const CellVector force = rotate(r, times(model(c).stiffness, e));
     mesh_.scatter_add(c, force, gradient);
     mesh_.scatter_add(c, force.cwiseAbs(), magnitude);

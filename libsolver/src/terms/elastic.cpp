@@ -85,13 +85,27 @@ void ElasticCells::measure_rounding() {
   double energies = 0;
   for (std::size_t c = 0; c < mesh_.num_cells(); ++c) {
     CellVector& of_cell = of_model[elements_[c]];
-    const CellVector size = rest(c);
+    const CellVector size = unstressed(c);
     if (of_cell[0] < 0) of_cell = model(c).stiffness.cwiseAbs() * size.cwiseAbs();
     mesh_.scatter_add(c, of_cell, sum);
     energies += of_cell.dot(size.cwiseAbs());
   }
   rounding_ = 50 * std::numeric_limits<double>::epsilon() * sum.norm();
   energy_rounding_ = 4 * std::numeric_limits<double>::epsilon() * energies;
+}
+
+void ElasticCells::set_prestretch(std::vector<Mat3> of_cells) {
+  to_unstressed_ = std::move(of_cells);
+  for (Mat3& f : to_unstressed_) f = adds_stretches() ? Mat3(2 * Mat3::Identity() - f) : Mat3(f.inverse());
+}
+
+CellVector ElasticCells::to_unstressed(std::size_t cell, const NodeVector& to_rest) const {
+  CellVector out = mesh_.gather(cell, to_rest);
+  if (!is_prestretched()) return out;
+  Eigen::Map<Eigen::Matrix<double, 3, 8>> of_corner(out.data());
+  const Eigen::Map<const Eigen::Matrix<double, 3, 8>> at(corners(cell).data());
+  of_corner += (to_unstressed_[cell] - Mat3::Identity()) * (at + of_corner);
+  return out;
 }
 
 bool ElasticCells::set_rest(const NodeVector& to_rest) {
@@ -104,7 +118,7 @@ bool ElasticCells::set_rest(const NodeVector& to_rest) {
     parallel_for(mesh_.num_cells(), [&](std::ptrdiff_t cell) {
       const auto c = static_cast<std::size_t>(cell);
       CellPoints here;
-      if (!reshape(points_on_lattice(c), mesh_.gather(c, to_rest), here)) {
+      if (!reshape(points_on_lattice(c), to_unstressed(c, to_rest), here)) {
         is_inside_out = true;
         return;
       }
@@ -133,7 +147,7 @@ bool ElasticCells::add_gradient_on_lattice(const NodeVector& to_rest, NodeVector
                                            NodeVector& magnitude) const {
   std::atomic<bool> is_inside_out = false;
   mesh_.for_each_cell([&](std::size_t c) {
-    const std::optional<CellVector> force = force_on_lattice(c, mesh_.gather(c, to_rest));
+    const std::optional<CellVector> force = force_on_lattice(c, to_unstressed(c, to_rest));
     if (!force) {
       is_inside_out = true;
       return;
@@ -224,12 +238,20 @@ double ElasticCells::deformation_in_material(const NodeVector& u, const RigidFit
 }
 
 Mat3 ElasticCells::mean_gradient(std::size_t cell, const NodeVector& u) const {
+  const Mat3 f = mean_elastic_gradient(cell, u);
+  if (!is_prestretched()) return f;
+  return adds_stretches() ? Mat3(f + to_unstressed_[cell] - Mat3::Identity()) : Mat3(f * to_unstressed_[cell]);
+}
+
+Mat3 ElasticCells::mean_elastic_gradient(std::size_t cell, const NodeVector& u) const {
   const CellVector v = moved(cell, u);
   return Mat3::Identity() + Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * model(cell).mean_gradient;
 }
 
 Jacobians ElasticCells::jacobians(std::size_t cell, const NodeVector& u) const {
-  const CellVector at_rest = rest(cell), now = corners(cell) + mesh_.gather(cell, u);
+  const CellVector now = corners(cell) + mesh_.gather(cell, u);
+  const CellVector at_rest =
+      is_at_rest_on_lattice() ? corners(cell) : CellVector(corners(cell) + mesh_.gather(cell, to_rest_));
   using Corners = Eigen::Map<const Eigen::Matrix<double, 3, 8>>;
   if (const hexmesh::SubcellMask where = model(cell).subcells; where != 0)
     return jacobians_in_subcells(Corners(now.data()), Corners(at_rest.data()), where);

@@ -43,7 +43,8 @@ ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::si
 
 /// The elastic energy of all cells of one level.
 ///
-/// Displacements are measured from the lattice, where cells are at rest unless set_rest() says otherwise.
+/// Displacements are measured from the lattice, where cells are at rest unless set_rest() says otherwise, and free of
+/// stress there unless set_prestretch() does.
 class ElasticCells : public Term {
 public:
   /// @param mesh      must outlive this
@@ -51,6 +52,11 @@ public:
   /// @param points    of the models; may be left out by laws that do not integrate at points, unless set_rest() is used
   ElasticCells(const Mesh& mesh, std::vector<std::int32_t> elements, std::vector<ElementModel> models,
                std::vector<CellPoints> points = {});
+
+  /// Let cells be stretched where they are at rest, each by its own F0: what stores no energy is F0^-1 of its shape at
+  /// rest, for itself. Called before set_rest().
+  void set_prestretch(std::vector<Mat3> of_cells);
+  bool is_prestretched() const noexcept { return !to_unstressed_.empty(); }
 
   /// Let the cells be at rest elsewhere: their models are formed anew, each for itself.
   /// @param to_rest  displacement of all nodes from the lattice [mm]
@@ -92,7 +98,7 @@ public:
 
   /// Mean Cauchy stress [MPa]; small strain knows no other (THEORY.md, "Stress and pressure").
   virtual Mat3 stress(std::size_t cell, const NodeVector& u) const = 0;
-  Mat3 mean_gradient(std::size_t cell, const NodeVector& u) const;  ///< F over the filled part
+  Mat3 mean_gradient(std::size_t cell, const NodeVector& u) const;  ///< F from rest, over the filled part
 
   const Mesh& mesh() const noexcept { return mesh_; }
   const ElementModel& model(std::size_t cell) const { return (*models_)[elements_[cell]]; }
@@ -102,9 +108,9 @@ protected:
   enum class Reshaping { nothing, stiffness, points };
   virtual Reshaping reshaping() const { return Reshaping::nothing; }
 
-  /// Forces at u = 0 of a cell whose corners are at rest where displaced by `to_rest`; nothing if it is inside out
-  /// there, or of laws that know no such thing.
-  virtual std::optional<CellVector> force_on_lattice(std::size_t /*cell*/, const CellVector& /*to_rest*/) const {
+  /// Forces at u = 0 of a cell whose corners are free of stress where displaced by `to_unstressed`; nothing if it is
+  /// inside out there, or of laws that know no such thing.
+  virtual std::optional<CellVector> force_on_lattice(std::size_t /*cell*/, const CellVector& /*to_unstressed*/) const {
     return {};
   }
 
@@ -126,25 +132,32 @@ protected:
   const NodeVector& to_rest() const { return to_rest_; }
   /// Corners relative to the centre of the cell of the lattice.
   const CellVector& corners(std::size_t cell) const { return corners_[mesh_.size_of(cell)]; }
-  /// X, where these are at rest.
-  CellVector rest(std::size_t cell) const {
-    return is_at_rest_on_lattice() ? corners(cell) : CellVector(corners(cell) + mesh_.gather(cell, to_rest_));
+  /// X, where these are free of stress.
+  CellVector unstressed(std::size_t cell) const {
+    return is_at_rest_on_lattice() ? corners(cell) : CellVector(corners(cell) + to_unstressed(cell, to_rest_));
   }
-  /// By how much the corners are displaced from rest.
+  /// By how much the corners are displaced from there.
   CellVector moved(std::size_t cell, const NodeVector& u) const {
     return is_at_rest_on_lattice() ? mesh_.gather(cell, u)
-                                   : CellVector(mesh_.gather(cell, u) - mesh_.gather(cell, to_rest_));
+                                   : CellVector(mesh_.gather(cell, u) - to_unstressed(cell, to_rest_));
   }
+  /// F over the filled part, from where it is free of stress.
+  Mat3 mean_elastic_gradient(std::size_t cell, const NodeVector& u) const;
 
   double sum_of_energies() const;
   mutable std::vector<double> energies_;  ///< space for energy(): parts to be summed up in this order
 
 private:
+  /// Small strain, which forms no cell anew, knows the sum of two and not their product.
+  bool adds_stretches() const { return reshaping() == Reshaping::nothing; }
   void measure_rounding();
+  /// From the corners on the lattice to where they are free of stress, of cells at rest elsewhere.
+  CellVector to_unstressed(std::size_t cell, const NodeVector& to_rest) const;
 
   std::vector<CellVector> corners_;  ///< of each size of cells
   std::shared_ptr<const std::vector<CellPoints>> points_;
-  NodeVector to_rest_;  ///< empty: at rest on the lattice
+  NodeVector to_rest_;               ///< empty: at rest on the lattice
+  std::vector<Mat3> to_unstressed_;  ///< F0^-1 of each cell; empty: no stress at rest
   struct OnLattice {
     std::vector<std::int32_t> elements;
     std::shared_ptr<const std::vector<ElementModel>> models;

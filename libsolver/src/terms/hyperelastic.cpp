@@ -201,10 +201,10 @@ CellVector HyperelasticCells::force(const State& s) const {
   return force;
 }
 
-std::optional<CellVector> HyperelasticCells::force_on_lattice(std::size_t cell, const CellVector& to_rest) const {
+std::optional<CellVector> HyperelasticCells::force_on_lattice(std::size_t cell, const CellVector& to_unstressed) const {
   CellPoints here;
-  if (!reshape(points_on_lattice(cell), to_rest, here)) return {};
-  return force(state(here, -to_rest));
+  if (!reshape(points_on_lattice(cell), to_unstressed, here)) return {};
+  return force(state(here, -to_unstressed));
 }
 
 void HyperelasticCells::linearize(const NodeVector& u, double projection) {

@@ -73,7 +73,7 @@ private:
   State state(const CellPoints& points, const CellVector& moved) const;
   State state(std::size_t cell, const NodeVector& u) const;
   CellVector force(const State& s) const;
-  std::optional<CellVector> force_on_lattice(std::size_t cell, const CellVector& to_rest) const override;
+  std::optional<CellVector> force_on_lattice(std::size_t cell, const CellVector& to_unstressed) const override;
   Reshaping reshaping() const override { return Reshaping::points; }
   EnergyDensity density(const CellPoint& p, const Invariants& at, double pressure) const;
 

@@ -49,10 +49,22 @@ double Potential::energy(const NodeVector& u) const {
 }
 
 void Potential::gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
+  sum_gradients(nullptr, u, gradient, magnitude);
+}
+
+void Potential::gradient_without(const Term& left_out, const NodeVector& u, NodeVector& gradient,
+                                 NodeVector& magnitude) const {
+  sum_gradients(&left_out, u, gradient, magnitude);
+}
+
+void Potential::sum_gradients(const Term* left_out, const NodeVector& u, NodeVector& gradient,
+                              NodeVector& magnitude) const {
   const NodeVector& at = at_all(u);
   gradient.setZero(at.size());
   magnitude.setZero(at.size());
-  for_each_term([&](const Term& t) { t.add_gradient(at, gradient, magnitude); });
+  for_each_term([&](const Term& t) {
+    if (&t != left_out) t.add_gradient(at, gradient, magnitude);
+  });
   mesh_.collect(gradient);
   mesh_.collect(magnitude);
 }

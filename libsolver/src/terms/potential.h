@@ -30,6 +30,9 @@ public:
   /// Gradient and the sum of the absolute values it is made of [N].
   void gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const;
 
+  /// The same without one of the terms.
+  void gradient_without(const Term& left_out, const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const;
+
   double rounding() const;         ///< size of the rounding errors in a gradient [N]
   double energy_rounding() const;  ///< of those in an energy [N mm]
 
@@ -71,6 +74,7 @@ private:
   };
   template <class F>
   void for_each_term(F&& f) const;
+  void sum_gradients(const Term* left_out, const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const;
   template <class Vector>
   void apply_terms(const Vector& x, Vector& y) const;
 

@@ -96,6 +96,17 @@ public:
     return numbers_of(*node, key, count, expected);
   }
 
+  /// A number, or an array of as many as one of `counts`; empty if the key is absent.
+  std::vector<double> number_or_numbers(const std::string& key, const std::vector<std::size_t>& counts,
+                                        const std::string& expected) {
+    const toml::node* node = take(key);
+    if (!node) return {};
+    if (node->is_number() && std::isfinite(*node->value<double>())) return {*node->value<double>()};
+    const std::size_t size = node->is_array() ? node->as_array()->size() : 0;
+    if (std::find(counts.begin(), counts.end(), size) == counts.end()) fail(*node, key, expected);
+    return numbers_of(*node, key, size, expected);
+  }
+
   /// [[a, b], [c, d], ...], each of `count` numbers; empty if the key is absent.
   std::vector<std::vector<double>> rows(const std::string& key, std::size_t count, const std::string& expected) {
     std::vector<std::vector<double>> out;

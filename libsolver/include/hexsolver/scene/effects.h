@@ -13,9 +13,10 @@ enum class EffectKind {
   rotation,
   large_strain,
   near_incompressibility,
-  force,    ///< one for each [[force]]
-  contact,  ///< one for each [[contact]]
-  match,    ///< one for each [[match]]
+  force,      ///< one for each [[force]]
+  contact,    ///< one for each [[contact]]
+  match,      ///< one for each [[match]]
+  prestress,  ///< one for each [[prestress]]
   gravity,
   rest_shape,  ///< of a body that the lattice shows under load
   islands,     ///< springs that hold them

@@ -116,6 +116,17 @@ struct Match {
   bool is_of_landmarks() const { return !from.empty(); }
 };
 
+/// A [[prestress]] of the scene: what tissue is under in the shape that the lattice shows. One of the two, both
+/// symmetric, in patient space.
+struct Prestress {
+  std::string segment;          ///< whose tissue
+  std::string where;            ///< file:line of its table, for messages
+  std::optional<Mat3> stretch;  ///< from where the tissue is free of stress to its place
+  std::optional<Mat3> stress;   ///< Cauchy's, tension positive [MPa]
+};
+
+inline std::string prestress_name(const Prestress& prestress) { return "prestress '" + prestress.segment + "'"; }
+
 inline std::string match_name(const Match& match) { return "match '" + match.name + "'"; }
 
 inline std::string contact_name(const Contact& contact) { return "contact '" + contact.name + "'"; }
@@ -199,6 +210,7 @@ struct Loaded {
   RestMethod method = RestMethod::newton;
   std::vector<Condition> conditions;  ///< [[loaded.fix]]; empty: where the scene's own conditions hold
   std::vector<Force> forces;          ///< [[loaded.force]]
+  std::vector<Contact> contacts;      ///< [[loaded.contact]]
   Vec3 gravity = Vec3::Zero();        ///< [mm/s^2]
 };
 
@@ -226,6 +238,7 @@ struct Scene {
   std::vector<Force> forces;
   std::vector<Contact> contacts;
   std::vector<Match> matches;
+  std::vector<Prestress> prestresses;
   std::optional<Loaded> loaded;           ///< nothing: the lattice shows the body at rest
   bool is_of_lattice = false;             ///< made by loaded_scene(), not a key of the file
   std::optional<Eigen::Isometry3d> pose;  ///< where the body starts from, not a key of the file; nothing: at rest
@@ -234,6 +247,8 @@ struct Scene {
   Damping damping;                        ///< of a motion
   std::vector<std::string> warnings;      ///< of what the file says in vain
 
+  /// Whether cells may be free of stress elsewhere than on the lattice.
+  bool is_reshaped() const { return loaded.has_value() || !prestresses.empty(); }
   bool is_graded() const { return grading == Grading::scene && coarser_by > 0; }
   bool asks_accuracy() const { return accuracy || reaction_accuracy; }
   bool is_open_ended() const { return asks_accuracy() || budget; }  ///< which level it ends on is found on the way
@@ -281,6 +296,10 @@ void check_matches(Scene& scene);
 /// Of a scene with a [loaded]: strain = "auto" becomes "corotational".
 /// @throws Error{input} for what does not go with it
 void check_loaded(Scene& scene);
+
+/// Of a scene with a [[prestress]]: strain = "auto" becomes "corotational".
+/// @throws Error{input} for what does not go with it
+void check_prestresses(Scene& scene);
 
 /// The same lattice with the scene's [material.*] in place of its own.
 /// @throws Error{input} for an unknown segment or a bad value
