@@ -17,6 +17,13 @@ int main(int argc, char** argv) {
          CLI::App* info = add_subcommand(app, "info", "Say what inputs hold: grid, orientation, segments, warnings",
                                          "hexscan info liver.nrrd");
          const auto run_info = declare_info(*info, o, common, console);
-         return [=] { return phantom->parsed() ? run_phantom() : info->parsed() ? run_info() : run_conversion(); };
+         CLI::App* surface = add_subcommand(app, "surface", "Make the obstacle of a [[contact]] of a closed surface",
+                                            "hexscan surface probe.stl -o probe.hexsurface");
+         const auto run_surface = declare_surface(*surface, common, console);
+         return [=] {
+           if (phantom->parsed()) return run_phantom();
+           if (info->parsed()) return run_info();
+           return surface->parsed() ? run_surface() : run_conversion();
+         };
        }});
 }

@@ -196,7 +196,7 @@ TEST(VtkExport, ObstaclesAreWhereTheyAre) {
   const TemporaryFolder folder;
   const Bounds body{{-10, -20, -30}, {10, 20, 30}};
   const Vec3 normal = Vec3(1, 2, 2).normalized();
-  write_obstacles_vtp({{{1, 2, 3}, normal, 0, "table"}, {{40, 50, 60}, Vec3::Zero(), 7, "ball"}}, body,
+  write_obstacles_vtp({{HalfSpace{{1, 2, 3}, normal}, "table"}, {Ball{{40, 50, 60}, 7}, "ball"}}, body,
                       folder / "a.vtp");
   vtkNew<vtkXMLPolyDataReader> reader;
   reader->SetFileName((folder / "a.vtp").c_str());

@@ -48,10 +48,14 @@ constexpr std::array costs_keys = {Key{"levels", KeyKind::list_of_numbers}, Key{
                                    Key{"seconds", KeyKind::table}, Key{"peak_memory_mb", KeyKind::number}};
 constexpr std::array condition_keys = {Key{"name", KeyKind::text}, Key{"moves", KeyKind::flag},
                                        Key{"reaction_n", KeyKind::vector}};
-constexpr std::array contact_keys = {Key{"name", KeyKind::text}, Key{"plane", KeyKind::table},
-                                     Key{"sphere", KeyKind::table}};
-constexpr std::array obstacle_keys = {Key{"point_mm", KeyKind::vector}, Key{"normal", KeyKind::vector},
-                                      Key{"center_mm", KeyKind::vector}, Key{"radius_mm", KeyKind::number}};
+constexpr std::array contact_keys = {Key{"name", KeyKind::text},      Key{"plane", KeyKind::table},
+                                     Key{"sphere", KeyKind::table},   Key{"capsule", KeyKind::table},
+                                     Key{"cylinder", KeyKind::table}, Key{"box", KeyKind::table}};
+constexpr std::array obstacle_keys = {Key{"point_mm", KeyKind::vector},  Key{"normal", KeyKind::vector},
+                                      Key{"center_mm", KeyKind::vector}, Key{"radius_mm", KeyKind::number},
+                                      Key{"from_mm", KeyKind::vector},   Key{"to_mm", KeyKind::vector},
+                                      Key{"size_mm", KeyKind::vector},   Key{"axis_x", KeyKind::vector},
+                                      Key{"axis_y", KeyKind::vector},    Key{"axis_z", KeyKind::vector}};
 constexpr std::array level_keys = {Key{"level", KeyKind::count}, Key{"seconds", KeyKind::number},
                                    Key{"error_mm", KeyKind::table}};
 constexpr std::array balance_keys = {Key{"about_mm", KeyKind::vector}, Key{"acting", KeyKind::rows},
@@ -150,7 +154,7 @@ ResultReport report_of(const hexmesh::Result& result) {
   check_rows(report, "levels", level_keys, "/report");
   check_rows(report, "contacts", contact_keys, "/report");
   for (const json& contact : report["contacts"])
-    for (const char* shape : {"plane", "sphere"})
+    for (const char* shape : {"plane", "sphere", "capsule", "cylinder", "box"})
       if (contact.contains(shape)) check(contact[shape], obstacle_keys, fmt::format("/report/contacts/{}", shape));
   for (const char* list : {"forces", "effects", "warnings"})
     if (!report.contains(list)) report[list] = json::array();

@@ -53,26 +53,57 @@ std::set<std::string> moved_by(const hexmesh::Result& result) {
   return out;
 }
 
+namespace {
+
+hexmesh::Vec3 vector_in(const nlohmann::json& row, const char* key) {
+  hexmesh::Vec3 out = hexmesh::Vec3::Constant(NAN);
+  if (const auto found = row.find(key); found != row.end())
+    for (int d = 0; d < 3; ++d)
+      if (const auto& value = (*found)[static_cast<std::size_t>(d)]; value.is_number()) out[d] = value.get<double>();
+  return out;
+}
+
+double radius_in(const nlohmann::json& row) { return ResultReport::number_in(row, "radius_mm", NAN); }
+
+/// A capsule or a cylinder.
+template <class Bar>
+std::optional<hexmesh::Solid> bar_in(const nlohmann::json& row) {
+  const Bar bar{vector_in(row, "from_mm"), vector_in(row, "to_mm"), radius_in(row)};
+  if (!bar.from.allFinite() || !bar.to.allFinite() || bar.from == bar.to || !std::isfinite(bar.radius)) return {};
+  return bar;
+}
+
+std::optional<hexmesh::Solid> block_in(const nlohmann::json& row) {
+  hexmesh::Block block{vector_in(row, "center_mm"), hexmesh::Mat3::Identity(), vector_in(row, "size_mm") / 2};
+  block.axes << vector_in(row, "axis_x"), vector_in(row, "axis_y"), vector_in(row, "axis_z");
+  if (!block.center.allFinite() || !block.half.allFinite() || !block.axes.isUnitary(1e-6)) return {};
+  return block;
+}
+
+/// What a contact of a report is with; nothing of surfaces, which reports only name, and of what is no number.
+std::optional<hexmesh::Solid> solid_in(const nlohmann::json& contact) {
+  if (contact.contains("plane")) {
+    const hexmesh::HalfSpace plane{vector_in(contact["plane"], "point_mm"),
+                                   vector_in(contact["plane"], "normal").normalized()};
+    if (plane.point.allFinite() && plane.normal.allFinite()) return plane;
+  }
+  if (contact.contains("sphere")) {
+    const hexmesh::Ball ball{vector_in(contact["sphere"], "center_mm"), radius_in(contact["sphere"])};
+    if (ball.center.allFinite() && std::isfinite(ball.radius)) return ball;
+  }
+  if (contact.contains("capsule")) return bar_in<hexmesh::Capsule>(contact["capsule"]);
+  if (contact.contains("cylinder")) return bar_in<hexmesh::Cylinder>(contact["cylinder"]);
+  if (contact.contains("box")) return block_in(contact["box"]);
+  return {};
+}
+
+}  // namespace
+
 std::vector<hexmesh::Obstacle> obstacles_of(const hexmesh::Result& result) {
-  const auto vector = [](const nlohmann::json& row, const char* key) -> hexmesh::Vec3 {
-    hexmesh::Vec3 out = hexmesh::Vec3::Constant(NAN);
-    if (const auto found = row.find(key); found != row.end())
-      for (int d = 0; d < 3; ++d)
-        if (const auto& value = (*found)[static_cast<std::size_t>(d)]; value.is_number()) out[d] = value.get<double>();
-    return out;
-  };
   std::vector<hexmesh::Obstacle> out;
   const nlohmann::json report = report_of(result).report;
-  for (const nlohmann::json& contact : report["contacts"]) {
-    hexmesh::Obstacle o;
-    o.name = contact.value("name", "");
-    if (contact.contains("plane"))
-      o = {vector(contact["plane"], "point_mm"), vector(contact["plane"], "normal").normalized(), 0, o.name};
-    else if (contact.contains("sphere"))
-      o = {vector(contact["sphere"], "center_mm"), hexmesh::Vec3::Zero(),
-           ResultReport::number_in(contact["sphere"], "radius_mm", NAN), o.name};
-    if (o.point.allFinite() && o.normal.allFinite() && std::isfinite(o.radius)) out.push_back(o);
-  }
+  for (const nlohmann::json& contact : report["contacts"])
+    if (auto solid = solid_in(contact)) out.push_back({std::move(*solid), contact.value("name", "")});
   return out;
 }
 

@@ -34,4 +34,7 @@ std::function<int()> declare_phantom(CLI::App& app, const std::shared_ptr<ScanOp
 std::function<int()> declare_info(CLI::App& app, const std::shared_ptr<ScanOptions>& o, const CommonOptions& common,
                                   const Console& console);
 
+/// hexscan surface
+std::function<int()> declare_surface(CLI::App& app, const CommonOptions& common, const Console& console);
+
 }  // namespace hextools

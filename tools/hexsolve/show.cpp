@@ -41,7 +41,9 @@ int show_check(hexsolver::SceneCheck check, const hexsolver::Scene& scene, Outpu
   if (check.dropped_cells > 0) text += fmt::format("islands left out: {} cells\n", check.dropped_cells);
   if (check.held_cells > 0) text += fmt::format("islands held by springs: {} cells\n", check.held_cells);
   text += fmt::format("level {}: {}\n", check.level,
-                      check.needs_supports ? "every part is held" : "a motion, in which nothing need be held");
+                      check.is_carried       ? "nothing but obstacles holds all or parts of it"
+                      : check.needs_supports ? "every part is held"
+                                             : "a motion, in which nothing need be held");
   return show(to_json(check), text, report, files);
 }
 

@@ -35,6 +35,7 @@ json to_json(const std::vector<hexsolver::ContactReport>& contacts) {
                    {"points", c.points},
                    {"deepest_mm", c.deepest_mm},
                    {"nearest_mm", c.nearest_mm},
+                   {"slipping", c.slipping},
                    {"force_n", to_json(c.force_n)}});
   return out;
 }
@@ -97,6 +98,7 @@ json to_json(const hexsolver::MotionReport& motion) {
                     {"loads_n_mm", r.energies.loads},
                     {"work_n_mm", r.work},
                     {"work_uncertainty_n_mm", r.work_uncertainty},
+                    {"friction_work_n_mm", r.friction_work},
                     {"momentum_n_s", to_json(r.momentum)},
                     {"contacts", hextools::to_json(r.contacts)}});
   return {{"steps", motion.steps},
@@ -148,6 +150,34 @@ json rows_of(const hexmesh::Mat3& m) {
   return out;
 }
 
+/// Where an obstacle is at the end.
+Eigen::Isometry3d place_at_end(const hexsolver::Contact& c, const hexsolver::Scene& scene) {
+  return hexsolver::place_of(c, {1, scene.dynamics ? scene.dynamics->duration : 0});
+}
+
+/// The table of a scene that has this obstacle.
+void add_shape(const hexmesh::Solid& solid, const std::filesystem::path& file, json& row) {
+  const auto bar = [](const auto& s) -> json {
+    return {{"from_mm", to_json(s.from)}, {"to_mm", to_json(s.to)}, {"radius_mm", s.radius}};
+  };
+  if (const auto* plane = std::get_if<hexmesh::HalfSpace>(&solid))
+    row["plane"] = {{"point_mm", to_json(plane->point)}, {"normal", to_json(plane->normal)}};
+  else if (const auto* ball = std::get_if<hexmesh::Ball>(&solid))
+    row["sphere"] = {{"center_mm", to_json(ball->center)}, {"radius_mm", ball->radius}};
+  else if (const auto* capsule = std::get_if<hexmesh::Capsule>(&solid))
+    row["capsule"] = bar(*capsule);
+  else if (const auto* cylinder = std::get_if<hexmesh::Cylinder>(&solid))
+    row["cylinder"] = bar(*cylinder);
+  else if (const auto* block = std::get_if<hexmesh::Block>(&solid))
+    row["box"] = {{"center_mm", to_json(block->center)},
+                  {"size_mm", to_json(hexmesh::Vec3(2 * block->half))},
+                  {"axis_x", to_json(hexmesh::Vec3(block->axes.col(0)))},
+                  {"axis_y", to_json(hexmesh::Vec3(block->axes.col(1)))},
+                  {"axis_z", to_json(hexmesh::Vec3(block->axes.col(2)))}};
+  else
+    row["surface"] = file.filename().string();
+}
+
 }  // namespace
 
 void add_scene(json& report, const hexsolver::Scene& scene) {
@@ -158,13 +188,7 @@ void add_scene(json& report, const hexsolver::Scene& scene) {
   json& rows = report["contacts"];
   for (std::size_t n = 0; n < scene.contacts.size() && n < rows.size(); ++n) {
     const hexsolver::Contact& c = scene.contacts[n];
-    const hexmesh::Vec3 moved =
-        c.history ? c.history->at(scene.dynamics ? scene.dynamics->duration : 0) : hexmesh::Vec3(c.by);
-    if (const auto* plane = std::get_if<hexsolver::HalfSpace>(&c.obstacle))
-      rows[n]["plane"] = {{"point_mm", to_json(hexmesh::Vec3(plane->point + moved))},
-                          {"normal", to_json(plane->normal)}};
-    else if (const auto* ball = std::get_if<hexsolver::Ball>(&c.obstacle))
-      rows[n]["sphere"] = {{"center_mm", to_json(hexmesh::Vec3(ball->center + moved))}, {"radius_mm", ball->radius}};
+    add_shape(hexmesh::placed(c.obstacle, place_at_end(c, scene)), c.file, rows[n]);
   }
 }
 

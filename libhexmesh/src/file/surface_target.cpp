@@ -23,7 +23,8 @@ void write_surface_target(const TriangleSurface& surface, const std::filesystem:
 
 TriangleSurface read_surface_target(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path))
-    throw Error(ErrorKind::input, "no such surface '" + path.string() + "', expected a .hexsurface of hexfit");
+    throw Error(ErrorKind::input,
+                "no such surface '" + path.string() + "', expected a .hexsurface of hexfit or hexscan surface");
   const hdf5::Reader file(path, "surface");
   hdf5::read_header(file, format, version);
   TriangleSurface surface = hdf5::read_surface(file);

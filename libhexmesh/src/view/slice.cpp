@@ -76,9 +76,10 @@ Result magnified(Result result, double factor) {
 
 std::string unit_of_field(const std::string& name) {
   static const std::map<std::string, std::string> units = {
-      {"displacement", "mm"},  {"strain_energy_density", "N/mm^2"}, {"von_mises_stress", "MPa"},
-      {"pressure", "MPa"},     {"smoothed_pressure", "MPa"},        {"rotation_degrees", "degrees"},
-      {"young_modulus", "MPa"}};
+      {"displacement", "mm"},          {"strain_energy_density", "N/mm^2"},
+      {"von_mises_stress", "MPa"},     {"pressure", "MPa"},
+      {"smoothed_pressure", "MPa"},    {"contact_pressure", "MPa"},
+      {"rotation_degrees", "degrees"}, {"young_modulus", "MPa"}};
   const auto unit = units.find(name);
   return unit == units.end() ? "" : unit->second;
 }
@@ -100,7 +101,9 @@ ColorRange color_range(const Result& result, const std::string& color_by, double
   }
   std::vector<double> sorted = field->second;
   std::sort(sorted.begin(), sorted.end());
-  return {sorted[sorted.size() / 100], sorted[sorted.size() - 1 - sorted.size() / 100], sorted.front(), sorted.back()};
+  const double low = sorted[sorted.size() / 100], high = sorted[sorted.size() - 1 - sorted.size() / 100];
+  if (low == high) return {sorted.front(), sorted.back(), sorted.front(), sorted.back()};  // of few cells
+  return {low, high, sorted.front(), sorted.back()};
 }
 
 ColorRange joined(const ColorRange& a, const ColorRange& b) {

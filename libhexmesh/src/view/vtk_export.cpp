@@ -2,9 +2,12 @@
 #include "hexmesh/view/vtk_export.h"
 
 #include <fmt/format.h>
+#include <vtkCapsuleSource.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkCellType.h>
+#include <vtkCubeSource.h>
+#include <vtkCylinderSource.h>
 #include <vtkDoubleArray.h>
 #include <vtkFieldData.h>
 #include <vtkIdList.h>
@@ -14,6 +17,7 @@
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
 #include <vtkSphereSource.h>
 #include <vtkStringArray.h>
 #include <vtkUnsignedCharArray.h>
@@ -93,7 +97,8 @@ void add_notes(vtkDataSet& set, const Result& result) {
       "load, contact_force, reaction in N; "
       "strain_energy_density in "
       "N/mm^2; "
-      "von_mises_stress, pressure, smoothed_pressure, young_modulus in MPa; rotation_degrees in degrees; all else 1");
+      "von_mises_stress, pressure, smoothed_pressure, contact_pressure, young_modulus in MPa; rotation_degrees in "
+      "degrees; all else 1");
   set.GetFieldData()->AddArray(units);
 }
 
@@ -202,6 +207,88 @@ void write_conditions_vtp(const Result& result, const std::vector<ConditionForce
   write<vtkXMLPolyDataWriter>(*set, path);
 }
 
+namespace {
+
+constexpr int parts_around = 48;
+
+/// A source's shape with its axes turned, in another place.
+vtkSmartPointer<vtkPolyData> placed(vtkPolyDataAlgorithm& source, const Mat3& axes, const Vec3& middle) {
+  source.Update();
+  vtkSmartPointer<vtkPolyData> shape = source.GetOutput();
+  for (vtkIdType p = 0; p < shape->GetNumberOfPoints(); ++p) {
+    const Vec3 at = middle + axes * Eigen::Map<const Vec3>(shape->GetPoint(p));
+    shape->GetPoints()->SetPoint(p, at.data());
+  }
+  return shape;
+}
+
+/// Those of a source whose axis is that of y.
+Mat3 axes_along(const Vec3& way) {
+  Mat3 axes;
+  axes.col(1) = way.normalized();
+  axes.col(0) = axes.col(1).unitOrthogonal();
+  axes.col(2) = axes.col(0).cross(axes.col(1));
+  return axes;
+}
+
+/// @param middle, half  of the body, beside which a plane is shown
+vtkSmartPointer<vtkPolyData> triangles_of(const Obstacle& o, const Vec3& middle, double half) {
+  if (const auto* plane = std::get_if<HalfSpace>(&o.solid)) {
+    vtkNew<vtkPlaneSource> square;
+    const Vec3 across = plane->normal.unitOrthogonal(), beside = plane->normal.cross(across);
+    const Vec3 corner = middle - o.depth(middle) * plane->normal - half * (across + beside);
+    const Vec3 next = corner + 2 * half * across, last = corner + 2 * half * beside;
+    square->SetOrigin(corner[0], corner[1], corner[2]);
+    square->SetPoint1(next[0], next[1], next[2]);
+    square->SetPoint2(last[0], last[1], last[2]);
+    square->Update();
+    return square->GetOutput();
+  }
+  if (const auto* ball = std::get_if<Ball>(&o.solid)) {
+    vtkNew<vtkSphereSource> source;
+    source->SetCenter(ball->center[0], ball->center[1], ball->center[2]);
+    source->SetRadius(ball->radius);
+    source->SetThetaResolution(parts_around);
+    source->SetPhiResolution(parts_around / 2);
+    source->Update();
+    return source->GetOutput();
+  }
+  if (const auto* capsule = std::get_if<Capsule>(&o.solid)) {
+    vtkNew<vtkCapsuleSource> source;
+    source->SetRadius(capsule->radius);
+    source->SetCylinderLength((capsule->to - capsule->from).norm());
+    source->SetThetaResolution(parts_around);
+    source->SetPhiResolution(parts_around / 2);
+    return placed(*source, axes_along(capsule->to - capsule->from), (capsule->from + capsule->to) / 2);
+  }
+  if (const auto* cylinder = std::get_if<Cylinder>(&o.solid)) {
+    vtkNew<vtkCylinderSource> source;
+    source->SetRadius(cylinder->radius);
+    source->SetHeight((cylinder->to - cylinder->from).norm());
+    source->SetResolution(parts_around);
+    return placed(*source, axes_along(cylinder->to - cylinder->from), (cylinder->from + cylinder->to) / 2);
+  }
+  if (const auto* block = std::get_if<Block>(&o.solid)) {
+    vtkNew<vtkCubeSource> source;
+    source->SetXLength(2 * block->half[0]);
+    source->SetYLength(2 * block->half[1]);
+    source->SetZLength(2 * block->half[2]);
+    return placed(*source, block->axes, block->center);
+  }
+  const TriangleSurface& surface = std::get<std::shared_ptr<const Enclosed>>(o.solid)->surface();
+  auto out = vtkSmartPointer<vtkPolyData>::New();
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  vtkNew<vtkCellArray> faces;
+  for (const Vec3& p : surface.points) points->InsertNextPoint(p.data());
+  for (const auto& t : surface.triangles) faces->InsertNextCell({t[0], t[1], t[2]});
+  out->SetPoints(points);
+  out->SetPolys(faces);
+  return out;
+}
+
+}  // namespace
+
 void write_obstacles_vtp(const std::vector<Obstacle>& obstacles, const Bounds& body,
                          const std::filesystem::path& path) {
   const Vec3 middle = (body.low + body.high) / 2;
@@ -215,27 +302,8 @@ void write_obstacles_vtp(const std::vector<Obstacle>& obstacles, const Bounds& b
   vtkNew<vtkStringArray> names;
   names->SetName("name");
   for (std::size_t n = 0; n < obstacles.size(); ++n) {
-    const Obstacle& o = obstacles[n];
-    vtkNew<vtkPlaneSource> plane;
-    vtkNew<vtkSphereSource> ball;
-    vtkPolyDataAlgorithm* shape = plane;
-    if (o.radius > 0) {
-      constexpr int around = 48;
-      ball->SetCenter(o.point[0], o.point[1], o.point[2]);
-      ball->SetRadius(o.radius);
-      ball->SetThetaResolution(around);
-      ball->SetPhiResolution(around / 2);
-      shape = ball;
-    } else {
-      const Vec3 across = o.normal.unitOrthogonal(), along = o.normal.cross(across);
-      const Vec3 corner = middle - o.depth(middle) * o.normal - half * (across + along);
-      const Vec3 next = corner + 2 * half * across, last = corner + 2 * half * along;
-      plane->SetOrigin(corner[0], corner[1], corner[2]);
-      plane->SetPoint1(next[0], next[1], next[2]);
-      plane->SetPoint2(last[0], last[1], last[2]);
-    }
-    shape->Update();
-    vtkPolyData& made = *shape->GetOutput();
+    const vtkSmartPointer<vtkPolyData> shape = triangles_of(obstacles[n], middle, half);
+    vtkPolyData& made = *shape;
     const vtkIdType first = points->GetNumberOfPoints();
     for (vtkIdType p = 0; p < made.GetNumberOfPoints(); ++p) points->InsertNextPoint(made.GetPoint(p));
     for (vtkIdType f = 0; f < made.GetNumberOfCells(); ++f) {
@@ -244,7 +312,7 @@ void write_obstacles_vtp(const std::vector<Obstacle>& obstacles, const Bounds& b
       for (vtkIdType c = 0; c < corners->GetNumberOfIds(); ++c) corners->SetId(c, first + corners->GetId(c));
       faces->InsertNextCell(corners);
       numbers->InsertNextValue(static_cast<int>(n));
-      names->InsertNextValue(o.name);
+      names->InsertNextValue(obstacles[n].name);
     }
   }
   set->SetPoints(points);

@@ -34,6 +34,7 @@ const NodeVector& Motion::on_level(const NodeVector& field, NodeVector& told) co
 const Energies& Motion::energies() const { return integrator_->energies(); }
 double Motion::work() const { return integrator_->work(); }
 double Motion::work_uncertainty() const { return integrator_->work_uncertainty(); }
+double Motion::friction_work() const { return integrator_->friction_work(); }
 Vec3 Motion::momentum() const { return integrator_->momentum(); }
 const Mesh& Motion::mesh() const { return integrator_->problem().mesh(); }
 const std::vector<Index3>& Motion::cells() const {
@@ -100,8 +101,8 @@ namespace {
 constexpr double gain_to_tell = 1e-8;
 
 MotionReport::Row row_of(const Motion& motion) {
-  return {motion.time(),     motion.energies(), motion.work(), motion.work_uncertainty(),
-          motion.momentum(), motion.contacts()};
+  return {motion.time(),          motion.energies(), motion.work(),    motion.work_uncertainty(),
+          motion.friction_work(), motion.momentum(), motion.contacts()};
 }
 
 /// How a motion went, and why it ended.

@@ -8,10 +8,8 @@
 #include <limits>
 #include <set>
 
-#include "hexmesh/core/error.h"
-#include "hexmesh/file/result_file.h"
+#include "dynamics/start_state.h"
 #include "level/checks.h"
-#include "mesh/points.h"
 
 namespace hexsolver {
 namespace {
@@ -106,32 +104,9 @@ void TimeIntegrator::start() {
   v_.resize(dofs);
   for (Eigen::Index n = 0; n < dofs; n += 3) v_.segment<3>(n) = settings_.velocity;
   if (!settings_.start.empty()) {
-    const hexmesh::Result before = hexmesh::read_result(settings_.start);
-    if (!before.rest_displacement.empty())
-      throw hexmesh::Error(
-          hexmesh::ErrorKind::input,
-          fmt::format("dynamics.start is '{}', of a lattice under load, expected a result of one at rest "
-                      "(solve.reference = \"rest\")",
-                      settings_.start.string()));
-    const std::vector<Index3>& cells = lattice_.level(problem_.level()).cells;
-    const std::vector<Index3>& nodes = on_level_ ? on_level_->numbering().nodes : problem_.mesh().nodes();
-    const auto is_same_place = [&](std::size_t n) {
-      const Vec3 place =
-          lattice_.corner() + lattice_.cell_edges(problem_.level()) * Vec3(nodes[n][0], nodes[n][1], nodes[n][2]);
-      return (before.nodes[n] - place).norm() < 1e-6 * before.voxels.spacing().norm();
-    };
-    if (before.cells != cells || before.level != problem_.level() || !is_same_place(0) ||
-        !is_same_place(before.nodes.size() - 1))
-      throw hexmesh::Error(
-          hexmesh::ErrorKind::input,
-          fmt::format("dynamics.start is '{}', level {} of {} cells, expected a result of "
-                      "this lattice at level {} of {} cells",
-                      settings_.start.string(), before.level, before.cells.size(), problem_.level(), cells.size()));
-    const auto at_mesh = [&](const std::vector<Vec3>& field) -> NodeVector {
-      return on_level_ ? on_level_->sampled(to_field(field)) : to_field(field);
-    };
-    u_ = at_mesh(before.displacement);
-    if (!before.velocity.empty()) v_ += at_mesh(before.velocity);
+    const StartState before = read_start_state(settings_.start, problem_, on_level());
+    u_ = before.displacement;
+    if (before.velocity.size() > 0) v_ += before.velocity;
   }
   set_state(u_, v_);
 }
@@ -145,6 +120,7 @@ void TimeIntegrator::set_state(const NodeVector& u, const NodeVector& v) {
   lost_ = 0;
   difference_.begin_euler(settings_.step);
   begin_terms();
+  problem_.forget_frictions(u_);
   energies_ = energies_of(problem_, *inertia_, u_, v_);
   support_force_.setZero(u.size());
 }
@@ -301,6 +277,20 @@ NewtonEnd TimeIntegrator::solve_step(const Newton<NodeVector>::Accept& accept) {
   return end;
 }
 
+/// What friction may come to at the end of the step, from solutions with what it came to before; once only where the
+/// number of iterations is fixed.
+NewtonEnd TimeIntegrator::find_friction() {
+  constexpr int most_rounds = 5;
+  constexpr double little = 1e-2;
+  if (!has_friction(scene_)) return NewtonEnd::converged;
+  problem_.attach_contacts(u_);
+  for (int round = 0; is_to_tolerance() && round < most_rounds; ++round) {
+    if (const NewtonEnd end = solve_step({}); end != NewtonEnd::converged) return end;
+    if (problem_.attach_contacts(end_) <= little) break;
+  }
+  return NewtonEnd::converged;
+}
+
 bool TimeIntegrator::fail(NewtonEnd end) { return fail(*reason_ == 0 ? reason_of_substep(end) : reason_); }
 
 bool TimeIntegrator::try_substep(double h, Form form) {
@@ -325,8 +315,9 @@ bool TimeIntegrator::try_substep(double h, Form form) {
   problem_.set_progress(then);
   begin_terms();
   h_ = h;
+  if (const NewtonEnd end = find_friction(); end != NewtonEnd::converged) return fail(end);
   before_ = energies_;
-  before_.contact = problem_.contact_energy(u_);
+  before_.contact = problem_.contact_potential(u_);
   before_.loads = problem_.load_energy(u_);
 
   const NewtonEnd end = solve_step(accept_);
@@ -361,6 +352,7 @@ bool TimeIntegrator::accept(const NodeVector& projected) {
   ++counts_.substeps;
   work_ += work.done + before_.total() - energies_.total();
   work_uncertainty_ += work.uncertain;
+  friction_work_ += problem_.keep_contacts(end_);
   support_force_ = equations_->last_gradient() - projected;
   lost_ -= gain;
   if (settings_.integrator == Integrator::bdf2) difference_.remember(u_, v_, h_);

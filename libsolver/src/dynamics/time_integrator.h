@@ -42,6 +42,7 @@ public:
   const Energies& energies() const noexcept { return energies_; }
   double work() const noexcept { return work_; }
   double work_uncertainty() const noexcept { return work_uncertainty_; }
+  double friction_work() const noexcept { return friction_work_; }
   Vec3 momentum() const { return inertia_->momentum(v_); }
   const Motion::Counts& counts() const noexcept { return counts_; }
   const char* reason() const noexcept { return reason_; }  ///< why the last substep was not accepted; empty if it was
@@ -67,6 +68,7 @@ private:
   bool try_substep(double h, Form form);
   void begin_terms();
   NewtonEnd solve_step(const Newton<NodeVector>::Accept& accept);
+  NewtonEnd find_friction();
   bool fail(NewtonEnd end);
   bool is_to_tolerance() const { return settings_.newton_iterations == 0; }
   int smallest_substep() const;
@@ -92,7 +94,7 @@ private:
   const TableCorners corners_;
   NodeVector u_, v_;
   Energies energies_;
-  double work_ = 0, work_uncertainty_ = 0;
+  double work_ = 0, work_uncertainty_ = 0, friction_work_ = 0;
   Motion::Counts counts_;
   const char* reason_ = "";
   std::int64_t ticks_ = 0;        ///< smallest substeps done

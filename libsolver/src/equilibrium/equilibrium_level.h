@@ -45,7 +45,11 @@ concept EquilibriumLevel = requires(Level level, const Level& other, typename Le
   other.prolongate(other, u, u);                                   ///< (coarser level, field there, field here)
   { level.measures(u) } -> std::same_as<LevelMeasures>;
   level.set_progress(Progress{});
-  { level.attach(u, PullMode{}) } -> std::same_as<bool>;  ///< find what each match pulls to; whether there is any
+  {
+    level.attach(u, PullMode{})
+    } -> std::same_as<bool>;                  ///< find what each match pulls to, and frictions; whether there is any
+  { other.still() } -> std::same_as<double>;  ///< what rounds may still move when they end, beside how far they came
+  level.keep(u);                              ///< a load step ends there
   { other.largest_load_step() } -> std::same_as<double>;
   { level.minimize(options, u, progress) } -> std::same_as<NewtonOutcomeOf<typename Level::Vector>>;
   /// Of a field in the material; parts held by springs only where asked.
@@ -69,16 +73,18 @@ struct Solved {
 
 /// Why what converged is no solution: it is not what was asked, or what matches pull to moves on.
 template <EquilibriumLevel Level>
-std::optional<std::string> why_refused(const Solved<Level>& best, std::vector<std::string>& warnings) {
-  constexpr double little = 1e-2;
+std::optional<std::string> why_refused(const Solved<Level>& best, const Scene& scene,
+                                       std::vector<std::string>& warnings) {
+  const double little = scene.matches.empty() ? 1e-3 : 1e-2;
   if (!best.converged()) return {};
   if (auto why = best.level->why_no_solution(best.state.u)) return why;
+  constexpr double nothing = 1e-6;
   const double moving = best.state.newton.moving;
-  if (moving == 0) return {};
-  const std::string what = fmt::format(
-      "what matches pull to still moves the body by {:.2g} % of its displacement when rounds end; a larger "
-      "trust_mm pulls less",
-      100 * moving);
+  if (moving == 0 || (scene.matches.empty() && moving < nothing)) return {};
+  const std::string what =
+      fmt::format("what {} still moves the body by {:.2g} % of its displacement when rounds end{}",
+                  scene.matches.empty() ? "obstacles carry or hold by friction" : "matches pull to", 100 * moving,
+                  scene.matches.empty() ? "" : "; a larger trust_mm pulls less");
   if (moving > little) return what;
   warnings.push_back(what);
   return {};

@@ -81,7 +81,7 @@ struct LoadedState {
 };
 
 /// Newton's method under the loads of a level, cut back and raised in steps where it fails.
-/// @param level  has make_start(), largest_load_step(), set_progress(), minimize(), limit_reached()
+/// @param level  has make_start(), largest_load_step(), set_progress(), minimize(), keep(), limit_reached()
 /// @param start    of the whole load; nothing: from rest
 /// @param at_once  from the start or not at all
 template <class Level, class Vector = typename Level::Vector>
@@ -104,10 +104,11 @@ LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std
     // A start is where another solution let go of what is far.
     const LetsGo lets_go = from_start ? LetsGo::at_once : target == 1 ? LetsGo::at_rest : LetsGo::never;
     NewtonOutcomeOf<Vector> outcome = minimize_in_rounds(level, options, trial, tell, at_once, lets_go);
-    if (outcome.converged)
+    if (outcome.converged) {
+      level.keep(trial);
       good = std::move(trial);
-    else if (!outcome.interrupted && !from_start)
-      failed = std::move(trial);
+    }
+    if (!outcome.converged && !outcome.interrupted && !from_start) failed = std::move(trial);
     out.algebraic_error = std::move(outcome.algebraic_error);
     goes_on = steps.add(outcome);
   }

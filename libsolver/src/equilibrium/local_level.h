@@ -28,7 +28,9 @@ public:
   std::vector<std::string> check(const Scene& scene) const { return check_level(problem_, scene); }
   RotatingCells build(Elasticity elasticity, const CoarseStart<LocalLevel>* start, NodeVector& u);
   NodeVector make_zero() const { return NodeVector::Zero(static_cast<Eigen::Index>(problem_.mesh().num_dofs())); }
-  bool attach(const NodeVector& u, const PullMode& mode) { return problem_.attach_matches(u, mode); }
+  bool attach(const NodeVector& u, const PullMode& mode) { return problem_.attach(u, mode); }
+  double still() const { return problem_.is_carried() ? 1e-7 : 1e-3; }
+  void keep(const NodeVector& u) { problem_.keep_contacts(u); }
   NodeVector make_start() const { return problem_.start(); }
   void set_progress(const Progress& progress) { problem_.set_progress(progress); }
   double largest_load_step() const { return problem_.largest_load_step(); }

@@ -43,7 +43,7 @@ public:
       : levels_(std::move(levels)),
         scene_(scene),
         coarse_scene_(for_coarser_levels(scene)),
-        first_(levels_.start ? finest : first_nested_level(levels_.num_cells, finest)),
+        first_(levels_.start || has_friction(scene) ? finest : first_nested_level(levels_.num_cells, finest)),
         finest_(finest),
         report_(report),
         progress_(progress) {}
@@ -140,7 +140,7 @@ Solved<Level> NestedIteration<Level>::run() {
     best = std::move(next);
     if (carries_less(best)) break;
   }
-  const std::optional<std::string> refused = why_refused(best, report_.warnings);
+  const std::optional<std::string> refused = why_refused(best, scene_, report_.warnings);
   if (!refused && looks_beyond(best)) look_beyond(best);
   report_.solve_seconds = solve.seconds();
   report_.warnings.insert(report_.warnings.end(), level_warnings_.begin(), level_warnings_.end());

@@ -32,7 +32,8 @@ public:
   /// @param moved  by the last round, beside how far the body has come from where it began
   /// @param back   against the round before
   void add(double moved, bool back) {
-    constexpr double nothing = 1e-6, part = 0.1, falls = 0.7;
+    constexpr double part = 0.1, falls = 0.7;
+    const double nothing = std::min(1e-6, still_), sharp = std::min(1e-3, still_);
     // Rounds that each move q times as much as the one before have moved q / (1 - q) before them.
     const bool rests = moved * moved <= still_ * std::max(0.0, before_ - moved);
     if (tolerance_ <= sharp && (rests || moved <= nothing))
@@ -44,7 +45,7 @@ public:
   }
 
 private:
-  static constexpr double rough = 3e-2, sharp = 1e-3, least_caution = 1.0 / 64;
+  static constexpr double rough = 3e-2, least_caution = 1.0 / 64;
   double still_, tolerance_ = rough, before_ = std::numeric_limits<double>::infinity();
   LetsGo lets_go_;
   PullMode mode_;
@@ -59,12 +60,12 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
                                            const NewtonProgress& progress, bool is_look, LetsGo lets_go) {
   constexpr int most_halvings = 6;
   constexpr double nothing = 1e-7;  // beside the size of the body
-  const int most_rounds = is_look ? 10 : 40;
+  const int most_rounds = is_look ? 10 : level.still() < 1e-3 ? 100 : 40;
   if (!level.attach(u, {0, lets_go == LetsGo::at_once})) return level.minimize(options, u, progress);
   const Vector begin = level.make_start();
   Vector last = copy_of(u), displacement = copy_of(u), move = level.make_zero(), move_before = level.make_zero();
   NewtonReport before;
-  Rounds rounds(is_look ? 1e-2 : 1e-3, lets_go);
+  Rounds rounds(is_look ? 1e-2 : level.still(), lets_go);
   int halvings = 0;
   for (int round = 0; round < most_rounds && !rounds.at_rest(); ++round) {
     NewtonOptions roughly = options;

@@ -26,9 +26,21 @@ struct Fields {
         poisson(r.cell_fields.at("poisson_ratio")),
         jacobian(r.cell_fields.at("min_jacobian")),
         volume_ratio(r.cell_fields.at("volume_ratio")),
-        inverted(r.cell_fields.at("inverted_part")) {}
+        inverted(r.cell_fields.at("inverted_part")) {
+    for (std::size_t d = 0; d < 3; ++d)
+      if (const auto field = r.cell_fields.find(fmt::format("prestretch_{}", d + 1)); field != r.cell_fields.end())
+        prestretch[d] = &field->second;
+  }
+  /// Of the stretch that the cell has at rest: by how much it is larger there than without stress.
+  double volume_at_rest(std::size_t c) const {
+    double out = 1;
+    for (const std::vector<double>* stretches : prestretch)
+      if (stretches) out *= (*stretches)[c];
+    return out;
+  }
   const std::vector<double>&fill, &longest, &middle, &shortest, &rotation, &poisson, &jacobian, &volume_ratio,
       &inverted;
+  std::array<const std::vector<double>*, 3> prestretch = {};  ///< null: none
 };
 
 /// By how much Hooke's law misses the change of volume of a cell: it resists tr(S - 1) and not J - 1.
@@ -40,10 +52,11 @@ void count_volume(const Fields& of, std::size_t c, CellChanges& changes) {
   changes.largest_ratio = std::max(changes.largest_ratio, 1 + gained);
   if (!(of.poisson[c] > nearly_incompressible + 1e-6)) return;
   const double trace = of.longest[c] + of.middle[c] + of.shortest[c] - 3;
+  const double elastic = of.volume_ratio[c] * of.volume_at_rest(c) - 1;
   changes.kept_volume += fill;
-  changes.kept_gained += fill * gained;
-  changes.unresisted += fill * (gained - trace);
-  if (std::abs(gained - trace) > much_volume) changes.much_unresisted += fill;
+  changes.kept_gained += fill * elastic;
+  changes.unresisted += fill * (elastic - trace);
+  if (std::abs(elastic - trace) > much_volume) changes.much_unresisted += fill;
 }
 
 void warn_of_inverted(const SolveReport& report, std::vector<std::string>& warnings) {

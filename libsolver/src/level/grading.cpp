@@ -31,7 +31,7 @@ std::vector<Vec3> find_rough_places(const Lattice& lattice, const Scene& asked) 
   if (scene.contacts.empty()) return places;
   const std::vector<SurfacePoint> surface = selector.whole_surface();
   for (const Contact& c : scene.contacts) {
-    PenaltyContact contact(c, mesh, surface);
+    PenaltyContact contact(c, cells, mesh, surface);
     const std::vector<Vec3> touched = contact.places_swept_at_rest();
     places.insert(places.end(), touched.begin(), touched.end());
   }

@@ -17,8 +17,13 @@ void fail_unsupported(const std::vector<FreePart>& free, const Scene& scene, int
     motions.insert(motions.end(), part.motions.begin(), part.motions.end());
   }
   throw hexmesh::Error(hexmesh::ErrorKind::geometry,
-                       missing_supports(motions, level) + (scene.contacts.empty() ? "" : " (contacts hold nothing)") +
+                       missing_supports(motions, level) +
+                           (scene.contacts.empty() ? "" : " (contacts hold nothing in [loaded])") +
                            (only_islands ? ", or solve.islands = \"drop\" or \"hold\"" : ""));
+}
+
+bool is_carried_by_contacts(const Scene& scene) {
+  return !scene.contacts.empty() && !scene.dynamics && !scene.loaded && scene.islands == Islands::error;
 }
 
 bool only_islands_among(const std::vector<FreePart>& free, const Mesh& mesh) {

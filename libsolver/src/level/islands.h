@@ -12,6 +12,9 @@
 namespace hexsolver {
 
 /// Whether all free parts are islands, and not the whole body.
+/// Whether what supports leave free may come to rest on obstacles.
+bool is_carried_by_contacts(const Scene& scene);
+
 bool only_islands_among(const std::vector<FreePart>& free, const Mesh& mesh);
 
 /// @throws Error{geometry} that tells which motions nothing holds

@@ -24,6 +24,10 @@ using hexmesh::Lattice;
 /// Stiffness of the springs that hold islands, over the mean diagonal of their cells': they touch nothing else.
 constexpr double island_spring = 1;
 
+/// In a round what nothing but obstacles holds moves by this part of the body's size where none stops it; and its
+/// springs beside the body's stiffness, so that the equations have a solution.
+constexpr double round_of_size = 0.3, least_carrying = 2e-3;
+
 /// Beyond this single precision loses what is soft beside what is stiff: an inclusion 1e4 times stiffer took 346
 /// iterations in few cells that share both, 234 in double precision; 1e6 times stiffer it had no end, and 68.
 constexpr double most_contrast_in_single = 1e3;
@@ -80,8 +84,10 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
   for (const auto& load : new_loads_) loads_.push_back(load.get());
   if (!scene.contacts.empty()) {
     const std::vector<SurfacePoint> surface = selector.whole_surface();
+    exposed_area_.resize(mesh().num_cells());
+    for (const SurfacePoint& p : surface) exposed_area_[hexmesh::as_size(p.cell)] += p.area.norm();
     for (const Contact& c : scene.contacts) {
-      new_contacts_.push_back(std::make_unique<PenaltyContact>(c, mesh(), surface));
+      new_contacts_.push_back(std::make_unique<PenaltyContact>(c, cells_, mesh(), surface, is_hard(c, scene)));
       contacts_.push_back(new_contacts_.back().get());
     }
   }
@@ -91,15 +97,48 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
   set_loads(progress_);
 }
 
-bool LevelProblem::attach_matches(const NodeVector& u, const PullMode& mode) {
-  if (matches_.empty()) return false;
-  attach(matches_, *elastic_, potential_->at_all(u), mode);
-  return true;
+bool LevelProblem::attach(const NodeVector& u, const PullMode& mode) {
+  if (!matches_.empty()) hexsolver::attach(matches_, *elastic_, potential_->at_all(u), mode);
+  attach_contacts(u);
+  if (carrying_) carrying_->anchor(potential_->at_all(u));
+  const bool is_touched =
+      std::any_of(contacts_.begin(), contacts_.end(), [](const auto* c) { return c->is_attached(); });
+  return !matches_.empty() || is_touched || carrying_;
+}
+
+std::vector<double> LevelProblem::contact_pressure(const NodeVector& u) const {
+  std::vector<double> out(exposed_area_.size());
+  for (const PenaltyContact* c : contacts_) c->add_forces_across(potential_->at_all(u), out);
+  for (std::size_t c = 0; c < out.size(); ++c) out[c] = out[c] > 0 ? out[c] / exposed_area_[c] : 0;
+  return out;
+}
+
+double LevelProblem::attach_contacts(const NodeVector& u) {
+  double changed = 0;
+  for (PenaltyContact* c : contacts_) changed = std::max(changed, c->attach(potential_->at_all(u)));
+  return changed;
+}
+
+void LevelProblem::forget_frictions(const NodeVector& u) {
+  for (PenaltyContact* c : contacts_) c->forget(potential_->at_all(u));
+}
+
+double LevelProblem::keep_contacts(const NodeVector& u) {
+  double work = 0;
+  for (PenaltyContact* c : contacts_) work += c->keep(potential_->at_all(u));
+  return work;
 }
 
 void LevelProblem::set_rest(const NodeVector& to_rest) {
   to_rest_ = to_rest;
   if (potential_) elastic_->set_rest(at_all_nodes(mesh(), to_rest_));
+}
+
+void LevelProblem::grow_prestress() {
+  if (prestretches_.empty() || of_lattice_) return;
+  elastic_->set_prestretch(prestretches_, progress_.fraction);
+  const auto dofs = 3 * static_cast<Eigen::Index>(mesh().num_all_nodes());
+  elastic_->set_rest(to_rest_.size() > 0 ? at_all_nodes(mesh(), to_rest_) : NodeVector(NodeVector::Zero(dofs)));
 }
 
 void LevelProblem::balance_lattice() {
@@ -145,6 +184,7 @@ void LevelProblem::set_loads(const Progress& progress) {
     loads_[n]->set_factor(changes ? scene_.forces[n].history->at(progress.time) : whole);
   }
   if (of_lattice_) of_lattice_->set_factor(Vec3::Constant(1 - progress.fraction));
+  if (potential_) grow_prestress();
   for (PenaltyContact* c : contacts_) c->set_progress(progress);
   for (MatchTerm* m : matches_) m->set_progress(progress);
 }
@@ -170,6 +210,11 @@ void LevelProblem::find_islands(const std::vector<ConstraintPoint>& points) {
   if (scene_.dynamics && scene_.islands != Islands::hold) return;  // what nothing holds moves
   const std::vector<FreePart> free = free_parts(mesh(), points);
   if (free.empty()) return;
+  if (is_carried_by_contacts(scene_)) {
+    for (const FreePart& part : free) carried_.insert(carried_.end(), part.cells.begin(), part.cells.end());
+    std::sort(carried_.begin(), carried_.end());
+    return;
+  }
   const bool may_be_held = only_islands_among(free, mesh());
   if (scene_.dynamics && !may_be_held) return;
   if (scene_.islands != Islands::hold || !may_be_held) fail_unsupported(free, scene_, level(), may_be_held);
@@ -187,6 +232,12 @@ Vec3 LevelProblem::spring_force(const NodeVector& u) const { return springs_ ? s
 double LevelProblem::strain_energy(const NodeVector& u) const { return elastic_->energy(potential_->at_all(u)); }
 
 double LevelProblem::contact_energy(const NodeVector& u) const {
+  double sum = springs_ ? springs_->energy(u) : 0;
+  for (const PenaltyContact* c : contacts_) sum += c->stored_energy(u);
+  return sum;
+}
+
+double LevelProblem::contact_potential(const NodeVector& u) const {
   double sum = springs_ ? springs_->energy(u) : 0;
   for (const PenaltyContact* c : contacts_) sum += c->energy(u);
   return sum;
@@ -212,28 +263,60 @@ double largest_turning_step(const Scene& scene) {
   return step;
 }
 
+/// Springs that are as soft as the loads let them: rounds are few where obstacles and weight are the stiffer.
+std::vector<std::pair<std::int32_t, double>> LevelProblem::carrying_springs() const {
+  Vec3 low = mesh().position(0), high = low, force = Vec3::Zero();
+  for (std::size_t n = 0; n < mesh().num_nodes(); ++n) {
+    low = low.cwiseMin(mesh().position(n));
+    high = high.cwiseMax(mesh().position(n));
+  }
+  const NodeVector at_rest = NodeVector::Zero(3 * static_cast<Eigen::Index>(mesh().num_all_nodes()));
+  for (const Load* l : loads_) force += l->total(at_rest);
+  double volume = 0;
+  for (const std::int32_t c : carried_) volume += elastic_->model(hexmesh::as_size(c)).volume;
+  const double in_all = force.norm() / (round_of_size * (high - low).norm());
+  const double least = least_carrying * std::pow(static_cast<double>(mesh().num_cells()), -2.0 / 3);
+  std::vector<std::pair<std::int32_t, double>> out;
+  for (const std::int32_t c : carried_) {
+    const ElementModel& model = elastic_->model(hexmesh::as_size(c));
+    out.emplace_back(c, std::max(in_all * model.volume / volume / 8, least * model.stiffness.trace() / 24));
+  }
+  return out;
+}
+
 void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rotating) {
   auto elastic = make_elastic_cells(mesh(), cells_,
                                     {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness,
                                      std::move(rotating), scene_.is_reshaped(), scene_.saves_memory});
   elastic_ = elastic.get();
   if (!scene_.prestresses.empty()) {
-    elastic_->set_prestretch(find_prestretches(cells_, scene_.prestresses, *elastic_, elasticity));
-    if (to_rest_.size() == 0) to_rest_ = NodeVector::Zero(static_cast<Eigen::Index>(mesh().num_dofs()));
+    prestretches_ = find_prestretches(cells_, scene_.prestresses, *elastic_, elasticity);
+    elastic_->set_prestretch(prestretches_);
   }
-  std::vector<std::pair<std::int32_t, double>> springs;
-  for (std::size_t c = 0; c < islands_.size(); ++c)
-    if (islands_[c])
-      springs.emplace_back(static_cast<std::int32_t>(c), island_spring * elastic_->model(c).stiffness.trace() / 24);
+  std::vector<std::pair<std::int32_t, double>> springs, carrying;
+  const auto spring = [&](std::int32_t c, double part) {
+    return std::pair(c, part * elastic_->model(hexmesh::as_size(c)).stiffness.trace() / 24);
+  };
+  for (std::int32_t c = 0; c < static_cast<std::int32_t>(islands_.size()); ++c)
+    if (islands_[hexmesh::as_size(c)]) springs.push_back(spring(c, island_spring));
+  if (is_carried()) carrying = carrying_springs();
 
   potential_ = std::make_unique<Potential>(mesh());
   potential_->add(std::move(elastic));
   if (!springs.empty()) {
-    auto term = std::make_unique<GroundSprings>(mesh(), std::move(springs));
+    auto term = std::make_unique<GroundSprings>(EffectKind::islands, mesh(), std::move(springs));
     springs_ = term.get();
     potential_->add(std::move(term));
   }
-  if (to_rest_.size() > 0) balance_lattice();
+  if (!carrying.empty()) {
+    auto term = std::make_unique<GroundSprings>(EffectKind::elasticity, mesh(), std::move(carrying));
+    carrying_ = term.get();
+    potential_->add(std::move(term));
+  }
+  if (to_rest_.size() > 0)
+    balance_lattice();
+  else
+    grow_prestress();
   for (auto& load : new_loads_) potential_->add(std::move(load));
   new_loads_.clear();
   for (auto& contact : new_contacts_) potential_->add(std::move(contact));

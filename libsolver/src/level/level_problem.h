@@ -67,13 +67,18 @@ public:
   const ElasticCells& elastic() const { return *elastic_; }
   ElasticCells& elastic() { return *elastic_; }
 
+  bool is_carried() const noexcept { return !carried_.empty(); }  ///< by nothing but obstacles, in part or all of it
+  /// F0 of the cells, see ElasticCells::set_prestretch(); empty: none.
+  const std::vector<Mat3>& prestretches() const noexcept { return prestretches_; }
   const std::vector<bool>& islands() const noexcept { return islands_; }  ///< held by springs, per cell; empty = none
   std::size_t num_island_cells() const;
   Vec3 spring_force(const NodeVector& u) const;      ///< of what holds the islands [N]
   double strain_energy(const NodeVector& u) const;   ///< [N mm]
   double contact_energy(const NodeVector& u) const;  ///< of obstacles and springs [N mm]
-  double load_energy(const NodeVector& u) const;     ///< of forces and gravity [N mm]
-  double largest_load_step() const;                  ///< from rest, as its contacts allow
+  /// The same with what friction takes in the step, an energy while it lasts [N mm].
+  double contact_potential(const NodeVector& u) const;
+  double load_energy(const NodeVector& u) const;  ///< of forces and gravity [N mm]
+  double largest_load_step() const;               ///< from rest, as its contacts allow
 
   /// Prescribe displacements, forces and places of obstacles as they are then; before that they are all there in full.
   void set_progress(const Progress& progress);
@@ -86,10 +91,19 @@ public:
   std::vector<LoadTotal> loads(const NodeVector& u) const;
   NodeVector load(const NodeVector& u) const;  ///< of all of these on the nodes [N]; empty without any
   const std::vector<PenaltyContact*>& contacts() const noexcept { return contacts_; }
+  /// Of obstacles on the surface of each cell at rest [MPa]; empty without any.
+  std::vector<double> contact_pressure(const NodeVector& u) const;
   const std::vector<MatchTerm*>& matches() const noexcept { return matches_; }
 
-  /// Find what each [[match]] pulls to from a state, see MatchTerm. @returns whether there is any
-  bool attach_matches(const NodeVector& u, const PullMode& mode);
+  /// Find what each [[match]] pulls to from a state, see MatchTerm, what obstacles exert there, and let what
+  /// nothing but obstacles holds go on from there. @returns whether there is any of these
+  bool attach(const NodeVector& u, const PullMode& mode);
+
+  /// See PenaltyContact::attach(): the most that an obstacle's friction changes.
+  double attach_contacts(const NodeVector& u);
+  void forget_frictions(const NodeVector& u);  ///< see PenaltyContact
+  /// See PenaltyContact::keep(): of all obstacles [N mm].
+  double keep_contacts(const NodeVector& u);
 
   /// Where load steps begin: at rest, or where the scene puts the body.
   NodeVector start() const { return start_of(scene_, mesh()); }
@@ -97,6 +111,8 @@ public:
 private:
   void set_loads(const Progress& progress);
   void balance_lattice();
+  void grow_prestress();  ///< with the load, where it is not the lattice that is balanced
+  std::vector<std::pair<std::int32_t, double>> carrying_springs() const;
   void find_islands(const std::vector<ConstraintPoint>& points);
 
   MeshCells cells_;
@@ -104,6 +120,7 @@ private:
   Progress progress_;  ///< of what is prescribed and loaded now
   Hierarchy hierarchy_;
   std::vector<bool> islands_;
+  std::vector<std::int32_t> carried_;  ///< cells that nothing but obstacles holds, ascending
   std::unique_ptr<Constraints> constraints_;
   std::vector<Vec3> prescribed_;                               ///< space for the points of the constraints [mm]
   std::vector<std::unique_ptr<Load>> new_loads_;               ///< until the potential takes them
@@ -111,12 +128,15 @@ private:
   std::vector<std::unique_ptr<MatchTerm>> new_matches_;        ///< likewise
   std::vector<Load*> loads_;
   std::vector<PenaltyContact*> contacts_;
+  std::vector<double> exposed_area_;  ///< of each cell [mm^2]; empty without contacts
   std::vector<MatchTerm*> matches_;
-  NodeVector to_rest_;          ///< empty: at rest on the lattice, free of stress
-  Load* of_lattice_ = nullptr;  ///< what balances the cells there, likewise
+  NodeVector to_rest_;              ///< empty: at rest on the lattice
+  std::vector<Mat3> prestretches_;  ///< of the cells; empty: free of stress at rest
+  Load* of_lattice_ = nullptr;      ///< what balances the cells there, likewise
   std::unique_ptr<Potential> potential_;
   ElasticCells* elastic_ = nullptr;         ///< in the potential
   const GroundSprings* springs_ = nullptr;  ///< likewise, if it has any
+  GroundSprings* carrying_ = nullptr;       ///< likewise
 };
 
 /// How large a part of the load a step may be for what turns: half a turn has two ways there, a quarter one.

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 
 #include "level/cell_changes.h"
@@ -74,6 +75,14 @@ void report_conditions(const Lattice& lattice, const LevelProblem& problem, cons
   report_balance(problem.scene(), arms, loads, report);
 }
 
+/// The principal stretches of F0 of each cell, the largest first.
+void add_prestretches(const std::vector<Mat3>& prestretches, CellFields& fields) {
+  for (const Mat3& f : prestretches) {
+    const Vec3 stretches = Eigen::SelfAdjointEigenSolver<Mat3>(f, Eigen::EigenvaluesOnly).eigenvalues();
+    for (int d = 0; d < 3; ++d) fields[fmt::format("prestretch_{}", d + 1)].push_back(stretches[2 - d]);
+  }
+}
+
 }  // namespace
 
 void add_effect_seconds(const Potential& potential, SolveReport& report) {
@@ -121,7 +130,8 @@ std::vector<ContactReport> contact_reports(const LevelProblem& problem, const No
   std::vector<ContactReport> out;
   for (std::size_t c = 0; c < problem.contacts().size(); ++c) {
     const PenaltyContact::State state = problem.contacts()[c]->state(u);
-    out.push_back({problem.scene().contacts[c].name, state.points, state.deepest, state.nearest, state.force});
+    out.push_back({problem.scene().contacts[c].name, state.points, state.deepest, state.nearest, state.force,
+                   Vec3::Zero(), state.slipping});
   }
   return out;
 }
@@ -139,11 +149,15 @@ Outcome make_result(const Lattice& lattice, const LevelProblem& problem, const N
   report.held_force_n = problem.spring_force(u);
   if (report.held_cells > 0)
     report.warnings.push_back(fmt::format("{} cells are held by springs: nothing else holds them", report.held_cells));
+  if (problem.is_carried())
+    report.warnings.push_back("nothing but obstacles holds all or parts of the body: it rests where these stop it");
   report_conditions(lattice, problem, u, report);
   for (const Potential::Cost& cost : problem.potential().costs()) report.bytes.emplace_back(cost.name, cost.bytes);
   CellMeasures measures = measure_cells(problem.elastic(), u);
   report.pressure_checkerboard = measures.pressure_checkerboard;
   CellFields fields;
+  add_prestretches(problem.prestretches(), fields);
+  if (!problem.contacts().empty()) fields["contact_pressure"] = problem.contact_pressure(u);
   if (!problem.islands().empty()) fields["island"] = {problem.islands().begin(), problem.islands().end()};
   Result result = state_of_cells(problem.cells(), problem.elastic(), u, std::move(measures), std::move(fields));
   add_surface_and_conditions(problem, u, result);

@@ -113,6 +113,11 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& as_written, i
     check.warnings = check_level(on_lattice, loaded);
     for (const LevelProblem::LoadTotal& load : on_lattice.loads(on_lattice.start()))
       check.forces.push_back({"loaded." + load.name, load.total});
+    for (std::size_t c = 0; c < on_lattice.contacts().size(); ++c) {
+      const PenaltyContact::State state = on_lattice.contacts()[c]->state(on_lattice.start());
+      check.contacts.push_back(
+          {"loaded." + loaded.contacts[c].name, state.points, state.deepest, state.nearest, state.force});
+    }
     if (!as_written.loaded->conditions.empty())
       for (ConditionReport& c : report_points(on_lattice.constraints(), loaded)) {
         c.name = "loaded." + c.name;
@@ -139,6 +144,7 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& as_written, i
   check.forces.insert(check.forces.begin(), forces.begin(), forces.end());
   check.held_cells = problem.num_island_cells();
   check.needs_supports = !scene.dynamics;
+  check.is_carried = problem.is_carried();
   if (with_preview) check.preview = preview_of(problem);
   return check;
 }
@@ -261,7 +267,7 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
   SolvePlan plan;
   plan.effects = list_effects(scene_at_end(scene));
   const std::vector<std::size_t> num_cells = cells_of_levels(lattice, scene);
-  const int first = first_nested_level(num_cells, level);
+  const int first = has_friction(scene) ? level : first_nested_level(num_cells, level);
   Trial trial(lattice, scene, first, level);
   for (int n = first; n >= level; --n)
     plan.levels.push_back(plan_level(lattice, scene, n, n == level ? trial.to_the_end(n) : trial.as_a_start(n)));

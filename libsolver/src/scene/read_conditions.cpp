@@ -4,9 +4,6 @@
 #include "scene/read_tables.h"
 
 namespace hexsolver {
-namespace {
-
-/// Rows [t, a, ...] of a key `table`, of `count` values each, as vectors; nothing if there is none.
 std::optional<History> read_history(TomlReader& table, std::size_t count, const char* values,
                                     const std::optional<Dynamics>& dynamics) {
   const std::string expected = fmt::format("rows [[t, {}], ...] with ascending times in s", values);
@@ -26,7 +23,6 @@ std::optional<History> read_history(TomlReader& table, std::size_t count, const 
   return history;
 }
 
-/// The key velocity_mm_s, as displacements of a motion; nothing if there is none.
 std::optional<History> read_velocity(TomlReader& table, const std::optional<Dynamics>& dynamics) {
   const auto velocity = table.vector("velocity_mm_s", "three numbers [x, y, z], LPS, mm/s");
   if (!velocity) return {};
@@ -47,6 +43,8 @@ Turn read_turn(TomlReader table, bool has_history) {
                                 has_history ? ", without degrees beside a table" : ""));
   return {axis->normalized(), degrees.value_or(0) * std::numbers::pi / 180, *about};
 }
+
+namespace {
 
 /// Where a [[displace]] moves to.
 /// @param line  of its markup
@@ -113,37 +111,6 @@ Force read_force(TomlReader table, const std::filesystem::path& folder, const st
   if (newton) f.total = *newton;
   f.pressure = pressure.value_or(0) * 1e-3;
   return f;
-}
-
-Contact read_contact(TomlReader table, const std::optional<Dynamics>& dynamics, std::size_t number) {
-  Contact c;
-  c.where = table.where();
-  c.name = table.text("name", "a name").value_or(fmt::format("contact {}", number));
-  auto plane = table.table("plane", "{ point_mm = [x, y, z], normal = [x, y, z] }");
-  auto sphere = table.table("sphere", "{ center_mm = [x, y, z], radius_mm = r }");
-  if (plane) c.obstacle = read_halfspace(*plane, "plane");
-  if (sphere) {
-    const auto center = sphere->vector("center_mm", "three numbers [x, y, z], LPS, mm");
-    const auto radius = sphere->number("radius_mm", 1e-9, infinity, "a radius > 0 mm");
-    sphere->finish();
-    if (!center || !radius) sphere->fail_here("sphere, expected { center_mm = [x, y, z], radius_mm = r }");
-    c.obstacle = Ball{*center, *radius};
-  }
-  const auto by = table.vector("by_mm", "three numbers [x, y, z], LPS, mm");
-  if (by) c.by = *by;
-  c.history = read_history(table, 3, "x, y, z", dynamics);
-  const auto velocity = read_velocity(table, dynamics);
-  if (by.has_value() + c.history.has_value() + velocity.has_value() > 1)
-    table.fail_here("[[contact]] has more than one of by_mm, velocity_mm_s and table, expected one");
-  if (velocity) c.history = velocity;
-  const auto stiffness = table.number("stiffness_n_mm", 1e-12, infinity, "a stiffness > 0 N/mm of each surface point");
-  table.finish();
-  if (plane.has_value() == sphere.has_value())
-    table.fail_here(fmt::format("[[contact]] has {} plane {} sphere, expected one of them", plane ? "both" : "neither",
-                                plane ? "and" : "nor"));
-  if (!stiffness) table.fail_here("[[contact]] has no stiffness_n_mm, expected the stiffness of each surface point");
-  c.stiffness = *stiffness;
-  return c;
 }
 
 }  // namespace hexsolver

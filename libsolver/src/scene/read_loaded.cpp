@@ -24,7 +24,8 @@ Loaded read_loaded(TomlReader table, const std::filesystem::path& folder, RestMe
   number = 0;
   for (const TomlReader& force : table.tables("force")) out.forces.push_back(read_force(force, folder, {}, ++number));
   number = 0;
-  for (const TomlReader& contact : table.tables("contact")) out.contacts.push_back(read_contact(contact, {}, ++number));
+  for (const TomlReader& contact : table.tables("contact"))
+    out.contacts.push_back(read_contact(contact, folder, {}, ++number));
   if (auto gravity = table.table("gravity", "a table written [loaded.gravity]"))
     out.gravity = read_gravity(*gravity, "[loaded.gravity]", warnings);
   table.finish();

@@ -48,8 +48,8 @@ Prestress read_prestress(TomlReader table) {
   table.finish();
   if (p.segment.empty()) table.fail_here("[[prestress]] has no segment, expected the name of one");
   if (stretch.empty() == stress.empty()) table.fail_here("[[prestress]] expects one of stretch and stress_kpa");
-  if (along && along->norm() == 0) table.fail_at("along", "prestress.along is 0, expected a direction");
-  if (along) along->normalize();
+  if (along) along->stableNormalize();
+  if (along && !(along->norm() > 0.5)) table.fail_at("along", "prestress.along is 0, expected a direction");
   if (!stretch.empty()) {
     p.stretch = to_tensor(stretch, 1, along);
     check_stretch(table, *p.stretch);

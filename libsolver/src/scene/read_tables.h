@@ -62,8 +62,20 @@ Vec3 read_gravity(TomlReader table, const std::string& name, std::vector<std::st
 Loaded read_loaded(TomlReader table, const std::filesystem::path& folder, RestMethod method,
                    std::vector<std::string>& warnings);
 
+/// A table of rows [t, ...] of a motion, `count` values each, as vectors; nothing if there is none.
+std::optional<History> read_history(TomlReader& table, std::size_t count, const char* values,
+                                    const std::optional<Dynamics>& dynamics);
+
+/// The key velocity_mm_s, as displacements of a motion; nothing if there is none.
+std::optional<History> read_velocity(TomlReader& table, const std::optional<Dynamics>& dynamics);
+
+/// { axis, degrees, about_mm } of a key `rotate`; without the degrees beside a table of them.
+Turn read_turn(TomlReader table, bool has_history);
+
 /// [[contact]].
-Contact read_contact(TomlReader table, const std::optional<Dynamics>& dynamics, std::size_t number);
+/// @param folder  that relative paths are relative to
+Contact read_contact(TomlReader table, const std::filesystem::path& folder, const std::optional<Dynamics>& dynamics,
+                     std::size_t number);
 
 /// [[prestress]].
 Prestress read_prestress(TomlReader table);

@@ -62,6 +62,25 @@ void check_forces(Scene& scene) {
   }
 }
 
+/// Of an equilibrium with friction no error is estimated: coarser levels got there by other ways.
+void check_frictions(Scene& scene) {
+  if (scene.loaded)
+    for (const Contact& c : scene.loaded->contacts)
+      if (c.friction > 0)
+        throw Error(ErrorKind::input, with_place("contact", c) +
+                                          " has friction in [loaded], which does not tell how the body got there, "
+                                          "expected none");
+  if (!has_friction(scene) || scene.dynamics) return;
+  const auto expect = [&](bool holds, const char* expected) {
+    if (!holds) throw Error(ErrorKind::input, "friction of a [[contact]] in an equilibrium " + std::string(expected));
+  };
+  expect(!scene.is_open_ended(), "does not go with an accuracy or a budget_s, expected solve.level");
+  expect(scene.matches.empty(), "does not go with a [[match]], expected one of them");
+  expect(!scene.loaded, "does not go with solve.reference = \"loaded\", expected \"rest\"");
+  let_it_turn(scene);
+  scene.error_estimation = ErrorEstimation::off;
+}
+
 }  // namespace
 
 void check_prestresses(Scene& scene) {
@@ -148,7 +167,7 @@ Scene read_scene(toml::table root, const std::string& display_name, const std::v
     scene.forces.push_back(read_force(table, folder, scene.dynamics, ++number));
   number = 0;
   for (const TomlReader& table : reader.tables("contact"))
-    scene.contacts.push_back(read_contact(table, scene.dynamics, ++number));
+    scene.contacts.push_back(read_contact(table, folder, scene.dynamics, ++number));
   number = 0;
   for (const TomlReader& table : reader.tables("match")) scene.matches.push_back(read_match(table, folder, ++number));
   for (const TomlReader& table : reader.tables("prestress")) scene.prestresses.push_back(read_prestress(table));
@@ -171,6 +190,7 @@ Scene read_scene(toml::table root, const std::string& display_name, const std::v
       scene.warnings.emplace_back(
           "[loaded] has no gravity, no force and no contact: the body is at rest as the lattice shows it");
   }
+  check_frictions(scene);
   reader.finish();
   return scene;
 }
@@ -183,6 +203,9 @@ std::vector<std::filesystem::path> files_of(const Scene& scene) {
     for (const Condition& c : scene.loaded->conditions) markups.insert(c.selection.markup);
     for (const Force& f : scene.loaded->forces) markups.insert(f.selection.markup);
   }
+  for (const Contact& c : scene.contacts) markups.insert(c.file);
+  if (scene.loaded)
+    for (const Contact& c : scene.loaded->contacts) markups.insert(c.file);
   for (const Match& m : scene.matches) {
     markups.insert(m.file);
     markups.insert(m.markups.begin(), m.markups.end());
@@ -210,6 +233,7 @@ Scene loaded_scene(const Scene& scene) {
   out.forces = scene.loaded->forces;
   out.gravity = scene.loaded->gravity;
   out.contacts = scene.loaded->contacts;
+  for (Contact& c : out.contacts) c.grows = true;
   return out;
 }
 
@@ -224,6 +248,14 @@ bool acts(const Scene& scene) {
 /// What the lattice's loads do not hold may be elsewhere at rest.
 bool acts_after_loaded(const Scene& scene) {
   return acts(scene) || (!scene.loaded->conditions.empty() && !scene.conditions.empty());
+}
+
+bool is_hard(const Contact& contact, const Scene& scene) {
+  return contact.stiffness == 0 && !contact.grows && !scene.dynamics;
+}
+
+bool has_friction(const Scene& scene) {
+  return std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& c) { return c.friction > 0; });
 }
 
 bool follows(const Scene& scene) {
@@ -265,6 +297,9 @@ void apply(const Request& request, Scene& scene) {
     throw Error(ErrorKind::usage,
                 fmt::format("{} goes with an equilibrium, but the scene is a motion, expected a level",
                             budget ? "a budget" : "an accuracy"));
+  if (has_friction(scene) && (asks_accuracy || budget))
+    throw Error(ErrorKind::usage, fmt::format("{} does not go with friction of a [[contact]], expected a level",
+                                              budget ? "a budget" : "an accuracy"));
   if (level || asks_accuracy || budget) {
     scene.name_level(level);
     scene.accuracy = accuracy;

@@ -64,7 +64,7 @@ CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u,
   parallel_for(count, [&](std::ptrdiff_t cell) {
     const auto c = static_cast<std::size_t>(cell);
     const Mat3 f = cells.mean_gradient(c, u);
-    const Vec3 stretches = Eigen::JacobiSVD<Mat3>(f).singularValues();
+    const Vec3 stretches = Eigen::JacobiSVD<Mat3>(cells.mean_elastic_gradient(c, u)).singularValues();
     for (std::size_t d = 0; d < 3; ++d) out.principal_stretch[d][c] = stretches[d];
     out.rotation_degrees[c] = rotation_angle(polar_decomposition(f).rotation) * 180 / std::numbers::pi;
     const Mat3 stress = cells.stress(c, u);

@@ -9,7 +9,7 @@
 namespace hexsolver {
 
 /// What the cells of a level went through, from F, the mean gradient over the filled part of each, and from det F where
-/// their material is.
+/// their material is. Stretches and stresses are from where cells are free of stress, the rest from the shape at rest.
 struct CellMeasures {
   std::array<std::vector<double>, 3> principal_stretch;  ///< singular values of F, the largest first
   std::vector<double> rotation_degrees;                  ///< angle of R in F = R S

@@ -5,23 +5,35 @@
 #include <vector>
 
 #include "hexsolver/scene/scene.h"
+#include "mesh/mesh_cells.h"
 #include "selection/selection.h"
 #include "terms/point_hessians.h"
 
 namespace hexsolver {
 
-/// An obstacle without friction that surface points enter against springs: W = sum_p k/2 min(gap_p, 0)^2, the gap that
-/// of the moved point, spread to the nodes by H^T.
+/// An obstacle that surface points enter against springs: W = sum_p k_p/2 min(gap_p, 0)^2, the gap that of the moved
+/// point, spread to the nodes by H^T.
+///
+/// Where the scene names no stiffness k is found, and in an equilibrium the obstacle is hard: each point has a force
+/// h_p that attach() learns, max(h - k gap, 0) of the last solution, and W = sum_p (max(h_p - k_p gap_p, 0)^2 - h_p^2)
+/// / 2 k_p (augmented Lagrangian), so that the depth falls by k over the body's stiffness from round to round.
+///
+/// With friction each point has a second spring along the surface, of the same stiffness, from where it was at the
+/// begin of the step: its force grows to mu N and then slips. N and the normal are those of the last attach(), so that
+/// within a step it is an energy too, k/2 |t|^2 or mu N |t| - (mu N)^2 / 2k (THEORY.md, "Obstacles").
 class PenaltyContact final : public Term {
 public:
-  /// @param mesh    must outlive this
-  /// @param points  the whole surface
-  PenaltyContact(const Contact& contact, const Mesh& mesh, const std::vector<SurfacePoint>& points);
+  /// @param mesh     must outlive this
+  /// @param points   the whole surface
+  /// @param is_hard  as above
+  PenaltyContact(const Contact& contact, const MeshCells& cells, const Mesh& mesh,
+                 const std::vector<SurfacePoint>& points, bool is_hard = false);
 
   EffectKind effect() const override { return EffectKind::contact; }
   std::string name() const override { return contact_name(contact_); }
   void set_progress(const Progress& progress);  ///< where the obstacle is
   double energy(const NodeVector& u) const override;
+  double stored_energy(const NodeVector& u) const;  ///< of the springs, without what slips takes [N mm]
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   bool is_linear() const override { return false; }
   void linearize(const NodeVector& u, double projection) override;
@@ -31,48 +43,86 @@ public:
   std::int32_t shared_hessian(std::size_t cell) const override { return active_.shared_hessian(cell); }
   std::size_t bytes() const override;
 
+  bool has_friction() const noexcept { return contact_.friction > 0; }
+  bool is_attached() const noexcept { return has_friction() || !held_off_.empty(); }  ///< attach() changes it
+  /// The forces of hard points (but for the first time in a step), and what friction may come to, mu N, are those at u.
+  /// @returns by how much friction may come to more or less in all, over what it is in all
+  double attach(const NodeVector& u);
+  /// From now on, at u, no spring of it is drawn.
+  void forget(const NodeVector& u);
+  /// A step ends at u and the next one begins. @returns the work that slips took in it [N mm]
+  double keep(const NodeVector& u);
+
   struct State {
     std::size_t points = 0;     ///< that touch
+    std::size_t slipping = 0;   ///< of these, whose friction is all there is
     double deepest = 0;         ///< [mm]
     double nearest = 0;         ///< least distance, < 0 inside [mm]
     Vec3 force = Vec3::Zero();  ///< on the body [N]
-    bool is_inside = false;     ///< the centre of a ball lies in the body: it went through the surface
+    bool is_inside = false;     ///< the obstacle's middle lies in the body: it went through the surface
   };
+  /// Add the forces across the surface of the points of each cell [N], shape (num_cells).
+  void add_forces_across(const NodeVector& u, std::vector<double>& of_cells) const;
   State state(const NodeVector& u) const;         ///< as the last set_progress() says
   State state_before(const NodeVector& u) const;  ///< before the obstacle has moved
 
   /// Points of the body at rest that the obstacle has in it on its way [mm].
   std::vector<Vec3> places_swept_at_rest() const;
 
-  /// Whether a ball moves by more than a quarter of its radius, and might go through the surface.
+  /// Whether an obstacle moves by more than a quarter of its thickness, and might go through the surface.
   bool goes_too_far(const Progress& from, const Progress& to) const;
 
-  /// The largest part of the load in one step that does not carry a ball through the surface.
+  /// The largest part of the load in one step that does not carry an obstacle through the surface.
   double largest_load_step() const;
 
 private:
+  using Place = Eigen::Isometry3d;  ///< of the obstacle, from where the scene puts it
+
   struct Point {
     std::int32_t cell;
     NodeWeights weights;
     Vec3 rest;
-    Vec3 area;  ///< outward, at rest
+    Vec3 area;         ///< outward, at rest
+    double stiffness;  ///< [N/mm]
   };
-  struct Gap {
-    double depth = 0;    ///< < 0: inside the obstacle [mm]
-    Vec3 normal;         ///< d depth / dx, out of it
-    double bending = 0;  ///< d2 depth / dx2 = bending (1 - n n^T) [1/mm]
+  /// Of a point along the obstacle's surface, in its frame.
+  struct Friction {
+    Vec3 begin = Vec3::Zero();   ///< where the point was when the step began [mm]
+    Vec3 spring = Vec3::Zero();  ///< how far its spring was drawn then [mm]
+    Vec3 normal = Vec3::Zero();
+    double most = 0;       ///< mu N [N]
+    bool slipped = false;  ///< in the last step
   };
-  Vec3 moved_at(const Progress& progress) const;
-  Gap gap(const Point& p, const NodeVector& u, const Vec3& moved) const;
-  Gap gap(const Point& p, const NodeVector& u) const { return gap(p, u, moved_); }
-  State state(const NodeVector& u, const Vec3& moved) const;
+  /// The spring along the surface at u.
+  struct Drawn {
+    Vec3 by = Vec3::Zero();  ///< in the obstacle's frame [mm]
+    double length = 0;       ///< of `by` [mm]
+    double force = 0;        ///< [N]
+    bool slips = false;
+  };
+  Vec3 now(const Point& p, const NodeVector& u) const { return p.rest + mesh_.interpolate(p.cell, p.weights, u); }
+  double stiffness(std::size_t p) const { return strength_ * points_[p].stiffness; }  ///< [N/mm]
+  /// The force across the surface of a point so deep [N].
+  double press(std::size_t p, double depth) const {
+    return std::max((held_off_.empty() ? 0 : held_off_[p]) - stiffness(p) * depth, 0.0);
+  }
+  hexmesh::Gap gap(const Vec3& now, const Place& place) const;
+  double energy_of(std::size_t p, double pressing) const;  ///< across the surface [N mm]
+  Drawn drawn(std::size_t p, const Vec3& now) const;
+  Vec3 force_of(const Drawn& drawn) const;  ///< on the body [N]
+  State state(const NodeVector& u, const Place& place, bool with_friction) const;
   Vec3 outward(const Point& p, const NodeVector& u) const;  ///< of the deformed surface, any length
 
   Contact contact_;
   const Mesh& mesh_;
-  std::vector<Point> points_;  ///< ascending cells
-  Vec3 moved_;                 ///< the obstacle, from where the scene puts it [mm]
-  PointHessians active_;       ///< of the last linearize()
+  std::vector<Point> points_;          ///< ascending cells
+  std::vector<double> held_off_;       ///< h of the points; empty where they are not hard [N]
+  std::vector<double> kept_held_off_;  ///< of the last step that was kept
+  bool is_solved_ = false;           ///< whether a solution may be behind the next attach(): not at the begin of a step
+  std::vector<Friction> frictions_;  ///< of the points; empty without friction
+  Place place_;
+  double strength_ = 1;   ///< part of the stiffness that there is
+  PointHessians active_;  ///< of the last linearize()
 };
 
 }  // namespace hexsolver

@@ -94,9 +94,12 @@ void ElasticCells::measure_rounding() {
   energy_rounding_ = 4 * std::numeric_limits<double>::epsilon() * energies;
 }
 
-void ElasticCells::set_prestretch(std::vector<Mat3> of_cells) {
-  to_unstressed_ = std::move(of_cells);
-  for (Mat3& f : to_unstressed_) f = adds_stretches() ? Mat3(2 * Mat3::Identity() - f) : Mat3(f.inverse());
+void ElasticCells::set_prestretch(const std::vector<Mat3>& of_cells, double part) {
+  to_unstressed_.resize(of_cells.size());
+  for (std::size_t c = 0; c < of_cells.size(); ++c) {
+    const Mat3 by = part * (of_cells[c] - Mat3::Identity());
+    to_unstressed_[c] = adds_stretches() ? Mat3(Mat3::Identity() - by) : Mat3((Mat3::Identity() + by).inverse());
+  }
 }
 
 CellVector ElasticCells::to_unstressed(std::size_t cell, const NodeVector& to_rest) const {
@@ -104,7 +107,7 @@ CellVector ElasticCells::to_unstressed(std::size_t cell, const NodeVector& to_re
   if (!is_prestretched()) return out;
   Eigen::Map<Eigen::Matrix<double, 3, 8>> of_corner(out.data());
   const Eigen::Map<const Eigen::Matrix<double, 3, 8>> at(corners(cell).data());
-  of_corner += (to_unstressed_[cell] - Mat3::Identity()) * (at + of_corner);
+  of_corner += (to_unstressed_[cell] - Mat3::Identity()) * (adds_stretches() ? at.eval() : (at + of_corner).eval());
   return out;
 }
 

@@ -54,8 +54,10 @@ public:
                std::vector<CellPoints> points = {});
 
   /// Let cells be stretched where they are at rest, each by its own F0: what stores no energy is F0^-1 of its shape at
-  /// rest, for itself. Called before set_rest().
-  void set_prestretch(std::vector<Mat3> of_cells);
+  /// rest, for itself. set_rest() forms them.
+  /// @param of_cells  F0; empty: none
+  /// @param part      of F0 - 1 that there is
+  void set_prestretch(const std::vector<Mat3>& of_cells, double part = 1);
   bool is_prestretched() const noexcept { return !to_unstressed_.empty(); }
 
   /// Let the cells be at rest elsewhere: their models are formed anew, each for itself.
@@ -99,6 +101,8 @@ public:
   /// Mean Cauchy stress [MPa]; small strain knows no other (THEORY.md, "Stress and pressure").
   virtual Mat3 stress(std::size_t cell, const NodeVector& u) const = 0;
   Mat3 mean_gradient(std::size_t cell, const NodeVector& u) const;  ///< F from rest, over the filled part
+  /// F over the filled part, from where it is free of stress.
+  Mat3 mean_elastic_gradient(std::size_t cell, const NodeVector& u) const;
 
   const Mesh& mesh() const noexcept { return mesh_; }
   const ElementModel& model(std::size_t cell) const { return (*models_)[elements_[cell]]; }
@@ -141,8 +145,6 @@ protected:
     return is_at_rest_on_lattice() ? mesh_.gather(cell, u)
                                    : CellVector(mesh_.gather(cell, u) - to_unstressed(cell, to_rest_));
   }
-  /// F over the filled part, from where it is free of stress.
-  Mat3 mean_elastic_gradient(std::size_t cell, const NodeVector& u) const;
 
   double sum_of_energies() const;
   mutable std::vector<double> energies_;  ///< space for energy(): parts to be summed up in this order

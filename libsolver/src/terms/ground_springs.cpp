@@ -14,13 +14,13 @@ double GroundSprings::of_cell(std::size_t cell) const {
 
 double GroundSprings::energy(const NodeVector& u) const {
   double sum = 0;
-  for (const auto& [cell, k] : stiffness_) sum += k / 2 * mesh_.gather(cell, u).squaredNorm();
+  for (const auto& [cell, k] : stiffness_) sum += k / 2 * drawn(cell, u).squaredNorm();
   return sum;
 }
 
 void GroundSprings::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
   for (const auto& [cell, k] : stiffness_) {
-    const CellVector force = k * mesh_.gather(cell, u);
+    const CellVector force = k * drawn(cell, u);
     mesh_.scatter_add(cell, force, gradient);
     mesh_.scatter_add(cell, force.cwiseAbs(), magnitude);
   }
@@ -44,7 +44,7 @@ std::int32_t GroundSprings::shared_hessian(std::size_t cell) const {
 Vec3 GroundSprings::force(const NodeVector& u) const {
   Vec3 sum = Vec3::Zero();
   for (const auto& [cell, k] : stiffness_) {
-    const CellVector v = mesh_.gather(cell, u);
+    const CellVector v = drawn(cell, u);
     sum -= k * Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()).rowwise().sum();
   }
   return sum;

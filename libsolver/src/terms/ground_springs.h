@@ -9,17 +9,24 @@
 
 namespace hexsolver {
 
-/// Springs to the rest position on the nodes of some cells, W = 1/2 sum_cells k sum_a |u_a|^2: what holds parts
-/// that nothing else holds.
+/// Springs on the nodes of some cells to where these were, W = 1/2 sum_cells k sum_a |u_a - v_a|^2, v = 0 at first:
+/// what holds parts that nothing else holds, or slows those that nothing but obstacles holds from one round to the
+/// next.
 class GroundSprings final : public Term {
 public:
   /// @param mesh       must outlive this
+  /// @param effect     that calls for them
   /// @param stiffness  cells, ascending, and their k [N/mm]
-  GroundSprings(const Mesh& mesh, std::vector<std::pair<std::int32_t, double>> stiffness)
-      : mesh_(mesh), stiffness_(std::move(stiffness)) {}
+  GroundSprings(EffectKind effect, const Mesh& mesh, std::vector<std::pair<std::int32_t, double>> stiffness)
+      : effect_(effect), mesh_(mesh), stiffness_(std::move(stiffness)) {}
 
-  EffectKind effect() const override { return EffectKind::islands; }
-  std::size_t bytes() const override { return hexmesh::bytes_of(stiffness_); }
+  /// v = u
+  void anchor(const NodeVector& u) { anchor_ = u; }
+
+  EffectKind effect() const override { return effect_; }
+  std::size_t bytes() const override {
+    return hexmesh::bytes_of(stiffness_) + sizeof(double) * static_cast<std::size_t>(anchor_.size());
+  }
   double energy(const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   void add_product(const NodeVector& x, NodeVector& y) const override;
@@ -34,9 +41,15 @@ private:
   void add_product_of(const Vector& x, Vector& y) const;
 
   double of_cell(std::size_t cell) const;  ///< 0 for a cell without springs
+  CellVector drawn(std::int32_t cell, const NodeVector& u) const {
+    const CellVector at = mesh_.gather(cell, u);
+    return anchor_.size() == 0 ? at : CellVector(at - mesh_.gather(cell, anchor_));
+  }
 
+  EffectKind effect_;
   const Mesh& mesh_;
   std::vector<std::pair<std::int32_t, double>> stiffness_;
+  NodeVector anchor_;  ///< v; empty: zero
 };
 
 }  // namespace hexsolver

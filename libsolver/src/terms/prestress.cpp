@@ -29,12 +29,16 @@ Vec3 principal_stress(Elasticity law, double shear, double bulk, const Vec3& str
 
 namespace {
 
+constexpr double least_stretch = 0.2, most_stretch = 5;  // as a scene may name them
+
 /// From a stretch under nearly that stress; nothing where Newton's method gets no nearer.
 std::optional<Vec3> stretches_under(Elasticity law, double shear, double bulk, const Vec3& stress, Vec3 stretches) {
   constexpr int most_steps = 30, most_halvings = 20;
   constexpr double difference = 1e-6, tolerance = 1e-12;
   const auto misfit = [&](const Vec3& at) -> Vec3 { return principal_stress(law, shear, bulk, at) - stress; };
   Vec3 off = misfit(stretches);
+  const bool is_linear = law == Elasticity::cauchy;
+  const auto is_one = [&](const Vec3& at) { return is_linear || at.minCoeff() > 0; };
   for (int n = 0; n < most_steps; ++n) {
     if (off.norm() <= tolerance * (shear + bulk)) return stretches;
     Mat3 tangent;
@@ -45,9 +49,9 @@ std::optional<Vec3> stretches_under(Elasticity law, double shear, double bulk, c
     const Vec3 step = -tangent.inverse() * off;
     double part = 1;
     Vec3 next = stretches + step;
-    for (int h = 0; h < most_halvings && !((next.array() > 0).all() && misfit(next).norm() < off.norm()); ++h)
+    for (int h = 0; h < most_halvings && !(is_one(next) && misfit(next).norm() < off.norm()); ++h)
       next = stretches + (part /= 2) * step;
-    if (!((next.array() > 0).all() && misfit(next).norm() < off.norm())) break;
+    if (!(is_one(next) && misfit(next).norm() < off.norm())) break;
     stretches = next;
     off = misfit(stretches);
   }
@@ -67,6 +71,8 @@ std::optional<Mat3> stretch_under(Elasticity law, double shear, double bulk, con
     if (!found) return {};
     stretches = *found;
   }
+  if (law != Elasticity::cauchy && (stretches.minCoeff() < least_stretch || stretches.maxCoeff() > most_stretch))
+    return {};
   return axes.eigenvectors() * stretches.asDiagonal() * axes.eigenvectors().transpose();
 }
 
@@ -109,9 +115,9 @@ std::vector<Mat3> find_prestretches(const MeshCells& cells, const std::vector<Pr
     const auto under = stretch_under(law, elastic.model(c).shear, elastic.model(c).bulk, stress[c]);
     if (!under)
       throw Error(ErrorKind::input,
-                  fmt::format("{} ({}): the material does not bear that stress by the law of the scene, expected less "
-                              "beside its Young's modulus",
-                              prestress_name(*stressed[c]), stressed[c]->where));
+                  fmt::format("{} ({}): the law of the scene does not bear that stress at stretches of {:g} to {:g}, "
+                              "expected less beside Young's modulus",
+                              prestress_name(*stressed[c]), stressed[c]->where, least_stretch, most_stretch));
     stretch[c] += *under - Mat3::Identity();
   }
   return stretch;

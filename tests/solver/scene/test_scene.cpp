@@ -278,10 +278,55 @@ TEST(Scene, AContactIsAPlaneOrASphere) {
   EXPECT_EQ(scene.contacts[0].stiffness, 0.5);
   EXPECT_EQ(scene.contacts[1].name, "probe");
   EXPECT_EQ(std::get<Ball>(scene.contacts[1].obstacle).radius, 7);
-  EXPECT_EQ(error_of("[[contact]]\nstiffness_n_mm = 1\n"),
-            "s.toml:1:1: [[contact]] has neither plane nor sphere, expected one of them");
-  EXPECT_EQ(error_of("[[contact]]\nsphere = { center_mm = [1, 2, 3], radius_mm = 7 }\n"),
-            "s.toml:1:1: [[contact]] has no stiffness_n_mm, expected the stiffness of each surface point");
+  EXPECT_EQ(
+      error_of("[[contact]]\nstiffness_n_mm = 1\n"),
+      "s.toml:1:1: [[contact]] has 0 obstacles, expected one of plane, sphere, capsule, cylinder, box and surface");
+  const std::string ball = "[[contact]]\nsphere = { center_mm = [1, 2, 3], radius_mm = 7 }\n";
+  EXPECT_TRUE(is_hard(scene_of(ball).contacts[0], scene_of(ball)));
+  EXPECT_FALSE(is_hard(scene.contacts[1], scene));
+  EXPECT_EQ(error_of(ball + "by_mm = [1, 0, 0]\nrotate = { axis = [0, 0, 1], degrees = 5, about_mm = [0, 0, 0] }\n"),
+            "s.toml:1:1: [[contact]] has more than one of by_mm, rotate, velocity_mm_s and table, expected one");
+  EXPECT_EQ(error_of(ball + "friction = -1\n"), "s.toml:3:12: contact.friction is -1, expected a coefficient, 0 to 10");
+  EXPECT_EQ(error_of(ball + "friction = 0.5\n[solve]\naccuracy_mm = 1\n"),
+            "friction of a [[contact]] in an equilibrium does not go with an accuracy or a budget_s, expected "
+            "solve.level");
+}
+
+TEST(Scene, ObstaclesOfOtherShapes) {
+  const Scene scene = scene_of(
+      "[[contact]]\ncapsule = { from_mm = [0, 0, 0], to_mm = [0, 0, 9], radius_mm = 2 }\nfriction = 0.3\n"
+      "rotate = { axis = [0, 0, 2], degrees = 90, about_mm = [1, 0, 0] }\n"
+      "[[contact]]\nbox = { center_mm = [1, 2, 3], size_mm = [2, 4, 6], turned_about = [1, 0, 0], degrees = 90 }\n"
+      "[[contact]]\ncylinder = { from_mm = [0, 0, 0], to_mm = [0, 0, 9], radius_mm = 2 }\n");
+  ASSERT_EQ(scene.contacts.size(), 3U);
+  EXPECT_EQ(scene.contacts[0].friction, 0.3);
+  EXPECT_EQ(scene.error_estimation, ErrorEstimation::off);
+  EXPECT_LT((place_of(scene.contacts[0], {1, 0}) * Vec3(2, 0, 5) - Vec3(1, 1, 5)).norm(), 1e-12);
+  const auto& box = std::get<hexmesh::Block>(scene.contacts[1].obstacle);
+  EXPECT_LT((box.axes.col(1) - Vec3::UnitZ()).norm(), 1e-12);
+  EXPECT_EQ(box.half, Vec3(1, 2, 3));
+  EXPECT_EQ(std::get<hexmesh::Cylinder>(scene.contacts[2].obstacle).radius, 2);
+  EXPECT_EQ(error_of("[[contact]]\nbox = { center_mm = [1, 2, 3], size_mm = [2, 0, 6] }\n"),
+            "s.toml:2:7: box, expected { center_mm = [x, y, z], size_mm = [x, y, z] } with sizes > 0, and where it is "
+            "turned turned_about = [x, y, z] and degrees");
+  EXPECT_EQ(error_of("[[contact]]\nsurface = \"none.hexsurface\"\n").find("no such surface"), 0U);
+}
+
+TEST(Scene, Prestress) {
+  const Scene scene = scene_of(
+      "[[prestress]]\nsegment = \"skin\"\nstretch = 1.2\nalong = [0, 0, 3]\n"
+      "[[prestress]]\nsegment = \"gut\"\nstress_kpa = [1, 2, 3, 4, 5, 6]\n");
+  ASSERT_EQ(scene.prestresses.size(), 2U);
+  EXPECT_FALSE(scene.finds_strain);
+  EXPECT_LT((*scene.prestresses[0].stretch - hexmesh::Mat3(Vec3(1, 1, 1.2).asDiagonal())).norm(), 1e-12);
+  hexmesh::Mat3 stress;
+  stress << 1, 4, 6, 4, 2, 5, 6, 5, 3;
+  EXPECT_LT((1e3 * *scene.prestresses[1].stress - stress).norm(), 1e-12);
+  const std::string skin = "[[prestress]]\nsegment = \"skin\"\n";
+  EXPECT_EQ(error_of(skin), "s.toml:1:1: [[prestress]] expects one of stretch and stress_kpa");
+  EXPECT_EQ(error_of(skin + "stretch = 7\n"), "s.toml:3:11: prestress.stretch is 7, expected 0.2 to 5");
+  EXPECT_EQ(error_of(skin + "stretch = 2\n" + skin + "stress_kpa = 1\n"),
+            "s.toml:4:1: segment is 'skin' as at s.toml:1:1, expected another");
 }
 
 TEST(Scene, TheLengthOfANormalDoesNotMatter) {

@@ -26,6 +26,16 @@ std::vector<Contact> obstacles(const Mesh& mesh) {
   std::vector<Contact> out = {plane(middle, Vec3(0.2, -0.1, 1).normalized(), 0.3),
                               ball(middle + Vec3(6, -3, 5), 8, 0.7)};
   out[1].by = {-3, 1, 2};
+  const auto with = [&](const hexmesh::Solid& solid) { out.push_back({"solid", "test", solid, Vec3::Zero(), 0.4}); };
+  with(hexmesh::Capsule{middle - Vec3(8, 2, 1), middle + Vec3(5, 1, 8), 3});
+  with(hexmesh::Cylinder{middle - Vec3(8, 2, 1), middle + Vec3(9, 1, 8), 4});
+  with(hexmesh::Block{middle + Vec3(5, 2, 4), random_rotation(3), Vec3(7, 5, 6)});
+  out[4].turn = Turn{Vec3(1, 2, 3).normalized(), 0.8, middle};
+  for (const std::size_t n : {1, 4}) {  // again with friction
+    Contact rough = out[n];
+    rough.friction = 0.4;
+    out.push_back(rough);
+  }
   return out;
 }
 
@@ -39,10 +49,17 @@ protected:
 
   Obstacles() {
     Selector selector({lattice, 1}, mesh);
-    auto term = std::make_unique<PenaltyContact>(obstacles(mesh)[GetParam()], mesh, selector.whole_surface());
+    auto term = std::make_unique<PenaltyContact>(obstacles(mesh)[GetParam()], MeshCells(lattice, 1), mesh,
+                                                 selector.whole_surface());
     contact = term.get();
     potential.add(std::move(term));
+    contact->set_progress({0.4});
+    if (contact->has_friction()) {
+      contact->attach(noise(mesh.num_dofs(), 0.3, 4));
+      contact->keep(noise(mesh.num_dofs(), 0.3, 4));
+    }
     contact->set_progress({0.5});
+    contact->attach(noise(mesh.num_dofs(), 0.3, 7));
   }
   NodeVector gradient(const NodeVector& at) const {
     NodeVector g, magnitude;
@@ -77,7 +94,19 @@ TEST_P(Obstacles, TheForceOnTheBodyIsThatOfItsReport) {
   EXPECT_LT((sum - contact->state(u).force).norm(), 1e-12 * sum.norm());
 }
 
-INSTANTIATE_TEST_SUITE_P(PlaneAndBall, Obstacles, testing::Values(0, 1));
+/// Springs are drawn in the step before, and slip no more than friction lets them: what is stored is less by that.
+TEST_P(Obstacles, SlipsTakeWhatIsNotStored) {
+  if (!contact->has_friction()) return;
+  contact->attach(u);
+  const double before = contact->energy(u), stored = contact->stored_energy(u);
+  EXPECT_LT(stored, before);
+  const double slipped = contact->keep(u);
+  EXPECT_NEAR(before - stored, slipped, 1e-12 * before);
+  EXPECT_NEAR(contact->energy(u), stored, 1e-12 * stored);
+  EXPECT_GT(contact->state(u).slipping, 10U);
+}
+
+INSTANTIATE_TEST_SUITE_P(OfEveryShape, Obstacles, testing::Range(std::size_t{0}, std::size_t{7}));
 
 constexpr double young = 0.1, stiffness = 0.02, press = 1.5;
 const Vec3 size(5, 6, 22);
@@ -107,10 +136,30 @@ TEST(Contact, ABarPressedByAPlaneIsTwoSpringsInARow) {
     const hexmesh::Result result =
         solve_equilibrium(lattice, pressed_bar(plane({0, 0, 21}, {0, 0, -1}, 0), Elasticity::cauchy), level, report);
     ASSERT_TRUE(report.converged) << report.reason;
+    double largest = 0;  // of cells that have no other side exposed
+    for (const double pressure : result.cell_fields.at("contact_pressure")) largest = std::max(largest, pressure);
+    if (level == 0) EXPECT_NEAR(largest, force / 30, 1e-7 * force);
     EXPECT_EQ(report.contacts[0].points, 30U);
     EXPECT_NEAR(report.contacts[0].deepest_mm, force / penalty, 1e-7);
     EXPECT_LT((report.contacts[0].force_n - Vec3(0, 0, -force)).norm(), 1e-7 * force);
     EXPECT_LT((report.conditions[0].reaction_n - Vec3(0, 0, force)).norm(), 1e-7 * force);
+  }
+}
+
+/// Where no stiffness is named, the bar is pressed by all of the way.
+TEST(Contact, AHardPlaneIsNotEntered) {
+  const Lattice lattice = box({5, 6, 11}, {1, 1, 2}, young * 1e3, 0);
+  const double force = press * young * size[0] * size[1] / size[2];
+  for (int level = 0; level < 3; ++level) {
+    Scene scene = pressed_bar(plane({0, 0, 21}, {0, 0, -1}, 0), Elasticity::cauchy);
+    scene.contacts[0].stiffness = 0;
+    SolveReport report;
+    solve_equilibrium(lattice, scene, level, report);
+    ASSERT_TRUE(report.converged) << report.reason;
+    EXPECT_EQ(report.contacts[0].points, 30U);
+    EXPECT_LT(report.contacts[0].deepest_mm, 1e-4 * press);
+    EXPECT_LT((report.contacts[0].force_n - Vec3(0, 0, -force)).norm(), 1e-4 * force);
+    EXPECT_LT((report.conditions[0].reaction_n + report.contacts[0].force_n).norm(), 1e-7 * force);
   }
 }
 

@@ -37,8 +37,8 @@ TEST(Potential, InSinglePrecisionEachTermIsOffByItsRounding) {
   auto viscosity = std::make_unique<StiffnessDamping>(*body.elastic, 0.1);
   viscosity->set_step(u, 0.01, u);
   expect_of(std::move(viscosity));
-  expect_of(
-      std::make_unique<GroundSprings>(body.mesh, std::vector<std::pair<std::int32_t, double>>{{2, 3.0}, {5, 1.0}}));
+  expect_of(std::make_unique<GroundSprings>(EffectKind::islands, body.mesh,
+                                            std::vector<std::pair<std::int32_t, double>>{{2, 3.0}, {5, 1.0}}));
 }
 
 TEST(Potential, IsTheSumOfItsTermsAndOfTheFractionOfTheLoads) {

@@ -7,7 +7,8 @@
 
 namespace hexmesh {
 
-/// Surfaces for the [[match]] of a scene, as hexsolve reads them without other libraries; see FORMATS.md.
+/// Surfaces for the [[match]] and the [[contact]] of a scene, as hexsolve reads them without other libraries; see
+/// FORMATS.md.
 /// @throws Error{output}
 void write_surface_target(const TriangleSurface& surface, const std::filesystem::path& path);
 

@@ -5,19 +5,18 @@
 #include <string>
 #include <vector>
 
+#include "hexmesh/geometry/solid.h"
 #include "hexmesh/warp/bounds.h"
 
 namespace hexmesh {
 
-/// An obstacle of a scene: a plane, or a ball where it has a radius.
+/// An obstacle of a scene.
 struct Obstacle {
-  Vec3 point = Vec3::Zero();   ///< of the plane; centre of the ball [mm]
-  Vec3 normal = Vec3::Zero();  ///< of the plane, towards the body; a unit vector
-  double radius = 0;           ///< [mm]
+  Solid solid;
   std::string name = {};
 
   /// How far a place is from being inside; < 0: it is [mm].
-  double depth(const Vec3& x) const { return radius > 0 ? (x - point).norm() - radius : (x - point).dot(normal); }
+  double depth(const Vec3& x) const { return gap_to(solid, x).depth; }
 };
 
 /// Obstacles as triangles (.vtp, VTK XML), planes as a square beside the body: cell data `obstacle` (number) and

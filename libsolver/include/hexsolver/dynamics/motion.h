@@ -51,6 +51,7 @@ public:
 
   /// By how much more that may be: the forces of supports are taken as they are at the end of each part [N mm].
   double work_uncertainty() const;
+  double friction_work() const;  ///< that slips at obstacles took since the start [N mm]
 
   Vec3 momentum() const;                     ///< [N s]
   const Mesh& mesh() const;                  ///< of the cells that move

@@ -20,6 +20,7 @@ struct SceneCheck {
   std::size_t dropped_cells = 0, held_cells = 0;  ///< parts that nothing holds, as solve.islands allows them
   std::vector<std::string> warnings;
   bool needs_supports = true;  ///< a motion does not
+  bool is_carried = false;     ///< nothing but obstacles holds all of the body or parts of it
   /// The body at rest, for pictures: points of conditions with where these move them at the end, and loads.
   /// Nothing if it was not asked for.
   std::optional<hexmesh::Result> preview;

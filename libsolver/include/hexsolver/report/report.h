@@ -59,6 +59,7 @@ struct ContactReport {
   double nearest_mm = 0;            ///< distance of the nearest one, < 0 inside
   Vec3 force_n = Vec3::Zero();      ///< on the body [N]
   Vec3 moment_n_mm = Vec3::Zero();  ///< see BalanceReport [N mm]
+  std::size_t slipping = 0;         ///< of the points, which friction did not hold in the last step
 };
 
 /// Distances, by area or of landmarks.
@@ -138,6 +139,7 @@ struct MotionReport {
     Energies energies;
     double work = 0;               ///< given by supports, moving obstacles and changing forces since the start [N mm]
     double work_uncertainty = 0;   ///< by how much more that may be [N mm]
+    double friction_work = 0;      ///< that slips at obstacles took since the start [N mm]
     Vec3 momentum = Vec3::Zero();  ///< [N s]
     std::vector<ContactReport> contacts;  ///< without moments
   };

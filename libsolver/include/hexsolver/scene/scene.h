@@ -8,11 +8,11 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/geometry/box.h"
+#include "hexmesh/geometry/solid.h"
 #include "hexmesh/lattice/lattice.h"
 #include "hexsolver/core/vectors.h"
 #include "hexsolver/scene/history.h"
@@ -28,15 +28,8 @@ enum class SurfacePoints {
   nodes    ///< lattice nodes that touch an empty or missing cell: ordinary finite elements
 };
 
-/// All points within `radius` of `center`; radius 0 = the one nearest point.
-struct Ball {
-  Vec3 center;    ///< [mm]
-  double radius;  ///< [mm]
-};
-
-struct HalfSpace {
-  Vec3 point, normal;  ///< points p with (p - point) . normal >= 0
-};
+using hexmesh::Ball;
+using hexmesh::HalfSpace;
 
 /// Where a condition acts: the points in any of the balls, the box, the half-space or beside the segment.
 struct Selection {
@@ -93,12 +86,19 @@ inline std::string load_name(const Force& force) { return "force '" + force.name
 /// A [[contact]] of the scene: an obstacle that the body may not enter.
 struct Contact {
   std::string name;
-  std::string where;                       ///< file:line of its table, for messages
-  std::variant<HalfSpace, Ball> obstacle;  ///< the body stays in the half-space, or out of the ball
-  Vec3 by = Vec3::Zero();                  ///< how far the obstacle moves [mm]
-  double stiffness = 0;                    ///< of each surface point inside it [N/mm]
-  std::optional<History> history = {};     ///< in place of `by` [mm]
+  std::string where;                    ///< file:line of its table, for messages
+  hexmesh::Solid obstacle;              ///< the body stays out of it; in a half-space
+  Vec3 by = Vec3::Zero();               ///< how far the obstacle moves [mm]
+  double stiffness = 0;                 ///< of each surface point inside it [N/mm]; 0: found, see is_hard()
+  std::optional<History> history = {};  ///< in place of `by` [mm], or of the angle of `turn` (first component, [rad])
+  double friction = 0;                  ///< mu of Coulomb's law
+  std::optional<Turn> turn = {};        ///< in place of `by`
+  std::filesystem::path file = {};      ///< that a closed surface comes from; empty = none
+  bool grows = false;                   ///< what it exerts grows with the load, as what acts in a [loaded]
 };
+
+/// Where an obstacle is then, from where the scene puts it.
+Eigen::Isometry3d place_of(const Contact& contact, const Progress& progress);
 
 /// A [[match]] of the scene: what the deformed body is to lie on, seen now. One of the two kinds.
 struct Match {
@@ -288,6 +288,12 @@ Scene scene_at_end(const Scene& scene);
 
 /// Whether a pressure follows the surface.
 bool follows(const Scene& scene);
+
+/// Whether an obstacle is not to be entered at all, rather than as deep as its springs let it.
+bool is_hard(const Contact& contact, const Scene& scene);
+
+/// Whether an obstacle has friction: the solution then depends on the way there.
+bool has_friction(const Scene& scene);
 
 /// Of a scene with a [[match]]: strain = "auto" becomes one that turns with the body.
 /// @throws Error{input} for what does not go with it

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "hexsolver/dynamics/motion.h"
+#include "hexsolver/equilibrium/equilibrium.h"
+#include "support/bodies.h"
+
+namespace test_friction {
+
+using namespace hexsolver;
+using namespace testing_support;
+
+constexpr double earth = 9810, mu = 0.5;  // [mm/s^2]
+
+Contact floor_at(double height, double friction) {
+  Contact floor;
+  floor.name = "floor";
+  floor.obstacle = HalfSpace{{0, 0, height}, {0, 0, 1}};
+  floor.friction = friction;
+  return floor;
+}
+
+/// A block of 20 mm on a slope: what turns is gravity. It begins as deep in the floor as bears it.
+struct Slope {
+  explicit Slope(double tangent, double friction, double seconds, Integrator integrator = Integrator::bdf2) {
+    const double angle = std::atan(tangent), stiffness = 10 * young * 5;
+    const double weight = 8000 * 1e-9 * earth * std::cos(angle);
+    scene.gravity = earth * Vec3(std::sin(angle), 0, -std::cos(angle));
+    scene.contacts = {floor_at(-2.5 + weight / (16 * stiffness), friction)};
+    Dynamics d;
+    d.step = 1e-3;
+    d.duration = seconds;
+    d.integrator = integrator;
+    scene.dynamics = d;
+    scene.finds_strain = false;
+  }
+  static constexpr double young = 1;  // [MPa]
+  const Lattice lattice = box({4, 4, 4}, {5, 5, 5}, 1e3 * young);
+  Scene scene;
+};
+
+Vec3 mean(const NodeVector& field) { return field.reshaped(3, field.size() / 3).rowwise().mean(); }
+
+TEST(Friction, ABlockRestsOnASlopeBelowItsAngle) {
+  Slope slope(0.95 * mu, mu, 0.3);
+  Motion motion(slope.lattice, slope.scene, 1);
+  Vec3 before = Vec3::Zero();
+  for (int n = 0; n < 300; ++n) {
+    ASSERT_TRUE(motion.step()) << motion.reason();
+    if (n == 150) before = mean(motion.displacement());
+  }
+  EXPECT_LT(mean(motion.displacement()).norm(), 0.05);  // gravity comes at once: it slips until its springs are drawn
+  EXPECT_LT((mean(motion.displacement()) - before).norm(), 1e-3);
+}
+
+TEST(Friction, ABlockSlidesDownASteeperSlope) {
+  for (const Integrator integrator : {Integrator::implicit_euler, Integrator::bdf2}) {
+    constexpr double tangent = 0.8;
+    Slope slope(tangent, mu, 0.2, integrator);
+    Motion motion(slope.lattice, slope.scene, 1);
+    Vec3 before = Vec3::Zero();
+    double energy = 0, work = 0;
+    for (int n = 0; n < 200; ++n) {
+      ASSERT_TRUE(motion.step()) << motion.reason();
+      if (n != 99) continue;
+      before = mean(motion.velocity());
+      energy = motion.energies().total();
+      work = motion.friction_work();
+    }
+    const double acceleration = (mean(motion.velocity()) - before)[0] / 0.1;
+    const double expected = earth * std::cos(std::atan(tangent)) * (tangent - mu);
+    EXPECT_NEAR(acceleration, expected, 0.01 * expected);
+    const double taken = motion.friction_work() - work, lost = energy - motion.energies().total();
+    EXPECT_GT(taken, 0);
+    EXPECT_NEAR(lost, taken, 0.01 * taken);
+    EXPECT_EQ(motion.contacts()[0].slipping, motion.contacts()[0].points);
+  }
+}
+
+/// Without friction the energy stays what it was.
+TEST(Friction, NoneTakesNothing) {
+  Slope slope(0.8, 0, 0.1);
+  Motion motion(slope.lattice, slope.scene, 1);
+  for (int n = 0; n < 100; ++n) ASSERT_TRUE(motion.step()) << motion.reason();
+  EXPECT_EQ(motion.friction_work(), 0);
+  EXPECT_NEAR(mean(motion.velocity())[0], earth * std::sin(std::atan(0.8)) * 0.1, 1e-3 * earth);
+}
+
+/// In equilibrium: pressed to a floor by N and pulled along it a block goes with the pull beyond mu N, and holds it
+/// before.
+TEST(Friction, HoldsInEquilibriumUpToItsLimit) {
+  const Lattice lattice = box({8, 4, 4}, {5, 5, 5}, 1e3);
+  for (const double pull : {0.1, 0.4, 3.0}) {
+    Scene s;
+    s.contacts = {floor_at(-2.5, mu)};
+    s.contacts[0].stiffness = 2;
+    Condition top;
+    top.name = "top";
+    top.selection.halfspace = HalfSpace{{0, 0, 17.4}, {0, 0, 1}};
+    top.by = {0, 0, -0.2};
+    s.conditions = {top};
+    s.contacts[0].by = {pull, 0, 0};  // the floor moves away below
+    s.elasticity = Elasticity::corotational;
+    s.error_estimation = ErrorEstimation::off;
+    SolveReport report;
+    const Outcome out = solve_equilibrium(lattice, s, 1);
+    ASSERT_TRUE(out.report.converged) << out.report.reason;
+    const Vec3 force = out.report.contacts[0].force_n;
+    const double normal = force[2], along = std::hypot(force[0], force[1]);
+    EXPECT_GT(normal, 1);
+    EXPECT_LE(along, mu * normal * (1 + 1e-6));
+    if (pull == 3.0) EXPECT_NEAR(force[0], mu * normal, 2e-2 * mu * normal);
+    if (pull == 3.0) EXPECT_GE(4 * out.report.contacts[0].slipping, 3 * out.report.contacts[0].points);
+    if (pull == 0.1) EXPECT_LT(along, 0.8 * mu * normal);
+    EXPECT_LT(out.report.balance.sum().force_n.norm(), 1e-6);
+  }
+}
+
+/// A body that nothing but a floor carries: it comes down to it and rests, as deep in its springs as bears it.
+TEST(Carried, ABlockRestsOnAFloor) {
+  for (const double angle : {0.0, 0.3}) {
+    const Mat3 turn = Eigen::AngleAxisd(angle, Vec3::UnitY()).toRotationMatrix();
+    hexmesh::LabelVolume volume = make_volume(
+        {6, 4, 4}, {5, 5, 5}, [](const Index3&) { return 1; }, turn);
+    const Lattice lattice = hexmesh::build_lattice(
+        volume, {{volume.segments[0], hexmesh::material_from_units(50, 0.3, 1000), 0, ""}}, {3, {0, 0, 0}});
+    Scene s;
+    s.elasticity = Elasticity::corotational;
+    s.gravity = Vec3(0, 0, -earth);
+    s.contacts = {floor_at(-20, 0)};
+    for (const int level : {1, 0}) {
+      const Outcome out = solve_equilibrium(lattice, s, level);
+      ASSERT_TRUE(out.report.converged) << out.report.reason;
+      const double weight = 30 * 20 * 20 * 1e-9 * earth;
+      EXPECT_NEAR(out.report.contacts[0].force_n[2], weight, 1e-5 * weight);
+      EXPECT_LT(out.report.contacts[0].force_n.head<2>().norm(), 1e-5 * weight);
+      EXPECT_LT(out.report.balance.sum().moment_n_mm.norm(), 1e-3 * weight * 30);
+      EXPECT_LT(out.report.contacts[0].deepest_mm, 0.02);
+      EXPECT_GE(out.report.contacts[0].points, 24U);  // on its side, not its edge
+    }
+  }
+}
+
+TEST(Carried, ABodyThatNothingStopsIsNoSolution) {
+  const Lattice lattice = box({4, 4, 4}, {5, 5, 5});
+  Scene s;
+  s.elasticity = Elasticity::corotational;
+  s.gravity = Vec3(0, 0, -earth);
+  s.contacts = {floor_at(-20, 0)};
+  s.contacts[0].obstacle = HalfSpace{{0, 0, 40}, {0, 0, -1}};
+  const Outcome out = solve_equilibrium(lattice, s, 1);
+  EXPECT_FALSE(out.report.converged);
+  EXPECT_NE(out.report.reason.find("still moves the body"), std::string::npos) << out.report.reason;
+}
+
+}  // namespace test_friction
