@@ -5,6 +5,7 @@
 
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/surface_target.h"
+#include "hexmesh/geometry/solid.h"
 #include "hexmesh/surface/surface_file.h"
 #include "options.h"
 
@@ -22,16 +23,10 @@ int run_surface(const SurfaceOptions& o, const CommonOptions& common, const Cons
   Output& output = files.output(o.output, Content::binary);
   hexmesh::TriangleSurface surface = hexmesh::merged(hexmesh::read_surface(input.path()));
   for (hexmesh::Vec3& p : surface.points) p *= o.scale;
-  if (const std::size_t open = hexmesh::edges_of(surface).open; open > 0)
-    throw hexmesh::Error(
-        hexmesh::ErrorKind::input,
-        fmt::format("'{}' has {} edges with a triangle on one side only, expected a closed surface", o.input, open));
-  if (hexmesh::enclosed_volume(surface) < 0)
+  if (hexmesh::edges_of(surface).open == 0 && hexmesh::enclosed_volume(surface) < 0)
     for (auto& t : surface.triangles) std::swap(t[1], t[2]);
-  if (const std::size_t uneven = hexmesh::count_open_edges(surface); uneven > 0)
-    throw hexmesh::Error(
-        hexmesh::ErrorKind::input,
-        fmt::format("'{}' has {} edges whose triangles face different ways, expected all outwards", o.input, uneven));
+  if (const std::string fault = hexmesh::fault_of_solid(surface); !fault.empty())
+    throw hexmesh::Error(hexmesh::ErrorKind::input, fmt::format("'{}' {}", o.input, fault));
   hexmesh::write_surface_target(surface, output.path());
   console.note(
       fmt::format("{} triangles around {:.4g} mL", surface.triangles.size(), 1e-3 * hexmesh::enclosed_volume(surface)));

@@ -1,13 +1,69 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "hexmesh/geometry/solid.h"
 #include "hexmesh/geometry/surface_tree.h"
 
 namespace hexmesh {
+
+namespace {
+
+/// The triangles of a piece, on all the points.
+TriangleSurface piece_of(const TriangleSurface& surface, const std::vector<std::int32_t>& pieces, std::int32_t piece) {
+  TriangleSurface out;
+  out.points = surface.points;
+  for (const auto& t : surface.triangles)
+    if (pieces[as_size(t[0])] == piece) out.triangles.push_back(t);
+  return out;
+}
+
+double size_of(const TriangleSurface& surface) {
+  Vec3 low = surface.points.front(), high = low;
+  for (const Vec3& p : surface.points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  }
+  return (high - low).norm();
+}
+
+}  // namespace
+
+std::string fault_of_solid(const TriangleSurface& surface) {
+  constexpr double least_part = 1e-7;  // of the cube around it
+  if (const std::size_t open = edges_of(surface).open; open > 0)
+    return fmt::format("has {} edges with a triangle on one side only, expected a closed surface", open);
+  if (const std::size_t uneven = count_open_edges(surface); uneven > 0)
+    return fmt::format("has {} edges whose triangles face different ways, expected all outwards", uneven);
+  if (surface.triangles.empty()) return "has no triangles, expected a closed surface";
+  if (const double volume = enclosed_volume(surface); std::abs(volume) < least_part * std::pow(size_of(surface), 3))
+    return fmt::format("encloses {:.3g} mm^3, expected more beside its size", std::abs(volume));
+  const std::vector<std::int32_t> pieces = pieces_of(surface);
+  const std::set<std::int32_t> names(pieces.begin(), pieces.end());
+  for (const std::int32_t piece : names) {
+    const TriangleSurface one = piece_of(surface, pieces, piece);
+    if (one.triangles.empty()) continue;
+    const double volume = enclosed_volume(one);
+    int around = 0;  // pieces that enclose this one
+    for (const std::int32_t other : names) {
+      const TriangleSurface outer = piece_of(surface, pieces, other);
+      if (other == piece || outer.triangles.empty()) continue;
+      const Vec3 inside = surface.points[as_size(one.triangles[0][0])];
+      TriangleSurface outwards = outer;
+      if (enclosed_volume(outer) < 0)
+        for (auto& t : outwards.triangles) std::swap(t[1], t[2]);
+      around += Enclosed(std::move(outwards)).gap(inside).depth < 0;
+    }
+    if ((volume > 0) != (around % 2 == 0))
+      return "is inside out in part or all of it, expected triangles counter-clockwise seen from outside";
+  }
+  return {};
+}
 
 /// Normals of faces, edges and corners such that their sign tells inside from outside: of corners the sum of those of
 /// its faces by their angles there.

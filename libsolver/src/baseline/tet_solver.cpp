@@ -148,7 +148,8 @@ public:
   TetEquations& equations() { return equations_; }
   bool attach(const NodeVector& /*u*/, const PullMode& /*mode*/) const { return false; }
   void keep(const NodeVector& /*u*/) const {}
-  double still() const { return 1; }
+  RoundLimits round_limits() const { return {}; }
+  std::optional<std::string> gone_through(const NodeVector& /*u*/) const { return {}; }
   // Of levels with something attached:
   NodeVector make_zero() const { return equations_.make_field(); }
   ElasticCells::Size size_in_material(const NodeVector& /*field*/, bool /*with_islands*/) const { return {}; }

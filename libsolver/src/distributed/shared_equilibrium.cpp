@@ -47,7 +47,8 @@ public:
   RotatingCells build(Elasticity elasticity, const CoarseStart<DistributedLevel>* start, OwnedVec& u);
   OwnedVec make_zero() const { return shared_.make_vector(); }
   bool attach(const OwnedVec& u, const PullMode& mode) { return shared_.attach_matches(u, mode); }
-  double still() const { return 1e-3; }
+  RoundLimits round_limits() const { return {}; }
+  std::optional<std::string> gone_through(const OwnedVec& /*u*/) const { return {}; }
   void keep(const OwnedVec& /*u*/) {}  // what has friction is for one process
   OwnedVec make_start() const {
     OwnedVec start = make_zero();

@@ -312,6 +312,7 @@ bool TimeIntegrator::try_substep(double h, Form form) {
   } else {
     difference_.begin_euler(h);
   }
+  obstacle_work_ = problem_.work_of_obstacles(u_, now, then);
   problem_.set_progress(then);
   begin_terms();
   h_ = h;
@@ -350,8 +351,10 @@ bool TimeIntegrator::accept(const NodeVector& projected) {
   if (!(unexplained <= allowed * scale)) return fail("the body would gain energy");
   if (unexplained > 0) counts_.largest_gain = std::max(counts_.largest_gain, unexplained / scale);
   ++counts_.substeps;
-  work_ += work.done + before_.total() - energies_.total();
-  work_uncertainty_ += work.uncertain;
+  const double of_obstacles = problem_.work_of_obstacles(end_, progress(), progress(h_));
+  work_ += work.done + before_.loads - energies_.loads +
+           (difference_.is_euler() ? of_obstacles : (of_obstacles + obstacle_work_) / 2);
+  work_uncertainty_ += work.uncertain + std::abs(of_obstacles - obstacle_work_) / 2;
   friction_work_ += problem_.keep_contacts(end_);
   support_force_ = equations_->last_gradient() - projected;
   lost_ -= gain;

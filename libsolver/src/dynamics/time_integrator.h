@@ -94,7 +94,7 @@ private:
   const TableCorners corners_;
   NodeVector u_, v_;
   Energies energies_;
-  double work_ = 0, work_uncertainty_ = 0, friction_work_ = 0;
+  double work_ = 0, work_uncertainty_ = 0, friction_work_ = 0, obstacle_work_ = 0;
   Motion::Counts counts_;
   const char* reason_ = "";
   std::int64_t ticks_ = 0;        ///< smallest substeps done

@@ -47,9 +47,10 @@ concept EquilibriumLevel = requires(Level level, const Level& other, typename Le
   level.set_progress(Progress{});
   {
     level.attach(u, PullMode{})
-    } -> std::same_as<bool>;                  ///< find what each match pulls to, and frictions; whether there is any
-  { other.still() } -> std::same_as<double>;  ///< what rounds may still move when they end, beside how far they came
-  level.keep(u);                              ///< a load step ends there
+    } -> std::same_as<bool>;  ///< find what each match pulls to, and frictions; whether there is any
+  { other.round_limits() } -> std::same_as<RoundLimits>;
+  { other.gone_through(u) } -> std::same_as<std::optional<std::string>>;  ///< an obstacle through the surface
+  level.keep(u);                                                          ///< a load step ends there
   { other.largest_load_step() } -> std::same_as<double>;
   { level.minimize(options, u, progress) } -> std::same_as<NewtonOutcomeOf<typename Level::Vector>>;
   /// Of a field in the material; parts held by springs only where asked.
@@ -81,10 +82,10 @@ std::optional<std::string> why_refused(const Solved<Level>& best, const Scene& s
   constexpr double nothing = 1e-6;
   const double moving = best.state.newton.moving;
   if (moving == 0 || (scene.matches.empty() && moving < nothing)) return {};
-  const std::string what =
-      fmt::format("what {} still moves the body by {:.2g} % of its displacement when rounds end{}",
-                  scene.matches.empty() ? "obstacles carry or hold by friction" : "matches pull to", 100 * moving,
-                  scene.matches.empty() ? "" : "; a larger trust_mm pulls less");
+  const std::string by = fmt::format("by {:.2g} % of its displacement when rounds end", 100 * moving);
+  const std::string what = scene.matches.empty()
+                               ? "obstacles do not settle, or nothing stops the body: it still moves " + by
+                               : "what matches pull to still moves the body " + by + "; a larger trust_mm pulls less";
   if (moving > little) return what;
   warnings.push_back(what);
   return {};

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "equilibrium/rounds.h"
@@ -104,11 +105,16 @@ LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std
     // A start is where another solution let go of what is far.
     const LetsGo lets_go = from_start ? LetsGo::at_once : target == 1 ? LetsGo::at_rest : LetsGo::never;
     NewtonOutcomeOf<Vector> outcome = minimize_in_rounds(level, options, trial, tell, at_once, lets_go);
+    if (const std::optional<std::string> through = outcome.converged ? level.gone_through(trial) : std::nullopt) {
+      outcome.converged = false;
+      outcome.reason = *through;
+    }
     if (outcome.converged) {
       level.keep(trial);
       good = std::move(trial);
+    } else if (!outcome.interrupted && !from_start) {
+      failed = std::move(trial);
     }
-    if (!outcome.converged && !outcome.interrupted && !from_start) failed = std::move(trial);
     out.algebraic_error = std::move(outcome.algebraic_error);
     goes_on = steps.add(outcome);
   }

@@ -83,15 +83,28 @@ ElasticCells::Size LocalLevel::size_in_material(const NodeVector& field, bool wi
   return problem_.elastic().size_in_material(field, with_islands ? std::vector<bool>() : problem_.islands());
 }
 
+/// Forces of obstacles follow from the solution, which is to be sharp; what they carry comes to rest slowly.
+RoundLimits LocalLevel::round_limits() const {
+  if (!problem_.matches().empty()) return {};
+  return problem_.is_carried() ? RoundLimits{1e-7, 1e-4, 200} : RoundLimits{1e-3, 1e-4, 40};
+}
+
 std::string LocalLevel::limit_reached(const NodeVector& u, bool nearly) const {
   return u.allFinite() ? problem_.elastic().limit_reached(u, nearly) : "";
 }
 
+std::optional<std::string> LocalLevel::gone_through(const NodeVector& u) const {
+  for (std::size_t c = 0; c < problem_.contacts().size(); ++c) {
+    const Contact& contact = problem_.scene().contacts[c];
+    if (problem_.contacts()[c]->went_through(u))
+      return fmt::format("the obstacle of contact '{}' went through the surface{}", contact.name,
+                         contact.stiffness > 0 ? "; a larger stiffness_n_mm holds it off" : "");
+  }
+  return {};
+}
+
 std::optional<std::string> LocalLevel::why_no_solution(const NodeVector& u) const {
-  for (std::size_t c = 0; c < problem_.contacts().size(); ++c)
-    if (problem_.contacts()[c]->state(u).is_inside)
-      return fmt::format("the ball of contact '{}' went through the surface; a larger stiffness_n_mm holds it off",
-                         problem_.scene().contacts[c].name);
+  if (auto through = gone_through(u)) return through;
   return why_missed(problem_.matches(), u);
 }
 

@@ -29,7 +29,8 @@ public:
   RotatingCells build(Elasticity elasticity, const CoarseStart<LocalLevel>* start, NodeVector& u);
   NodeVector make_zero() const { return NodeVector::Zero(static_cast<Eigen::Index>(problem_.mesh().num_dofs())); }
   bool attach(const NodeVector& u, const PullMode& mode) { return problem_.attach(u, mode); }
-  double still() const { return problem_.is_carried() ? 1e-7 : 1e-3; }
+  RoundLimits round_limits() const;
+  std::optional<std::string> gone_through(const NodeVector& u) const;
   void keep(const NodeVector& u) { problem_.keep_contacts(u); }
   NodeVector make_start() const { return problem_.start(); }
   void set_progress(const Progress& progress) { problem_.set_progress(progress); }

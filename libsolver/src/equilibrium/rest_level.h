@@ -28,6 +28,7 @@ public:
   NewtonOutcome minimize(const NewtonOptions& options, NodeVector& to_rest, const NewtonProgress& progress);
   LevelMeasures measures(const NodeVector& to_rest);
   std::string limit_reached(const NodeVector& to_rest, bool nearly) const;
+  std::optional<std::string> gone_through(const NodeVector& /*to_rest*/) const { return {}; }
   std::optional<std::string> why_no_solution(const NodeVector& /*to_rest*/) const { return {}; }
 
 private:

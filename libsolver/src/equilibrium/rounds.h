@@ -17,12 +17,21 @@ enum class LetsGo {
   never
 };
 
+/// When rounds end.
+struct RoundLimits {
+  double still = 1e-3;            ///< what they may still move, beside how far the body has come
+  double first_tolerance = 3e-2;  ///< of the first of them
+  int most = 40;
+};
+
 /// What rounds learn from how far they move the body.
 class Rounds {
 public:
-  /// @param still  what may be before them when they rest, beside how far the body has come
-  Rounds(double still, LetsGo lets_go)
-      : still_(still), lets_go_(lets_go), mode_{least_caution, lets_go == LetsGo::at_once} {}
+  Rounds(const RoundLimits& limits, LetsGo lets_go)
+      : still_(limits.still),
+        tolerance_(limits.first_tolerance),
+        lets_go_(lets_go),
+        mode_{least_caution, lets_go == LetsGo::at_once} {}
 
   const PullMode& mode() const { return mode_; }   ///< of the next attachment
   double tolerance() const { return tolerance_; }  ///< of the next round
@@ -45,8 +54,8 @@ public:
   }
 
 private:
-  static constexpr double rough = 3e-2, least_caution = 1.0 / 64;
-  double still_, tolerance_ = rough, before_ = std::numeric_limits<double>::infinity();
+  static constexpr double least_caution = 1.0 / 64;
+  double still_, tolerance_, before_ = std::numeric_limits<double>::infinity();
   LetsGo lets_go_;
   PullMode mode_;
   bool at_rest_ = false;
@@ -60,14 +69,15 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
                                            const NewtonProgress& progress, bool is_look, LetsGo lets_go) {
   constexpr int most_halvings = 6;
   constexpr double nothing = 1e-7;  // beside the size of the body
-  const int most_rounds = is_look ? 10 : level.still() < 1e-3 ? 100 : 40;
+  const RoundLimits limits =
+      is_look ? RoundLimits{1e-2, level.round_limits().first_tolerance, 10} : level.round_limits();
   if (!level.attach(u, {0, lets_go == LetsGo::at_once})) return level.minimize(options, u, progress);
   const Vector begin = level.make_start();
   Vector last = copy_of(u), displacement = copy_of(u), move = level.make_zero(), move_before = level.make_zero();
   NewtonReport before;
-  Rounds rounds(is_look ? 1e-2 : level.still(), lets_go);
+  Rounds rounds(limits, lets_go);
   int halvings = 0;
-  for (int round = 0; round < most_rounds && !rounds.at_rest(); ++round) {
+  for (int round = 0; round < limits.most && !rounds.at_rest(); ++round) {
     NewtonOptions roughly = options;
     roughly.tolerance = std::max(rounds.tolerance(), options.tolerance);
     roughly.estimate_error = false;

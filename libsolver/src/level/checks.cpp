@@ -117,6 +117,10 @@ std::vector<std::string> check_contacts(const LevelProblem& problem, const NodeV
     const Contact& contact = problem.scene().contacts[c];
     const PenaltyContact& term = *problem.contacts()[c];
     const PenaltyContact::State state = start ? term.state(*start) : term.state_before(problem.start());
+    if (state.is_inside)
+      throw Error(ErrorKind::geometry, fmt::format("contact '{}' ({}): the obstacle is inside the body {}, expected "
+                                                   "outside: let it move in with by_mm",
+                                                   contact.name, contact.where, start ? "at the start" : "at rest"));
     if (state.points == 0) continue;
     const std::string what =
         fmt::format("contact '{}' ({}): {} surface points are inside it {}, up to {:.3g} mm", contact.name,

@@ -18,7 +18,9 @@ void fail_unsupported(const std::vector<FreePart>& free, const Scene& scene, int
   }
   throw hexmesh::Error(hexmesh::ErrorKind::geometry,
                        missing_supports(motions, level) +
-                           (scene.contacts.empty() ? "" : " (contacts hold nothing in [loaded])") +
+                           (scene.contacts.empty() ? ""
+                            : scene.loaded         ? " (contacts hold nothing in [loaded])"
+                                                   : " (contacts carry where solve.islands is \"error\")") +
                            (only_islands ? ", or solve.islands = \"drop\" or \"hold\"" : ""));
 }
 

@@ -84,8 +84,6 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
   for (const auto& load : new_loads_) loads_.push_back(load.get());
   if (!scene.contacts.empty()) {
     const std::vector<SurfacePoint> surface = selector.whole_surface();
-    exposed_area_.resize(mesh().num_cells());
-    for (const SurfacePoint& p : surface) exposed_area_[hexmesh::as_size(p.cell)] += p.area.norm();
     for (const Contact& c : scene.contacts) {
       new_contacts_.push_back(std::make_unique<PenaltyContact>(c, cells_, mesh(), surface, is_hard(c, scene)));
       contacts_.push_back(new_contacts_.back().get());
@@ -107,9 +105,10 @@ bool LevelProblem::attach(const NodeVector& u, const PullMode& mode) {
 }
 
 std::vector<double> LevelProblem::contact_pressure(const NodeVector& u) const {
-  std::vector<double> out(exposed_area_.size());
-  for (const PenaltyContact* c : contacts_) c->add_forces_across(potential_->at_all(u), out);
-  for (std::size_t c = 0; c < out.size(); ++c) out[c] = out[c] > 0 ? out[c] / exposed_area_[c] : 0;
+  std::vector<PenaltyContact::Pressed> pressed(contacts_.empty() ? 0 : mesh().num_cells());
+  for (const PenaltyContact* c : contacts_) c->add_pressed(potential_->at_all(u), pressed);
+  std::vector<double> out;
+  for (const PenaltyContact::Pressed& cell : pressed) out.push_back(cell.area > 0 ? cell.force / cell.area : 0);
   return out;
 }
 
@@ -235,6 +234,12 @@ double LevelProblem::contact_energy(const NodeVector& u) const {
   double sum = springs_ ? springs_->energy(u) : 0;
   for (const PenaltyContact* c : contacts_) sum += c->stored_energy(u);
   return sum;
+}
+
+double LevelProblem::work_of_obstacles(const NodeVector& u, const Progress& begin, const Progress& end) const {
+  double work = 0;
+  for (const PenaltyContact* c : contacts_) work += c->work_of_motion(potential_->at_all(u), begin, end);
+  return work;
 }
 
 double LevelProblem::contact_potential(const NodeVector& u) const {

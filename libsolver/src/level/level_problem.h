@@ -77,6 +77,8 @@ public:
   double contact_energy(const NodeVector& u) const;  ///< of obstacles and springs [N mm]
   /// The same with what friction takes in the step, an energy while it lasts [N mm].
   double contact_potential(const NodeVector& u) const;
+  /// What obstacles do to the body on their way, with the forces at u where they are at its begin or end [N mm].
+  double work_of_obstacles(const NodeVector& u, const Progress& begin, const Progress& end) const;
   double load_energy(const NodeVector& u) const;  ///< of forces and gravity [N mm]
   double largest_load_step() const;               ///< from rest, as its contacts allow
 
@@ -91,7 +93,7 @@ public:
   std::vector<LoadTotal> loads(const NodeVector& u) const;
   NodeVector load(const NodeVector& u) const;  ///< of all of these on the nodes [N]; empty without any
   const std::vector<PenaltyContact*>& contacts() const noexcept { return contacts_; }
-  /// Of obstacles on the surface of each cell at rest [MPa]; empty without any.
+  /// Of obstacles on the surface of each cell that touches, its area at rest [MPa]; empty without any.
   std::vector<double> contact_pressure(const NodeVector& u) const;
   const std::vector<MatchTerm*>& matches() const noexcept { return matches_; }
 
@@ -128,7 +130,6 @@ private:
   std::vector<std::unique_ptr<MatchTerm>> new_matches_;        ///< likewise
   std::vector<Load*> loads_;
   std::vector<PenaltyContact*> contacts_;
-  std::vector<double> exposed_area_;  ///< of each cell [mm^2]; empty without contacts
   std::vector<MatchTerm*> matches_;
   NodeVector to_rest_;              ///< empty: at rest on the lattice
   std::vector<Mat3> prestretches_;  ///< of the cells; empty: free of stress at rest

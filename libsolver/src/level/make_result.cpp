@@ -57,7 +57,7 @@ void report_conditions(const Lattice& lattice, const LevelProblem& problem, cons
   for (const LevelProblem::LoadTotal& load : problem.loads(u)) report.forces.push_back({load.name, load.total});
   report.contacts = contact_reports(problem, u);
   for (const ContactReport& c : report.contacts)
-    if (c.points == 0 && !problem.scene().dynamics)
+    if (c.points == 0 && !problem.scene().dynamics && !problem.scene().is_of_lattice)
       report.warnings.push_back(fmt::format("{} touches nothing: the nearest surface point is {:.3g} mm away",
                                             "contact '" + c.name + "'", c.nearest_mm));
   report_matches(problem.matches(), problem.start(), u, report);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <Eigen/Geometry>
+#include <cmath>
 #include <numbers>
 
 #include "hexmesh/file/surface_target.h"
@@ -47,15 +48,8 @@ hexmesh::Block read_block(TomlReader table) {
 
 hexmesh::Solid read_enclosed(TomlReader& table, const std::filesystem::path& file) {
   hexmesh::TriangleSurface surface = hexmesh::merged(hexmesh::read_surface_target(file));
-  if (const std::size_t open = hexmesh::count_open_edges(surface); open > 0)
-    table.fail_at("surface", fmt::format("contact.surface '{}' has {} edges with a triangle on one side only, expected "
-                                         "a closed surface",
-                                         file.string(), open));
-  if (!(hexmesh::enclosed_volume(surface) > 0))
-    table.fail_at("surface",
-                  fmt::format("contact.surface '{}' is inside out, expected triangles counter-clockwise seen "
-                              "from outside",
-                              file.string()));
+  if (const std::string fault = hexmesh::fault_of_solid(surface); !fault.empty())
+    table.fail_at("surface", fmt::format("contact.surface '{}' {}", file.string(), fault));
   return std::make_shared<const hexmesh::Enclosed>(std::move(surface));
 }
 
@@ -112,6 +106,11 @@ Contact read_contact(TomlReader table, const std::filesystem::path& folder, cons
       table.number("stiffness_n_mm", 1e-12, infinity, "a stiffness > 0 N/mm of each surface point").value_or(0);
   c.friction = table.number("friction", 0, most_friction, "a coefficient, 0 to 10").value_or(0);
   table.finish();
+  constexpr double most_thicknesses = 1000;
+  const double way = c.turn ? std::abs(c.turn->radians) * hexmesh::reach_of(c.obstacle, c.turn->about) : c.by.norm();
+  if (const double most = most_thicknesses * hexmesh::thickness_of(c.obstacle); way > most && std::isfinite(most))
+    table.fail_here(fmt::format("[[contact]] moves by {:.3g} mm, expected at most {:.3g} mm, {:g} times its thickness",
+                                way, most, most_thicknesses));
   return c;
 }
 

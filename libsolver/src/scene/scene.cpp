@@ -64,6 +64,14 @@ void check_forces(Scene& scene) {
 
 /// Of an equilibrium with friction no error is estimated: coarser levels got there by other ways.
 void check_frictions(Scene& scene) {
+  for (const Contact& c : scene.contacts)
+    if (is_hard(c, scene)) let_it_turn(scene);
+  if (scene.loaded)
+    for (const Contact& c : scene.loaded->contacts)
+      if (c.stiffness == 0)
+        throw Error(ErrorKind::input, with_place("contact", c) +
+                                          " has no stiffness_n_mm, by which the scan's depth tells "
+                                          "what presses, expected that");
   if (scene.loaded)
     for (const Contact& c : scene.loaded->contacts)
       if (c.friction > 0)

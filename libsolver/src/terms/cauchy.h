@@ -19,6 +19,7 @@ public:
   void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;
   Dilatation dilatation(std::size_t cell) const override { return rotated_dilatation(cell, Mat3::Identity()); }
   std::int32_t shared_hessian(std::size_t cell) const override { return elements_[cell]; }
+  bool adds_displacements_alone() const override { return is_at_rest_on_lattice(); }
 
 private:
   std::optional<CellVector> force_on_lattice(std::size_t cell, const CellVector& to_unstressed) const override;

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double part_of_thickness = 0.25;  // that an obstacle may move at a time
 constexpr double part_with_friction = 0.1;  // of the load at a time
+constexpr double touching = 1e-6;           // mm: what is so near is about to press
 
 /// A tenth of what tissue gives way that is as thick as the point's face is long.
 double stiffness_found(const MeshCells& cells, const SurfacePoint& p) {
@@ -129,7 +130,7 @@ void PenaltyContact::linearize(const NodeVector& u, double projection) {
     Mat3 hessian = Mat3::Zero();
     bool is_active = false;
     const hexmesh::Gap g = gap(at, place_);
-    if (const double pressing = press(p, g.depth); pressing > 0) {
+    if (const double pressing = press(p, g.depth); pressing > 0 || g.depth < touching) {
       // Across the normal of a ball the curvature is negative: a point deep inside slips off to any side.
       hessian =
           k * g.normal * g.normal.transpose() - (1 - std::min(projection, Hessian::projected)) * pressing * g.bending;
@@ -181,6 +182,7 @@ void PenaltyContact::forget(const NodeVector& u) {
 double PenaltyContact::keep(const NodeVector& u) {
   double work = 0;
   kept_held_off_ = held_off_;
+  if (!is_half_space(contact_)) kept_force_ = state(u).force;
   for (std::size_t p = 0; p < frictions_.size(); ++p) {
     const Vec3 at = now(points_[p], u);
     const Drawn d = drawn(p, at);
@@ -223,12 +225,39 @@ double PenaltyContact::largest_load_step() const {
   return moved > step ? std::min(most, step / moved) : most;
 }
 
-void PenaltyContact::add_forces_across(const NodeVector& u, std::vector<double>& of_cells) const {
-  for (std::size_t p = 0; p < points_.size(); ++p)
-    of_cells[hexmesh::as_size(points_[p].cell)] += press(p, gap(now(points_[p], u), place_).depth);
+void PenaltyContact::add_pressed(const NodeVector& u, std::vector<Pressed>& of_cells) const {
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    const double pressing = press(p, gap(now(points_[p], u), place_).depth);
+    if (pressing == 0) continue;
+    Pressed& cell = of_cells[hexmesh::as_size(points_[p].cell)];
+    cell.force += pressing;
+    cell.area += points_[p].area.norm();
+  }
+}
+
+double PenaltyContact::work_of_motion(const NodeVector& u, const Progress& begin, const Progress& end) const {
+  const bool is_still = !contact_.turn && !contact_.history && contact_.by.isZero(0);
+  if (is_still) return 0;
+  const Place from = place_of(contact_, begin), moved = place_of(contact_, end) * from.inverse();
+  const bool is_at_begin = place_.isApprox(from, 0);
+  double work = 0;
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    const Vec3 at = now(points_[p], u);
+    const hexmesh::Gap g = gap(at, place_);
+    Vec3 force = press(p, g.depth) * g.normal;
+    if (has_friction()) force += force_of(drawn(p, at));
+    if (!force.isZero(0)) work += force.dot(is_at_begin ? Vec3(moved * at - at) : Vec3(at - moved.inverse() * at));
+  }
+  return work;
 }
 
 PenaltyContact::State PenaltyContact::state(const NodeVector& u) const { return state(u, place_, has_friction()); }
+
+bool PenaltyContact::went_through(const NodeVector& u) const {
+  constexpr double other_way = -0.5;  // cosine
+  const State now = state(u);
+  return now.is_inside || now.force.dot(kept_force_) < other_way * now.force.norm() * kept_force_.norm();
+}
 
 PenaltyContact::State PenaltyContact::state_before(const NodeVector& u) const {
   return state(u, place_of(contact_, {0, 0}), false);

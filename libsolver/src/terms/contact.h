@@ -61,9 +61,20 @@ public:
     Vec3 force = Vec3::Zero();  ///< on the body [N]
     bool is_inside = false;     ///< the obstacle's middle lies in the body: it went through the surface
   };
-  /// Add the forces across the surface of the points of each cell [N], shape (num_cells).
-  void add_forces_across(const NodeVector& u, std::vector<double>& of_cells) const;
-  State state(const NodeVector& u) const;         ///< as the last set_progress() says
+  struct Pressed {
+    double force = 0;  ///< across the surface [N]
+    double area = 0;   ///< of the points that press, at rest [mm^2]
+  };
+  /// Add the points of each cell, shape (num_cells).
+  void add_pressed(const NodeVector& u, std::vector<Pressed>& of_cells) const;
+
+  /// What it does to the body on its way, with the forces at u where it is, at its begin or end [N mm].
+  double work_of_motion(const NodeVector& u, const Progress& begin, const Progress& end) const;
+
+  State state(const NodeVector& u) const;  ///< as the last set_progress() says
+  /// Whether the obstacle went through the surface since the last step that was kept: its middle is inside, or it
+  /// presses the other way.
+  bool went_through(const NodeVector& u) const;
   State state_before(const NodeVector& u) const;  ///< before the obstacle has moved
 
   /// Points of the body at rest that the obstacle has in it on its way [mm].
@@ -118,6 +129,7 @@ private:
   std::vector<Point> points_;          ///< ascending cells
   std::vector<double> held_off_;       ///< h of the points; empty where they are not hard [N]
   std::vector<double> kept_held_off_;  ///< of the last step that was kept
+  Vec3 kept_force_ = Vec3::Zero();     ///< likewise, on the body [N]
   bool is_solved_ = false;           ///< whether a solution may be behind the next attach(): not at the begin of a step
   std::vector<Friction> frictions_;  ///< of the points; empty without friction
   Place place_;

@@ -241,7 +241,7 @@ double ElasticCells::deformation_in_material(const NodeVector& u, const RigidFit
 }
 
 Mat3 ElasticCells::mean_gradient(std::size_t cell, const NodeVector& u) const {
-  const Mat3 f = mean_elastic_gradient(cell, u);
+  Mat3 f = mean_elastic_gradient(cell, u);
   if (!is_prestretched()) return f;
   return adds_stretches() ? Mat3(f + to_unstressed_[cell] - Mat3::Identity()) : Mat3(f * to_unstressed_[cell]);
 }

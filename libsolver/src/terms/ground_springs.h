@@ -20,12 +20,12 @@ public:
   GroundSprings(EffectKind effect, const Mesh& mesh, std::vector<std::pair<std::int32_t, double>> stiffness)
       : effect_(effect), mesh_(mesh), stiffness_(std::move(stiffness)) {}
 
-  /// v = u
-  void anchor(const NodeVector& u) { anchor_ = u; }
+  /// v = u. Where that moves it on and on the same way the springs are softer from then on, to and fro stiffer.
+  void anchor(const NodeVector& u);
 
   EffectKind effect() const override { return effect_; }
   std::size_t bytes() const override {
-    return hexmesh::bytes_of(stiffness_) + sizeof(double) * static_cast<std::size_t>(anchor_.size());
+    return hexmesh::bytes_of(stiffness_) + sizeof(double) * static_cast<std::size_t>(anchor_.size() + moved_.size());
   }
   double energy(const NodeVector& u) const override;
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
@@ -50,6 +50,8 @@ private:
   const Mesh& mesh_;
   std::vector<std::pair<std::int32_t, double>> stiffness_;
   NodeVector anchor_;  ///< v; empty: zero
+  NodeVector moved_;   ///< by the last anchor()
+  double factor_ = 1;  ///< of the stiffness
 };
 
 }  // namespace hexsolver

@@ -21,6 +21,10 @@ bool Potential::is_linear() const {
   return std::all_of(terms_.begin(), terms_.end(), [](const Timed& t) { return t.term->is_linear(); });
 }
 
+bool Potential::adds_displacements_alone() const {
+  return std::all_of(terms_.begin(), terms_.end(), [](const Timed& t) { return t.term->adds_displacements_alone(); });
+}
+
 bool Potential::is_conservative() const {
   return std::all_of(terms_.begin(), terms_.end(), [](const Timed& t) { return t.term->is_conservative(); });
 }

@@ -20,6 +20,7 @@ public:
   void add(std::unique_ptr<Term> term) { terms_.push_back({std::move(term)}); }
 
   bool is_linear() const;
+  bool adds_displacements_alone() const;  ///< see Term
   bool is_conservative() const;
 
   /// Energy, gradient and linearization at u are asked for next; as Term::move_to.

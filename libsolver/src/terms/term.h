@@ -57,6 +57,9 @@ public:
 
   virtual bool is_linear() const { return true; }  ///< its gradient in u
 
+  /// Whether its gradient sums up displacements alone, which may be far smaller than the places of nodes.
+  virtual bool adds_displacements_alone() const { return is_linear(); }
+
   /// False for forces that are no gradient: energy() is then only a measure of the state.
   virtual bool is_conservative() const { return true; }
 

@@ -153,7 +153,7 @@ TEST(Carried, ABodyThatNothingStopsIsNoSolution) {
   s.contacts[0].obstacle = HalfSpace{{0, 0, 40}, {0, 0, -1}};
   const Outcome out = solve_equilibrium(lattice, s, 1);
   EXPECT_FALSE(out.report.converged);
-  EXPECT_NE(out.report.reason.find("still moves the body"), std::string::npos) << out.report.reason;
+  EXPECT_NE(out.report.reason.find("nothing stops the body"), std::string::npos) << out.report.reason;
 }
 
 }  // namespace test_friction

@@ -133,6 +133,29 @@ TEST(PrestressedBar, IsAtRestUnderItsOwnTraction) {
   for (const Vec3& v : same.result.displacement) EXPECT_LT(v.norm(), 1e-7);
 }
 
+/// A scan that nothing holds against its stretch is in balance where it has none: at rest it is that much larger. Then
+/// nothing moves it.
+TEST(PrestressedBar, OfAFreeScanIsLargerAtRest) {
+  const Lattice lattice = layers({12, 4, 4}, 2, {2, 2, 2}, young, young);
+  const Mat3 stretch = Vec3(1.3, 1, 0.9).asDiagonal();
+  for (const Elasticity law : {Elasticity::cauchy, Elasticity::corotational, Elasticity::neo_hookean})
+    for (const RestMethod method : {RestMethod::newton, RestMethod::fixed_point}) {
+      Scene s;
+      s.elasticity = law;
+      s.tolerance = 1e-10;
+      s.conditions = sliding();
+      s.prestresses = {stretched("below", stretch), stretched("above", stretch)};
+      s.loaded = Loaded{.method = method};
+      const Outcome out = solve_equilibrium(lattice, s, 1);
+      ASSERT_TRUE(out.report.converged) << out.report.reason;
+      for (std::size_t n = 0; n < out.result.nodes.size(); ++n) {
+        const Vec3 expected = (stretch - Mat3::Identity()) * (out.result.nodes[n] - lattice.corner());
+        EXPECT_LT((out.result.rest_displacement[n] - expected).norm(), 1e-7);
+        EXPECT_LT(out.result.displacement[n].norm(), 1e-7);
+      }
+    }
+}
+
 /// Two layers of which one is stretched curl like a bimetal: curvature 6 e (1 + m)^2 / (h (3 (1 + m)^2 + (1 + m n) (m^2
 /// + 1 / (m n)))), m of their heights and n of their moduli. Source: Timoshenko, J. Opt. Soc. Am. 11 (1925) 233.
 TEST(PrestressedLayers, CurlLikeABimetal) {

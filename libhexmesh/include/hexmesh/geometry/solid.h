@@ -59,6 +59,10 @@ Gap gap_to(const Solid& solid, const Vec3& place);
 /// The same elsewhere.
 Solid placed(const Solid& solid, const Eigen::Isometry3d& place);
 
+/// Why a surface encloses no solid: it is open, one of its pieces that no other encloses is inside out, or it has no
+/// volume to speak of. Empty where it does.
+std::string fault_of_solid(const TriangleSurface& surface);
+
 /// Radius of a ball that fits into it, about the largest; infinite for a half-space [mm].
 double thickness_of(const Solid& solid);
 
