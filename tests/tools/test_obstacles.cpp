@@ -26,17 +26,17 @@ TEST_F(Obstacles, ABoxIsItsSurface) {
   write_text(*folder / "plate.off", off);
   const CommandResult made = run("hexscan surface plate.off -o plate.hexsurface");
   ASSERT_EQ(made.exit_code, 0) << made.errors;
-  EXPECT_NE(made.errors.find("12 triangles around 36 mL"), std::string::npos) << made.errors;
+  EXPECT_NE(made.errors.find("12 triangles around 48 mL"), std::string::npos) << made.errors;
   std::vector<json> forces;
   for (const char* shape :
        {"box = { center_mm = [40, -100, 0], size_mm = [40, 30, 40] }", "surface = \"plate.hexsurface\""}) {
-    write_text(*folder / "press.toml", std::string(held) + "[[contact]]\nby_mm = [0, 30, 0]\n" + shape + "\n");
+    write_text(*folder / "press.toml", std::string(held) + "[[contact]]\nby_mm = [0, 50, 0]\n" + shape + "\n");
     const CommandResult r =
         run("hexsolve liver.hexmesh press.toml --level 2 -o press.hexresult --report press.json --force");
     ASSERT_EQ(r.exit_code, 0) << r.errors;
     const json contact = json::parse(read_text(*folder / "press.json"))["contacts"][0];
     EXPECT_GT(contact["points"], 2);
-    EXPECT_LT(contact["deepest_mm"], 0.05);
+    EXPECT_LT(contact["deepest_mm"], 0.25);  // a hundredth of how far it is pushed in
     forces.push_back(contact["force_n"]);
   }
   for (std::size_t d = 0; d < 3; ++d)
