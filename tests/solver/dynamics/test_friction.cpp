@@ -89,6 +89,23 @@ TEST(Friction, NoneTakesNothing) {
   EXPECT_NEAR(mean(motion.velocity())[0], earth * std::sin(std::atan(0.8)) * 0.1, 1e-3 * earth);
 }
 
+/// A floor that rises lifts a block: its work is what the block has then, whatever the step.
+TEST(Friction, AFloorThatRisesGivesItsWork) {
+  for (const double step : {1e-3, 4e-3})
+    for (const double friction : {0.0, 0.5}) {
+      Slope slope(0, friction, 0.2);
+      slope.scene.contacts[0].history = History{{{0, Vec3::Zero()}, {1, Vec3(0, 0, 100)}}};
+      slope.scene.dynamics->step = step;
+      Motion motion(slope.lattice, slope.scene, 1);
+      const double before = motion.energies().total();
+      while (motion.time() < 0.2 - 1e-9) ASSERT_TRUE(motion.step()) << motion.reason();
+      const double gained = motion.energies().total() - before;
+      const double expected = 8000 * 1e-9 * (earth * 20 + 100 * 100 / 2.0);
+      EXPECT_NEAR(gained, expected, 0.02 * expected);
+      EXPECT_NEAR(motion.work(), gained, 0.05 * gained + motion.work_uncertainty());
+    }
+}
+
 /// In equilibrium: pressed to a floor by N and pulled along it a block goes with the pull beyond mu N, and holds it
 /// before.
 TEST(Friction, HoldsInEquilibriumUpToItsLimit) {
