@@ -156,7 +156,7 @@ Eigen::Isometry3d place_at_end(const hexsolver::Contact& c, const hexsolver::Sce
 }
 
 /// The table of a scene that has this obstacle.
-void add_shape(const hexmesh::Solid& solid, const std::filesystem::path& file, json& row) {
+void add_shape(const hexmesh::Solid& solid, json& row) {
   const auto bar = [](const auto& s) -> json {
     return {{"from_mm", to_json(s.from)}, {"to_mm", to_json(s.to)}, {"radius_mm", s.radius}};
   };
@@ -174,8 +174,6 @@ void add_shape(const hexmesh::Solid& solid, const std::filesystem::path& file, j
                   {"axis_x", to_json(hexmesh::Vec3(block->axes.col(0)))},
                   {"axis_y", to_json(hexmesh::Vec3(block->axes.col(1)))},
                   {"axis_z", to_json(hexmesh::Vec3(block->axes.col(2)))}};
-  else
-    row["surface"] = file.filename().string();
 }
 
 }  // namespace
@@ -188,7 +186,10 @@ void add_scene(json& report, const hexsolver::Scene& scene) {
   json& rows = report["contacts"];
   for (std::size_t n = 0; n < scene.contacts.size() && n < rows.size(); ++n) {
     const hexsolver::Contact& c = scene.contacts[n];
-    add_shape(hexmesh::placed(c.obstacle, place_at_end(c, scene)), c.file, rows[n]);
+    if (c.file.empty())
+      add_shape(hexmesh::placed(c.obstacle, place_at_end(c, scene)), rows[n]);
+    else
+      rows[n]["surface"] = c.file.filename().string();
   }
 }
 

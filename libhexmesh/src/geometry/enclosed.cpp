@@ -43,23 +43,27 @@ std::string fault_of_solid(const TriangleSurface& surface) {
   if (surface.triangles.empty()) return "has no triangles, expected a closed surface";
   if (const double volume = enclosed_volume(surface); std::abs(volume) < least_part * std::pow(size_of(surface), 3))
     return fmt::format("encloses {:.3g} mm^3, expected more beside its size", std::abs(volume));
-  const std::vector<std::int32_t> pieces = pieces_of(surface);
-  const std::set<std::int32_t> names(pieces.begin(), pieces.end());
-  for (const std::int32_t piece : names) {
-    const TriangleSurface one = piece_of(surface, pieces, piece);
-    if (one.triangles.empty()) continue;
-    const double volume = enclosed_volume(one);
-    int around = 0;  // pieces that enclose this one
-    for (const std::int32_t other : names) {
-      const TriangleSurface outer = piece_of(surface, pieces, other);
-      if (other == piece || outer.triangles.empty()) continue;
-      const Vec3 inside = surface.points[as_size(one.triangles[0][0])];
-      TriangleSurface outwards = outer;
-      if (enclosed_volume(outer) < 0)
-        for (auto& t : outwards.triangles) std::swap(t[1], t[2]);
-      around += Enclosed(std::move(outwards)).gap(inside).depth < 0;
-    }
-    if ((volume > 0) != (around % 2 == 0))
+  struct Piece {
+    double volume;
+    Vec3 point;
+    std::unique_ptr<const Enclosed> outwards;
+  };
+  std::vector<Piece> pieces;
+  const std::vector<std::int32_t> names = pieces_of(surface);
+  for (const std::int32_t name : std::set<std::int32_t>(names.begin(), names.end())) {
+    TriangleSurface piece = piece_of(surface, names, name);
+    if (piece.triangles.empty()) continue;
+    const double volume = enclosed_volume(piece);
+    if (volume < 0)
+      for (auto& t : piece.triangles) std::swap(t[1], t[2]);
+    const Vec3 point = piece.points[as_size(piece.triangles[0][0])];
+    pieces.push_back({volume, point, std::make_unique<const Enclosed>(std::move(piece))});
+  }
+  for (const Piece& piece : pieces) {
+    const auto around = std::count_if(pieces.begin(), pieces.end(), [&](const Piece& other) {
+      return &other != &piece && other.outwards->gap(piece.point).depth < 0;
+    });
+    if ((piece.volume > 0) != (around % 2 == 0))
       return "is inside out in part or all of it, expected triangles counter-clockwise seen from outside";
   }
   return {};

@@ -124,7 +124,10 @@ void LevelProblem::forget_frictions(const NodeVector& u) {
 
 double LevelProblem::keep_contacts(const NodeVector& u) {
   double work = 0;
-  for (PenaltyContact* c : contacts_) work += c->keep(potential_->at_all(u));
+  for (PenaltyContact* c : contacts_) {
+    work += c->keep(potential_->at_all(u));
+    if (!scene_.dynamics) c->remember_force(potential_->at_all(u));
+  }
   return work;
 }
 

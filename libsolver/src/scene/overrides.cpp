@@ -6,6 +6,7 @@
 
 #include "hexmesh/core/error.h"
 #include "hexsolver/scene/scene.h"
+#include "scene/solid_segments.h"
 
 namespace hexsolver {
 
@@ -13,34 +14,36 @@ using hexmesh::Error;
 using hexmesh::ErrorKind;
 using hexmesh::Lattice;
 
-namespace {
+const hexmesh::LatticeSegment* find_solid_segment(const Lattice& lattice, const std::string& name) {
+  const auto found = std::find_if(lattice.segments.begin(), lattice.segments.end(),
+                                  [&](const auto& s) { return s.segment.name == name && s.material; });
+  return found == lattice.segments.end() ? nullptr : &*found;
+}
 
-std::vector<std::string> solid_segments(const Lattice& lattice) {
+std::string names_of_solid_segments(const Lattice& lattice) {
   std::vector<std::string> names;
   for (const hexmesh::LatticeSegment& s : lattice.segments)
     if (s.material) names.push_back(s.segment.name);
-  return names;
+  return fmt::format("{}", fmt::join(names, ", "));
 }
-
-}  // namespace
 
 Lattice with_overrides(Lattice lattice, const Scene& scene) {
   if (scene.materials.empty()) return lattice;
   for (const auto& [name, change] : scene.materials) {
-    const auto found = std::find_if(lattice.segments.begin(), lattice.segments.end(),
-                                    [&, &wanted = name](const auto& s) { return s.segment.name == wanted; });
-    if (found == lattice.segments.end() || !found->material)
+    const hexmesh::LatticeSegment* found = find_solid_segment(lattice, name);
+    if (!found)
       throw Error(ErrorKind::input, fmt::format("{}: material.{} is no segment with a material, expected one of: {}",
-                                                change.where, name, fmt::join(solid_segments(lattice), ", ")));
+                                                change.where, name, names_of_solid_segments(lattice)));
+    hexmesh::LatticeSegment& segment = lattice.segments[static_cast<std::size_t>(found - lattice.segments.data())];
     const auto apply = [&change = change](hexmesh::Material& m) {
       if (change.young_kpa) m.young = *change.young_kpa * 1e-3;
       if (change.poisson) m.poisson = *change.poisson;
       if (change.density_kg_m3) m.density = *change.density_kg_m3 * 1e-12;
     };
-    apply(*found->material);
-    hexmesh::check_material(*found->material, name);
+    apply(*segment.material);
+    hexmesh::check_material(*segment.material, name);
     for (hexmesh::VoxelMaterial& m : lattice.materials)
-      if (m.label == found->segment.label) apply(m.material);
+      if (m.label == segment.segment.label) apply(m.material);
   }
   for (hexmesh::Level& level : lattice.levels) level.matrices = {};  // of the materials before
   hexmesh::count_mixture(lattice.levels, lattice.materials);

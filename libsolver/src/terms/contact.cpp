@@ -182,7 +182,6 @@ void PenaltyContact::forget(const NodeVector& u) {
 double PenaltyContact::keep(const NodeVector& u) {
   double work = 0;
   kept_held_off_ = held_off_;
-  if (!is_half_space(contact_)) kept_force_ = state(u).force;
   for (std::size_t p = 0; p < frictions_.size(); ++p) {
     const Vec3 at = now(points_[p], u);
     const Drawn d = drawn(p, at);
@@ -252,6 +251,10 @@ double PenaltyContact::work_of_motion(const NodeVector& u, const Progress& begin
 }
 
 PenaltyContact::State PenaltyContact::state(const NodeVector& u) const { return state(u, place_, has_friction()); }
+
+void PenaltyContact::remember_force(const NodeVector& u) {
+  if (!is_half_space(contact_)) kept_force_ = state(u).force;
+}
 
 bool PenaltyContact::went_through(const NodeVector& u) const {
   constexpr double other_way = -0.5;  // cosine

@@ -71,7 +71,8 @@ public:
   /// What it does to the body on its way, with the forces at u where it is, at its begin or end [N mm].
   double work_of_motion(const NodeVector& u, const Progress& begin, const Progress& end) const;
 
-  State state(const NodeVector& u) const;  ///< as the last set_progress() says
+  State state(const NodeVector& u) const;    ///< as the last set_progress() says
+  void remember_force(const NodeVector& u);  ///< of a step that is kept, for went_through()
   /// Whether the obstacle went through the surface since the last step that was kept: its middle is inside, or it
   /// presses the other way.
   bool went_through(const NodeVector& u) const;

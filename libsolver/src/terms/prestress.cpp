@@ -9,6 +9,7 @@
 
 #include "hexmesh/core/error.h"
 #include "hexmesh/lattice/segment_shares.h"
+#include "scene/solid_segments.h"
 #include "terms/hyperelastic.h"
 
 namespace hexsolver {
@@ -79,13 +80,10 @@ std::optional<Mat3> stretch_under(Elasticity law, double shear, double bulk, con
 namespace {
 
 std::uint16_t label_of(const hexmesh::Lattice& lattice, const Prestress& prestress) {
-  for (const hexmesh::LatticeSegment& s : lattice.segments)
-    if (s.segment.name == prestress.segment && s.material) return s.segment.label;
-  std::vector<std::string> names;
-  for (const hexmesh::LatticeSegment& s : lattice.segments)
-    if (s.material) names.push_back(s.segment.name);
+  if (const hexmesh::LatticeSegment* found = find_solid_segment(lattice, prestress.segment))
+    return found->segment.label;
   throw Error(ErrorKind::input, fmt::format("{}: segment is '{}', expected one with a material: {}", prestress.where,
-                                            prestress.segment, fmt::join(names, ", ")));
+                                            prestress.segment, names_of_solid_segments(lattice)));
 }
 
 }  // namespace
