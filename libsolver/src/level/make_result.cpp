@@ -150,7 +150,7 @@ Outcome make_result(const Lattice& lattice, const LevelProblem& problem, const N
   if (report.held_cells > 0)
     report.warnings.push_back(fmt::format("{} cells are held by springs: nothing else holds them", report.held_cells));
   if (problem.is_carried())
-    report.warnings.push_back("nothing but obstacles holds all or parts of the body: it rests where these stop it");
+    report.warnings.emplace_back("nothing but obstacles holds all or parts of the body: it rests where these stop it");
   report_conditions(lattice, problem, u, report);
   for (const Potential::Cost& cost : problem.potential().costs()) report.bytes.emplace_back(cost.name, cost.bytes);
   CellMeasures measures = measure_cells(problem.elastic(), u);
