@@ -66,7 +66,9 @@ TEST(Solid, TrianglesOfABlockAreTheBlock) {
     const Vec3 x = any(dice, 9);
     const Gap expected = gap_to(block, x), found = gap_to(solids().back(), x);
     EXPECT_NEAR(found.depth, expected.depth, 1e-9);
-    if (expected.depth < -1e-3) EXPECT_LT((found.normal - expected.normal).norm(), 1e-6) << expected.depth;
+    if (expected.depth < -1e-3) {
+      EXPECT_LT((found.normal - expected.normal).norm(), 1e-6) << expected.depth;
+    }
   }
   // Nearest to an edge and to a corner, where the plane of one triangle alone tells the wrong side.
   for (int c = 0; c < 8; ++c) {
