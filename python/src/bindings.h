@@ -29,8 +29,7 @@ py::tuple direction_tuple(const hexmesh::Grid& grid);
 
 py::tuple vector_tuple(const hexmesh::Vec3& v);
 
-/// Of the nodes of some cells of a level, at rest [mm].
-std::vector<hexmesh::Vec3> node_positions(const hexmesh::Lattice& lattice, int level,
-                                          const std::vector<hexmesh::Index3>& cells);
+/// Of the nodes of a level, at rest [mm].
+std::vector<hexmesh::Vec3> node_positions(const hexmesh::Lattice& lattice, int level);
 
 }  // namespace hextools::python

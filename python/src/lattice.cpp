@@ -195,10 +195,10 @@ void bind_level(py::module_& module) {
           },
           "The part of each cell that material fills, in (0, 1]: shape (num_cells,).")
       .def_property_readonly(
-          "nodes", [](const LevelView& v) { return copy_of(node_positions(*v.lattice, v.number, (*v).cells)); },
+          "nodes", [](const LevelView& v) { return copy_of(node_positions(*v.lattice, v.number)); },
           "Positions of the nodes [mm], LPS: shape (num_nodes, 3).")
       .def_property_readonly(
-          "cell_nodes", [](const LevelView& v) { return copy_of(hexmesh::number_nodes((*v).cells).cell_nodes); },
+          "cell_nodes", [](const LevelView& v) { return copy_of(hexmesh::nodes_of(*v).cell_nodes); },
           "Node numbers of each cell, i fastest: shape (num_cells, 8), int32.")
       .def_property_readonly(
           "voxels_per_cell", [](const LevelView& v) { return py::tuple(py::cast((*v).voxels_per_cell)); },
@@ -270,10 +270,10 @@ py::tuple direction_tuple(const Grid& grid) {
 
 py::tuple vector_tuple(const Vec3& v) { return py::make_tuple(v[0], v[1], v[2]); }
 
-std::vector<Vec3> node_positions(const Lattice& lattice, int level, const std::vector<Index3>& cells) {
+std::vector<Vec3> node_positions(const Lattice& lattice, int level) {
   const hexmesh::Mat3 edges = lattice.cell_edges(level);
   std::vector<Vec3> out;
-  for (const Index3& n : hexmesh::number_nodes(cells).nodes)
+  for (const Index3& n : hexmesh::nodes_of(lattice.level(level)).nodes)
     out.push_back(lattice.corner() + edges * Vec3(n[0], n[1], n[2]));
   return out;
 }

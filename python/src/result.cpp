@@ -50,7 +50,7 @@ const Result& Solution::whole() {
 
 const hexmesh::CellLocator& Solution::locator() {
   const std::scoped_lock lock(mutex_);
-  if (!locator_) locator_.emplace(result.voxels, result.voxels_per_cell, result.cells);
+  if (!locator_) locator_.emplace(hexmesh::locator_of(result));
   return *locator_;
 }
 

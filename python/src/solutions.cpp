@@ -213,8 +213,8 @@ std::vector<Vec3> rows_of(const hexsolver::NodeVector& values) {
 }
 
 py::array nodes_of(MotionByStep& motion) {
-  return copy_of(motion.look(
-      [&](const hexsolver::Motion& m) { return node_positions(motion.lattice(), motion.level(), m.cells()); }));
+  return copy_of(
+      motion.look([&](const hexsolver::Motion&) { return node_positions(motion.lattice(), motion.level()); }));
 }
 
 struct State {

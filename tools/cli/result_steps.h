@@ -18,8 +18,7 @@ public:
         result_(result),
         magnified_(magnified),
         now_(result),
-        surface_(hexmesh::CellLocator(result.voxels, result.voxels_per_cell, now_.cells), result.cell_nodes,
-                 result.surface.points) {
+        surface_(hexmesh::locator_of(result), result.cell_nodes, result.surface, hexmesh::labels_that_part(result)) {
     const std::set<std::string> constant = {"fill", "parts", "young_modulus", "poisson_ratio", "island", "cell_level"};
     std::erase_if(now_.cell_fields, [&](const auto& field) { return !constant.contains(field.first); });
   }

@@ -314,7 +314,7 @@ private:
         });
         Outcome outcome;
         outcome.at = [&](const std::vector<Vec3>& places) {
-          const hexmesh::CellLocator locator(e_.lattice.voxels, motion.voxels_per_cell(), motion.cells());
+          const hexmesh::CellLocator locator = motion.locator();
           std::vector<Vec3> u;
           hexmesh::EmbeddedPoints(locator, motion.cell_nodes(), places)
               .interpolate(values_of(motion.displacement()), u);

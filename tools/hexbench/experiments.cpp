@@ -86,7 +86,7 @@ std::vector<Vec3> material_points(const Lattice& lattice) {
 }
 
 std::vector<Vec3> displacement_at(const hexmesh::Result& result, const std::vector<Vec3>& places) {
-  const hexmesh::CellLocator locator(result.voxels, result.voxels_per_cell, result.cells);
+  const hexmesh::CellLocator locator = hexmesh::locator_of(result);
   std::vector<Vec3> u;
   hexmesh::EmbeddedPoints(locator, result.cell_nodes, places)
       .interpolate({result.displacement.front().data(), 3 * result.displacement.size()}, u);

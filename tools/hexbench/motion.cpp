@@ -37,7 +37,7 @@ json bench_level(const Lattice& lattice, Scene scene, int level, const Console& 
   json row = {{"level", level},   {"cells", motion.mesh().num_cells()}, {"nodes", motion.mesh().num_nodes()},
               {"solved", solved}, {"steps_per_second", 1 / of_step},    {"surfaces", json::array()}};
   std::string words;
-  const hexmesh::CellLocator locator(lattice.voxels, motion.voxels_per_cell(), motion.cells());
+  const hexmesh::CellLocator locator = motion.locator();
   for (const std::size_t points : {229, 1455, 5541}) {
     const hexmesh::EmbeddedPoints surface(locator, motion.cell_nodes(), sampled(lattice.surface.points, points));
     std::vector<hexmesh::Vec3> moved;

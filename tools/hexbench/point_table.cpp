@@ -83,7 +83,7 @@ PointTable read_points(const std::string& path) {
 }
 
 Row compare(const hexmesh::Result& result, const PointTable& table) {
-  const hexmesh::CellLocator locator(result.voxels, result.voxels_per_cell, result.cells);
+  const hexmesh::CellLocator locator = hexmesh::locator_of(result);
   std::vector<Vec3> places, theirs;
   std::vector<bool> on_surface;
   for (std::size_t n = 0; n < table.positions.size(); ++n) {

@@ -116,7 +116,7 @@ std::string summary(const Result& result, const json& report) {
   add("largest", "/largest_volume_ratio");
   add("steps", "/motion/steps");
   double largest = 0, sum = 0, count = 0;
-  const hexmesh::CellLocator locator(result.voxels, result.voxels_per_cell, result.cells);
+  const hexmesh::CellLocator locator = hexmesh::locator_of(result);
   for (std::size_t n = 0; n < result.surface_displacement.size(); ++n) {
     if (locator.locate_position(result.surface.points[n]).cell < 0) continue;  // of a part left out
     const double u = result.surface_displacement[n].norm();

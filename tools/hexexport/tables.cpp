@@ -97,7 +97,7 @@ std::vector<Probe> read_probes(const std::vector<std::string>& texts, RunFiles& 
 }
 
 std::string probe_table(const std::filesystem::path& path, const Result& result, const std::vector<Probe>& probes) {
-  const hexmesh::CellLocator locator(result.voxels, result.voxels_per_cell, result.cells);
+  const hexmesh::CellLocator locator = hexmesh::locator_of(result);
   std::vector<Vec3> points;
   std::vector<std::string> segments;
   for (const Probe& probe : probes) {

@@ -57,6 +57,27 @@ hexmesh::LabelVolume read_voxels(const BuildOptions& o, const SegmentReader& seg
   return labels;
 }
 
+/// What cells are to keep apart.
+hexmesh::Parting parting_of(const BuildOptions& o, const std::vector<hexmesh::LatticeSegment>& segments) {
+  hexmesh::Parting out;
+  out.gaps = o.gaps == "split";
+  const auto label_of = [&](const std::string& name) {
+    const hexmesh::LatticeSegment& segment = hexmesh::segment_named(segments, name);
+    if (!segment.material)
+      throw Error(ErrorKind::input,
+                  fmt::format("--slide names '{}', which has no material, expected one that is solved "
+                              "on",
+                              name));
+    return segment.segment.label;
+  };
+  for (const auto& [one, other] : o.sliding) {
+    out.sliding.emplace_back(label_of(one), label_of(other));
+    if (out.sliding.back().first == out.sliding.back().second)
+      throw Error(ErrorKind::usage, fmt::format("--slide names '{}' twice, expected two segments", one));
+  }
+  return out;
+}
+
 Lattice build(const BuildOptions& o, const BuildInputs& inputs, SegmentReader& segments, Notes& notes,
               std::vector<std::string>& read) {
   const auto choices = material_choices(o, inputs.materials, read);
@@ -70,18 +91,20 @@ Lattice build(const BuildOptions& o, const BuildInputs& inputs, SegmentReader& s
   const hexmesh::LabelVolume labels = read_voxels(o, segments, notes, read);
   hexmesh::AssignedMaterials materials = hexmesh::assign_materials(labels, choices);
   notes.insert(notes.end(), materials.notes.begin(), materials.notes.end());
+  hexmesh::LatticeOptions options = o.lattice;
+  options.parting = parting_of(o, materials.segments);
   if (materials.rules.empty()) {
     if (inputs.intensity && !segments.has_dicom())
       throw Error(ErrorKind::usage,
                   "--intensity is given but no material follows the grey values, expected a law in "
                   "--materials");
     at_work("building the levels");
-    return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice);
+    return hexmesh::build_lattice(labels, std::move(materials.segments), options);
   }
   if (!intensity) throw Error(ErrorKind::usage, "a material follows the grey values, expected --intensity SCAN");
   const hexmesh::GreyMaterials grey{&*intensity, std::move(materials.rules)};
   at_work("building the levels");
-  return hexmesh::build_lattice(labels, std::move(materials.segments), o.lattice, &grey);
+  return hexmesh::build_lattice(labels, std::move(materials.segments), options, &grey);
 }
 
 int level_of_size(const Lattice& lattice, double cell_size) {
@@ -160,6 +183,15 @@ std::function<int()> declare_build(CLI::App& app, const CommonOptions& common, c
   app.add_option("--offset", o->lattice.offset, "i,j,k: shift of the lattice against the body [voxels]")
       ->delimiter(',')
       ->check(CLI::Range(0, 4096));
+  app.add_option("--gaps", o->gaps,
+                 "What cells do where gaps part the material in them: hold it together (tie), or be several, one for "
+                 "each part, so that gaps open at every level (split). Voxels then hold together by their faces alone")
+      ->check(CLI::IsMember({"tie", "split"}))
+      ->capture_default_str();
+  app.add_option("--slide", o->sliding,
+                 "A B: segments that slide along each other: no cell holds them together (as --gaps split); what they "
+                 "do where they touch is the scene's [[contact]]. Repeatable")
+      ->type_name("A B");
   app.add_option("--matrices", o->matrices,
                  "Which levels' element matrices the file holds: those that take at most 60 bytes a voxel (auto), all "
                  "above level 0, none")

@@ -18,7 +18,8 @@ struct BuildOptions {
   std::vector<std::string> materials, surfaces, embedded;
   hexmesh::LatticeOptions lattice;
   double cell_size = 0;
-  std::string matrices = "auto";
+  std::string matrices = "auto", gaps = "tie";
+  std::vector<std::pair<std::string, std::string>> sliding;
 };
 
 /// What it reads.

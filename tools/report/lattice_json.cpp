@@ -12,6 +12,12 @@ namespace {
 using hexmesh::Lattice;
 using nlohmann::json;
 
+std::string name_of(const Lattice& lattice, std::uint16_t label) {
+  for (const hexmesh::LatticeSegment& s : lattice.segments)
+    if (s.segment.label == label) return s.segment.name;
+  return {};
+}
+
 /// Cells that join what is apart, the worst first.
 json joined_cells(const Lattice& lattice, int number) {
   constexpr std::size_t most = 100;
@@ -34,22 +40,25 @@ json joined_cells(const Lattice& lattice, int number) {
 json describe_level(const Lattice& lattice, int number) {
   const hexmesh::Level& level = lattice.levels[static_cast<std::size_t>(number)];
   const hexmesh::Vec3 size = lattice.cell_size(number);
-  std::size_t boundary = 0, joined = 0;
+  std::size_t boundary = 0, joined = 0, split = 0;
   double least = 1;
   for (std::size_t c = 0; c < level.cells.size(); ++c) {
     boundary += level.is_boundary(c);
     joined += level.parts[c] > 1;
+    split += c > 0 && level.cells[c] == level.cells[c - 1];
     least = std::min(least, level.fill(c));
   }
-  return {{"level", number},
-          {"cells", level.cells.size()},
-          {"nodes", hexmesh::count_nodes(level.cells)},
-          {"boundary_cells", boundary},
-          {"unique_matrices", level.filled.size()},
-          {"joined_cells", joined},
-          {"joined", joined_cells(lattice, number)},
-          {"smallest_fill", least},
-          {"cell_mm", {size[0], size[1], size[2]}}};
+  json out = {{"level", number},
+              {"cells", level.cells.size()},
+              {"nodes", hexmesh::count_nodes(level.cells, level.split)},
+              {"boundary_cells", boundary},
+              {"unique_matrices", level.filled.size()},
+              {"joined_cells", joined},
+              {"joined", joined_cells(lattice, number)},
+              {"smallest_fill", least},
+              {"cell_mm", {size[0], size[1], size[2]}}};
+  if (lattice.parting.any()) out["split_cells"] = split;
+  return out;
 }
 
 json describe_segment(const Lattice& lattice, const hexmesh::LatticeSegment& s) {
@@ -105,6 +114,12 @@ nlohmann::json describe(const Lattice& lattice, const std::vector<bool>& has_mat
                                   {"triangles", surface.triangles.size()},
                                   {"open_edges", hexmesh::count_open_edges(surface)},
                                   {"volume_ml", hexmesh::enclosed_volume(surface) / 1000}});
+  }
+  if (lattice.parting.any()) {
+    report["gaps"] = "split";
+    report["sliding"] = json::array();
+    for (const auto& [one, other] : lattice.parting.sliding)
+      report["sliding"].push_back({name_of(lattice, one), name_of(lattice, other)});
   }
   report["history"] = lattice.history;
   return report;

@@ -31,6 +31,7 @@ public:
   void finish(std::int32_t k) {
     for (; next_ < of_.cells.size() && of_.cells[next_][2] == k; ++next_) {
       const Index3& c = of_.cells[next_];
+      if (next_ > 0 && of_.cells[next_ - 1] == c) continue;  // of several there
       char& holds = holds_[as_size(c[0]) + as_size(extent_[0]) * as_size(c[1])];
       if (!holds) file_.fail(fmt::format("has a cell {} in '{}' where no voxel has material", text_of(c), of_.name));
       holds = 0;
@@ -70,12 +71,13 @@ std::size_t count_material(const std::vector<LatticeSegment>& segments) {
   return count;
 }
 
-void check_order(const Reader& file, const std::string& name, std::span<const Index3> cells) {
+void check_order(const Reader& file, const std::string& name, std::span<const Index3> cells, bool may_share) {
   bool is_good = true;
-  for (std::size_t n = 1; n < cells.size(); ++n) is_good &= sort_key(cells[n - 1]) < sort_key(cells[n]);
+  const std::uint64_t least = may_share ? 0 : 1;  // from one to the next
+  for (std::size_t n = 1; n < cells.size(); ++n) is_good &= sort_key(cells[n - 1]) + least <= sort_key(cells[n]);
   if (is_good) return;
   for (std::size_t n = 1; n < cells.size(); ++n)
-    if (sort_key(cells[n - 1]) >= sort_key(cells[n]))
+    if (sort_key(cells[n - 1]) + least > sort_key(cells[n]))
       file.fail(fmt::format("has cells of '{}' twice or out of order: {} after {}", name, text_of(cells[n]),
                             text_of(cells[n - 1])));
 }

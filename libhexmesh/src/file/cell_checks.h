@@ -29,8 +29,8 @@ struct StoredCells {
   bool are_all = true;  ///< every cell that holds material is there
 };
 
-/// They are sorted, each there once.
-void check_order(const Reader& file, const std::string& name, std::span<const Index3> cells);
+/// They are sorted, each there once, or more often where cells may share an index.
+void check_order(const Reader& file, const std::string& name, std::span<const Index3> cells, bool may_share = false);
 
 /// The box ends where the body does; nothing to say where segments without material may be what it ends with.
 void check_box(const Reader& file, const Grid& voxels, const std::vector<LatticeSegment>& segments,

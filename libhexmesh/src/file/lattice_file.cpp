@@ -13,6 +13,7 @@
 #include "hexmesh/lattice/element_tree.h"
 #include "lattice_groups.h"
 #include "level_checks.h"
+#include "split_groups.h"
 
 namespace hexmesh {
 namespace {
@@ -47,6 +48,7 @@ void write_level(hdf5::Writer& file, const Lattice& lattice, int number, Element
   file.attribute(group, "voxels_per_cell", std::span<const std::int32_t>(level.voxels_per_cell));
   file.attribute(group, "mixture", std::span<const double>(&level.mixture, 1));
   hdf5::write_cells(file, group + "/cells", level.cells);
+  hdf5::write_split(file, group + "/split", level.split);
   file.write<std::int32_t>(group + "/element", level.element, {level.cells.size()}, true);
   file.write<std::uint16_t>(group + "/segment", level.segment, {level.cells.size()}, true);
   file.write<std::uint16_t>(group + "/parts", level.parts, {level.cells.size()}, true);
@@ -65,8 +67,11 @@ void read_cells(const hdf5::Reader& file, Lattice& lattice, int number) {
   Level& level = lattice.level(number);
   const std::string group = hdf5::level_group(number), name = group + "/cells";
   hdf5::count_cells(file, lattice, number);
-  level.cells = hdf5::read_cells(file, name, coarser_extent(lattice.voxels.extent(), level.voxels_per_cell));
+  level.cells = hdf5::read_cells(file, name, coarser_extent(lattice.voxels.extent(), level.voxels_per_cell),
+                                 lattice.parting.any());
   hdf5::check_box(file, lattice.voxels, lattice.segments, {name, level.cells, level.voxels_per_cell});
+  if (lattice.parting.any())
+    level.split = hdf5::read_split(file, group + "/split", lattice.voxels, {name, level.cells, level.voxels_per_cell});
   level.element = file.read<std::int32_t>(group + "/element", {level.cells.size()});
   hdf5::check_range(file, group + "/element", level.element, level.filled.size());
   level.segment = file.read<std::uint16_t>(group + "/segment", {level.cells.size()});
@@ -78,7 +83,9 @@ void read_cells(const hdf5::Reader& file, Lattice& lattice, int number) {
 void write_lattice(const Lattice& lattice, const std::filesystem::path& path, MatrixStorage storage) {
   hdf5::Writer file(path);
   file.begin_checksum();
-  hdf5::write_header(file, lattice_format, lattice_version, lattice.history);
+  hdf5::write_header(file, lattice_format, lattice.parting.any() ? split_lattice_version : lattice_version,
+                     lattice.history);
+  hdf5::write_parting(file, lattice.parting);
   hdf5::write_voxels(file, lattice.voxels, lattice.labels);
   hdf5::write_segments(file, lattice.segments);
   hdf5::write_surface(file, lattice.surface, lattice.surface_of_voxels);
@@ -173,7 +180,7 @@ std::string format_of(const std::filesystem::path& path) {
 
 std::vector<std::size_t> cells_of_levels(const std::filesystem::path& path) {
   const hdf5::Reader file(path, "lattice");
-  hdf5::read_header(file, lattice_format, lattice_version);
+  hdf5::read_header(file, lattice_format, lattice_version, split_lattice_version);
   std::vector<std::size_t> counts;
   for (int n = 0; n < hdf5::count_levels(file); ++n) counts.push_back(hdf5::count_cells(file, n));
   return counts;

@@ -9,6 +9,7 @@
 
 #include "cell_checks.h"
 #include "hexmesh/file/lattice_file.h"
+#include "split_groups.h"
 
 namespace hexmesh::hdf5 {
 namespace {
@@ -211,12 +212,13 @@ std::vector<Level> read_merges(const Reader& file) {
 }
 
 Lattice read_outline(const Reader& file) {
-  std::vector<std::string> history = read_header(file, lattice_format, lattice_version);
+  std::vector<std::string> history = read_header(file, lattice_format, lattice_version, split_lattice_version);
   const Grid voxels = read_grid(file);
   std::vector<LatticeSegment> segments = read_segments(file, voxels);
   std::vector<VoxelMaterial> materials = read_materials(file, segments);
   Lattice lattice{voxels, {}, std::move(segments), std::move(materials), {}, {}, std::move(history)};
   lattice.surface_of_voxels = is_surface_of_voxels(file);
+  lattice.parting = read_parting(file, lattice.segments);
   lattice.levels = read_merges(file);
   return lattice;
 }

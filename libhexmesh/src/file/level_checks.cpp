@@ -129,13 +129,19 @@ void check_parents(const Reader& file, const Lattice& lattice, int number) {
     if (next == end || coarse.cells[next][0] != parent[0])
       file.fail(fmt::format("has no cell {} in '{}/cells', expected it around cell {} of '{}'", text_of(parent), group,
                             text_of(fine.cells[c]), level_group(number - 1)));
-    is_parent[next] = 1;
-    if (has_children)
-      if (const std::int32_t child = coarse.children[coarse.element[next]][slot_of(fine.cells[c], coarse.merge)];
-          child != fine.element[c])
-        file.fail(fmt::format("has element {} in cell {} of '{}', expected {}, the child of its parent's element {}",
-                              fine.element[c], text_of(fine.cells[c]), level_group(number - 1), child,
-                              coarse.element[next]));
+    // Of several at one index, each that the cell may be in.
+    std::int32_t child = fine.element[c];
+    bool is_child = false;
+    for (std::size_t p = next; p < end && coarse.cells[p] == parent; ++p) {
+      if (has_children) child = coarse.children[coarse.element[p]][slot_of(fine.cells[c], coarse.merge)];
+      if (child != fine.element[c]) continue;
+      is_child = true;
+      is_parent[p] = 1;
+    }
+    if (!is_child)
+      file.fail(fmt::format("has element {} in cell {} of '{}', expected {}, the child of its parent's element {}",
+                            fine.element[c], text_of(fine.cells[c]), level_group(number - 1), child,
+                            coarse.element[next]));
   }
   if (const auto lonely = std::find(is_parent.begin(), is_parent.end(), 0); lonely != is_parent.end())
     file.fail(fmt::format("has a cell {} in '{}/cells' without a cell of '{}' in it",

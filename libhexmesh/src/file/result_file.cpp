@@ -6,6 +6,7 @@
 #include "hexmesh/file/temporary_file.h"
 #include "result_checks.h"
 #include "shared_groups.h"
+#include "split_groups.h"
 
 namespace hexmesh {
 namespace {
@@ -108,6 +109,8 @@ void ResultWriter::finish(const Result& result, const std::filesystem::path& lat
   }
   write_level(file, result);
   hdf5::write_cells(file, "/mesh/cells", result.cells);
+  hdf5::write_parting(file, result.parting);
+  hdf5::write_owners(file, "/mesh/split", result.owners);
   file.write<std::int32_t>("/mesh/cell_nodes", {result.cell_nodes.front().data(), 8 * result.cell_nodes.size()},
                            {result.cell_nodes.size(), 8});
   file.write<std::uint16_t>("/mesh/segment", result.segment, {result.segment.size()});
@@ -203,7 +206,9 @@ Result read_result(const std::filesystem::path& path) {
   r.history = std::move(history);
   r.level = file.attribute<std::int32_t>("/mesh", "level", 1)[0];
   r.voxels_per_cell = hdf5::read_index(file, "/mesh", "voxels_per_cell");
-  r.cells = hdf5::read_cells(file, "/mesh/cells", coarser_extent(voxels.extent(), r.voxels_per_cell));
+  r.parting = hdf5::read_parting(file, r.segments);
+  r.cells = hdf5::read_cells(file, "/mesh/cells", coarser_extent(voxels.extent(), r.voxels_per_cell), r.parting.any());
+  r.owners = hdf5::read_owners(file, "/mesh/split", voxels, {"/mesh/cells", r.cells, r.voxels_per_cell});
   r.nodes = hdf5::read_points(file, "/mesh/nodes");
   r.cell_nodes = read_cell_nodes(file, r.cells.size(), r.nodes.size());
   r.displacement = hdf5::read_points(file, "/displacement", r.nodes.size());

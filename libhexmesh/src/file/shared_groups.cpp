@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -20,11 +21,11 @@ void write_header(Writer& file, const std::string& format, int version, const st
   file.write("/history", history);
 }
 
-std::vector<std::string> read_header(const Reader& file, const std::string& format, int version) {
+std::vector<std::string> read_header(const Reader& file, const std::string& format, int version, int newest) {
   const std::string found = file.text_attribute("/", "format");
   if (found != format) file.fail(fmt::format("is a '{}' file, expected a '{}'", found, format));
   const std::int32_t number = file.attribute<std::int32_t>("/", "version", 1)[0];
-  if (number != version)
+  if (number < version || number > std::max(version, newest))
     file.fail(fmt::format("has version {}, expected {}: it was made by {} tool{}", number, version,
                           number > version ? "a newer" : "an older", number > version ? "" : ", make it again"));
   return file.read_strings("/history");
@@ -226,15 +227,15 @@ void append_cells(const Reader& file, const std::string& name, const Index3& lim
 
 }  // namespace
 
-std::vector<Index3> read_cells(const Reader& file, const std::string& name, const Index3& limit) {
+std::vector<Index3> read_cells(const Reader& file, const std::string& name, const Index3& limit, bool may_share) {
   constexpr hsize_t block_rows = 1 << 18;
   std::vector<Index3> cells;
   cells.reserve(file.shape(name, 2)[0]);
-  file.read_in_blocks<std::uint16_t>(name, {0, 3}, block_rows,
-                                     [&](const std::vector<std::uint16_t>& values, hsize_t first) {
-                                       append_cells(file, name, limit, values, cells);
-                                       check_order(file, name, std::span(cells).subspan(first > 0 ? first - 1 : 0));
-                                     });
+  file.read_in_blocks<std::uint16_t>(
+      name, {0, 3}, block_rows, [&](const std::vector<std::uint16_t>& values, hsize_t first) {
+        append_cells(file, name, limit, values, cells);
+        check_order(file, name, std::span(cells).subspan(first > 0 ? first - 1 : 0), may_share);
+      });
   if (cells.empty()) file.fail(fmt::format("has no cells in '{}'", name));
   return cells;
 }

@@ -9,7 +9,8 @@ namespace hexmesh::hdf5 {
 
 void write_header(Writer& file, const std::string& format, int version, const std::vector<std::string>& history);
 /// @returns history
-std::vector<std::string> read_header(const Reader& file, const std::string& format, int version);
+/// @param newest  the last version that is read, where it is more than one
+std::vector<std::string> read_header(const Reader& file, const std::string& format, int version, int newest = 0);
 
 void write_voxels(Writer& file, const Grid& grid, const std::vector<std::uint16_t>& labels);
 void write_grid(Writer& file, const Grid& grid);  ///< the attributes alone
@@ -35,9 +36,10 @@ std::vector<Vec3> read_points(const Reader& file, const std::string& name, std::
 
 void write_cell_rows(Writer& file, const std::string& name, const std::vector<Index3>& cells, hsize_t first);
 void write_cells(Writer& file, const std::string& name, const std::vector<Index3>& cells);
-/// Sorted, each there once, at least one.
+/// Sorted, each there once unless they may share an index, at least one.
 /// @param limit  each index is below it
-std::vector<Index3> read_cells(const Reader& file, const std::string& name, const Index3& limit);
+std::vector<Index3> read_cells(const Reader& file, const std::string& name, const Index3& limit,
+                               bool may_share = false);
 
 /// Likewise some rows.
 std::vector<Index3> read_cell_rows(const Reader& file, const std::string& name, const Index3& limit, hsize_t first,

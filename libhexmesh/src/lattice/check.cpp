@@ -112,6 +112,7 @@ void check_topology(const Lattice& lattice, std::vector<Finding>& findings) {
       findings.push_back({property, static_cast<int>(l), same ? 0.0 : 1.0, 0});
     };
     add("cells are those of the voxels", found.cells == expected.cells && found.merge == expected.merge);
+    add("cells are split where those of the voxels are", found.split == expected.split);
     add("labels are those of the voxels", found.segment == expected.segment);
     add("elements are those of the children", found.children == expected.children && found.element == expected.element);
     add("parts are those of the voxels", found.parts == expected.parts);

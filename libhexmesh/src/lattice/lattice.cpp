@@ -12,7 +12,9 @@
 #include "hexmesh/core/error.h"
 #include "hexmesh/core/interruption.h"
 #include "hexmesh/core/memory.h"
+#include "hexmesh/lattice/locator.h"
 #include "parts.h"
+#include "splitter.h"
 
 namespace hexmesh {
 namespace {
@@ -177,10 +179,12 @@ VoxelCounts merge_counts(const Level& fine, const VoxelCounts& fine_counts, cons
   return counts;
 }
 
-Level coarser_level(const Lattice& lattice, const Level& fine, VoxelCounts& counts) {
+/// @param splitter  that has come to the finer level; none: what cells hold is merged by place
+Level coarser_level(const Lattice& lattice, const Level& fine, VoxelCounts& counts, Splitter* splitter) {
   const Vec3 size = lattice.voxels.spacing().cwiseProduct(
       Vec3(fine.voxels_per_cell[0], fine.voxels_per_cell[1], fine.voxels_per_cell[2]));
-  Merge merge = merge_cells(fine.cells, merge_factor(size));
+  const Index3 factor = merge_factor(size);
+  Merge merge = splitter ? splitter->merge(fine.cells, factor) : merge_cells(fine.cells, factor);
   Level level;
   level.merge = merge.factor;
   for (int d = 0; d < 3; ++d) level.voxels_per_cell[d] = fine.voxels_per_cell[d] * merge.factor[d];
@@ -200,6 +204,7 @@ Level coarser_level(const Lattice& lattice, const Level& fine, VoxelCounts& coun
     level.segment.push_back(lattice.segments[most - row].segment.label);
   }
   level.cells = std::move(merge.parents);
+  if (splitter) level.split = splitter->split(level.cells);
   return level;
 }
 
@@ -231,9 +236,14 @@ std::vector<ExposedFace> find_faces(const Lattice& lattice) {
 /// @param num_levels  0: merge until at most 16 cells are left
 void add_levels(Lattice& lattice, int num_levels) {
   VoxelCounts counts;
+  std::optional<Splitter> splitter;
+  if (lattice.parting.any()) {
+    splitter.emplace(lattice);
+    lattice.levels.front().split = splitter->split(lattice.levels.front().cells);
+  }
   while (num_levels > 0 ? lattice.num_levels() < num_levels : lattice.levels.back().cells.size() > 16) {
     interruption_point();
-    lattice.levels.push_back(coarser_level(lattice, lattice.levels.back(), counts));
+    lattice.levels.push_back(coarser_level(lattice, lattice.levels.back(), counts, splitter ? &*splitter : nullptr));
   }
   interruption_point();
   count_filled(lattice.levels, lattice.materials.size());
@@ -272,9 +282,28 @@ Lattice build_lattice(const LabelVolume& volume, std::vector<LatticeSegment> seg
       throw Error(ErrorKind::input,
                   fmt::format("the body spans {} voxels along axis {}, expected fewer than 65536", box.extent()[d], d));
   Lattice lattice{std::move(box), std::move(labels), std::move(segments), {}, {}, {}, {}};
+  lattice.parting = options.parting;
   lattice.levels.push_back(finest_level(lattice, grey));
   add_levels(lattice, options.num_levels);
   return lattice;
+}
+
+NodeNumbering nodes_of(const Level& level) { return number_nodes(level.cells, level.split); }
+
+std::vector<std::int32_t> coarser_cells_of(const Lattice& lattice, int number, int coarser) {
+  const Level &level = lattice.level(number), &above = lattice.level(coarser);
+  const CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells, level.split.owners);
+  const CellLocator coarser_at(lattice.voxels, above.voxels_per_cell, above.cells);
+  std::vector<std::int32_t> out;
+  for (const Index3& cell : level.cells) {
+    Index3 first;
+    for (std::size_t d = 0; d < 3; ++d) first[d] = cell[d] * level.voxels_per_cell[d];
+    out.push_back(coarser_at.cell_of_voxel(first));
+  }
+  const VoxelOwners& owners = above.split.owners;
+  for (std::size_t n = 0; n < owners.voxels.size(); ++n)
+    out[as_size(locator.cell_of_voxel(lattice.voxels.index(as_size(owners.voxels[n]))))] = owners.cells[n];
+  return out;
 }
 
 Lattice build_levels(Lattice lattice) {
@@ -295,16 +324,14 @@ Lattice build_levels(Lattice lattice) {
 }
 
 Lattice without_cells(Lattice lattice, int level, const std::vector<std::int32_t>& cells) {
-  const Level& of = lattice.level(level);
-  std::vector<Index3> gone;
-  for (const std::int32_t c : cells) gone.push_back(of.cells[c]);
-  std::sort(gone.begin(), gone.end(), i_fastest);
-  const Index3 per_cell = of.voxels_per_cell;
+  std::vector<bool> is_gone(lattice.level(level).cells.size());
+  for (const std::int32_t c : cells) is_gone[as_size(c)] = true;
+  const std::vector<std::int32_t> cell_of = coarser_cells_of(lattice, 0, level);
   Level& finest = lattice.levels.front();
   std::vector<std::int32_t> kept;
   for (std::size_t v = 0; v < finest.cells.size(); ++v) {
     const Index3& voxel = finest.cells[v];
-    if (std::binary_search(gone.begin(), gone.end(), coarser_index(voxel, per_cell), i_fastest))
+    if (is_gone[as_size(cell_of[v])])
       lattice.labels[lattice.voxels.offset(voxel)] = 0;
     else
       kept.push_back(finest.element[v]);

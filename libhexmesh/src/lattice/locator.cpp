@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexmesh/lattice/locator.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -12,7 +13,50 @@ CellLocator::CellLocator(const Grid& voxels, const Index3& voxels_per_cell, std:
       cells_(cells),
       extent_(coarser_extent(voxels.extent(), voxels_per_cell)) {
   number_.assign(count_in(extent_), -1);
-  for (std::size_t n = 0; n < cells.size(); ++n) number_[offset_in(extent_, cells[n])] = static_cast<std::int32_t>(n);
+  for (std::size_t n = cells.size(); n-- > 0;) number_[offset_in(extent_, cells[n])] = static_cast<std::int32_t>(n);
+}
+
+CellLocator::CellLocator(const Grid& voxels, const Index3& voxels_per_cell, std::span<const Index3> cells,
+                         const VoxelOwners& owners)
+    : CellLocator(voxels, voxels_per_cell, cells) {
+  if (!owners.empty()) owners_ = &owners;
+}
+
+std::int32_t CellLocator::owner_of(const Index3& voxel) const {
+  const auto offset = static_cast<std::int64_t>(voxels_.offset(voxel));
+  const auto found = std::lower_bound(owners_->voxels.begin(), owners_->voxels.end(), offset);
+  return found != owners_->voxels.end() && *found == offset ? owners_->cells[found - owners_->voxels.begin()] : -1;
+}
+
+std::int32_t CellLocator::choose(std::int32_t cell, const Index3& voxel) const {
+  if (owners_ == nullptr || !shares_index(cell)) return cell;
+  Index3 low, high, home;
+  for (std::size_t d = 0; d < 3; ++d) {
+    low[d] = cells_[cell][d] * voxels_per_cell_[d];
+    high[d] = std::min(low[d] + voxels_per_cell_[d], voxels_.extent()[d]) - 1;
+    home[d] = std::clamp(voxel[d], low[d], high[d]);
+  }
+  std::int32_t nearest = -1;
+  double least = std::numeric_limits<double>::infinity();
+  Index3 v;
+  for (int shell = 0; nearest < 0 || shell * voxels_.spacing().minCoeff() <= least; ++shell) {
+    bool is_beyond = true;
+    for (v[2] = std::max(low[2], home[2] - shell); v[2] <= std::min(high[2], home[2] + shell); ++v[2])
+      for (v[1] = std::max(low[1], home[1] - shell); v[1] <= std::min(high[1], home[1] + shell); ++v[1])
+        for (v[0] = std::max(low[0], home[0] - shell); v[0] <= std::min(high[0], home[0] + shell); ++v[0]) {
+          const Vec3 from(v[0] - home[0], v[1] - home[1], v[2] - home[2]);
+          if (from.lpNorm<Eigen::Infinity>() < shell) continue;
+          is_beyond = false;
+          const double distance = from.cwiseProduct(voxels_.spacing()).norm();
+          if (!(distance < least)) continue;
+          if (const std::int32_t owner = owner_of(v); owner >= 0) {
+            nearest = owner;
+            least = distance;
+          }
+        }
+    if (is_beyond) break;
+  }
+  return nearest < 0 ? cell : nearest;
 }
 
 std::int32_t CellLocator::cell_at(const Index3& c) const {
@@ -27,7 +71,8 @@ Embedding CellLocator::embed(std::int32_t cell, const Vec3& voxel_index) const {
 
 std::int32_t CellLocator::cell_of_voxel(const Index3& voxel) const {
   if (!voxels_.contains(voxel)) return -1;
-  return cell_at(coarser_index(voxel, voxels_per_cell_));
+  const std::int32_t cell = cell_at(coarser_index(voxel, voxels_per_cell_));
+  return cell < 0 ? cell : choose(cell, voxel);
 }
 
 Embedding CellLocator::in_cell_of_voxel(const Index3& voxel, const Vec3& voxel_index) const {
@@ -42,7 +87,10 @@ Embedding CellLocator::locate(const Vec3& voxel_index) const {
     if (!(std::abs(c) < 1e6)) return {};
     home[d] = static_cast<std::int32_t>(c);
   }
-  if (const std::int32_t cell = cell_at(home); cell >= 0) return embed(cell, voxel_index);
+  const Index3 voxel = {static_cast<std::int32_t>(std::lround(voxel_index[0])),
+                        static_cast<std::int32_t>(std::lround(voxel_index[1])),
+                        static_cast<std::int32_t>(std::lround(voxel_index[2]))};
+  if (const std::int32_t cell = cell_at(home); cell >= 0) return embed(choose(cell, voxel), voxel_index);
 
   // Shell after shell around the home cell; a cell in shell r is at least r - 1 shortest edges away.
   Vec3 size;
@@ -63,7 +111,7 @@ Embedding CellLocator::locate(const Vec3& voxel_index) const {
              i += on_shell ? 1 : 2 * shell) {
           const std::int32_t cell = cell_at({home[0] + i, home[1] + j, home[2] + k});
           if (cell < 0) continue;
-          const Embedding e = embed(cell, voxel_index);
+          const Embedding e = embed(choose(cell, voxel), voxel_index);
           if (distance(e) < least) {
             least = distance(e);
             nearest = e;

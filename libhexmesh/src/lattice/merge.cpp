@@ -101,12 +101,12 @@ std::vector<Corner> nodes_in_order(const Merge& merge, Partition& same) {
 }
 
 /// Join the corners of parents of small parts with those at their indices, of a larger part if there is one.
-void tie_small_parts(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes,
-                     std::span<const Corner> nodes, Partition& same) {
-  const std::vector<bool> is_small = cells_of_small_parts(cell_nodes, num_nodes, most_cells_tied);
+/// @param is_small  whether a cell is of a small part
+void tie_small_parts(const Merge& merge, const std::vector<bool>& is_small, std::span<const Corner> nodes,
+                     Partition& same) {
   const auto is_tied = [&](const Corner& corner) {
     const Children& children = merge.children[corner.second / 8];
-    return is_small[as_size(*std::find_if(children.begin(), children.end(), [](std::int32_t c) { return c >= 0; }))];
+    return std::all_of(children.begin(), children.end(), [&](std::int32_t c) { return c < 0 || is_small[as_size(c)]; });
   };
   for (auto begin = nodes.begin(), end = begin; begin != nodes.end(); begin = end) {
     end = std::find_if(begin, nodes.end(), [&](const Corner& corner) { return corner.first != begin->first; });
@@ -161,9 +161,15 @@ NodeNumbering number_linked_parent_nodes(const Merge& merge, std::span<const Cel
 }
 
 NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes) {
+  return number_parent_nodes(merge, cell_nodes, num_nodes,
+                             cells_of_small_parts(cell_nodes, num_nodes, most_cells_tied));
+}
+
+NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes,
+                                  const std::vector<bool>& is_small) {
   Partition same = join_corners(merge, cell_nodes, num_nodes);
   const std::vector<Corner> nodes = nodes_in_order(merge, same);
-  tie_small_parts(merge, cell_nodes, num_nodes, nodes, same);
+  tie_small_parts(merge, is_small, nodes, same);
   return number_sets(merge, nodes, same);
 }
 

@@ -64,6 +64,10 @@ private:
 }  // namespace
 
 void count_parts(Lattice& lattice) {
+  if (lattice.parting.any()) {  // what does not hang together is in cells of its own
+    for (Level& level : lattice.levels) level.parts.assign(level.cells.size(), 1);
+    return;
+  }
   const Level& voxels = lattice.levels.front();
   const CellLocator voxel_at(lattice.voxels, {1, 1, 1}, voxels.cells);
   Partition pieces(voxels.cells.size());

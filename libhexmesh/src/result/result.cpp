@@ -5,13 +5,23 @@
 
 namespace hexmesh {
 
+CellLocator locator_of(const Result& result) {
+  return {result.voxels, result.voxels_per_cell, result.cells, result.owners};
+}
+
+std::span<const std::uint16_t> labels_that_part(const Result& result) {
+  return result.parting.any() ? std::span(result.labels) : std::span<const std::uint16_t>();
+}
+
 Result rest_state(const Lattice& lattice, int number) {
   const Level& level = lattice.level(number);
-  NodeNumbering numbering = number_nodes(level.cells);
+  NodeNumbering numbering = nodes_of(level);
   Result r{lattice.voxels, lattice.labels, lattice.segments};
   r.level = number;
   r.voxels_per_cell = level.voxels_per_cell;
   r.cells = level.cells;
+  r.parting = lattice.parting;
+  r.owners = level.split.owners;
   r.cell_nodes = std::move(numbering.cell_nodes);
   const Mat3 edges = lattice.cell_edges(number);
   for (const Index3& n : numbering.nodes) r.nodes.push_back(lattice.corner() + edges * Vec3(n[0], n[1], n[2]));
@@ -27,8 +37,7 @@ Result rest_state(const Lattice& lattice, int number) {
 }
 
 void move_surface(Result& r) {
-  const CellLocator locator(r.voxels, r.voxels_per_cell, r.cells);
-  EmbeddedPoints(locator, r.cell_nodes, r.surface.points)
+  EmbeddedPoints(locator_of(r), r.cell_nodes, r.surface, labels_that_part(r))
       .interpolate({r.displacement.empty() ? nullptr : r.displacement.front().data(), 3 * r.displacement.size()},
                    r.surface_displacement);
 }

@@ -115,7 +115,7 @@ SliceRenderer::SliceRenderer(const Result& result, const IntensityVolume* scan, 
     : result_(result),
       scan_(scan),
       options_(options),
-      locator_(result.voxels, result.voxels_per_cell, result.cells),
+      locator_(locator_of(result)),
       color_of_label_(65536),
       has_material_(65536),
       bounds_(options.bounds.value_or(bounds_of(result))) {

@@ -35,7 +35,7 @@ template <class F>
 void for_each_material_voxel(const Result& r, F&& f) {
   std::vector<bool> has_material(65536);
   for (const LatticeSegment& s : r.segments) has_material[s.segment.label] = s.material.has_value();
-  const CellLocator locator(r.voxels, r.voxels_per_cell, r.cells);
+  const CellLocator locator = locator_of(r);
   for (std::size_t n = 0; n < r.labels.size(); ++n) {
     if (r.labels[n] == 0 || !has_material[r.labels[n]]) continue;
     const Index3 v = r.voxels.index(n);

@@ -25,8 +25,7 @@ Vec3 embedded(const Result& result, const Embedding& e);
 /// Material of a body at rest: voxels with a material that are in its cells.
 class Solid {
 public:
-  explicit Solid(const Result& result)
-      : result_(result), locator_(result.voxels, result.voxels_per_cell, result.cells), has_material_(65536, false) {
+  explicit Solid(const Result& result) : result_(result), locator_(locator_of(result)), has_material_(65536, false) {
     for (const LatticeSegment& s : result.segments) has_material_[s.segment.label] = s.material.has_value();
   }
 

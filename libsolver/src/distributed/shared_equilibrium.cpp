@@ -215,6 +215,10 @@ SolveReport solve_equilibrium(const Run&, const std::filesystem::path& lattice, 
     outline = with_overrides(file->outline(), scene);
     report.warnings = check_single_points(scene);
     check_contrast(*outline);
+    if (outline->parting.any())
+      throw hexmesh::Error(hexmesh::ErrorKind::input,
+                           "the cells of the lattice are split (--gaps, --slide), expected a lattice built without: "
+                           "hexsolve-mpi solves on no others");
     if (!scene.matches.empty()) {
       matchings = make_matchings(scene, with_overrides(hexmesh::read_lattice(lattice, {-1}, hexmesh::Elements::formed,
                                                                              hexmesh::Voxels::surface_only),

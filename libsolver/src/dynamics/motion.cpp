@@ -37,14 +37,13 @@ double Motion::work_uncertainty() const { return integrator_->work_uncertainty()
 double Motion::friction_work() const { return integrator_->friction_work(); }
 Vec3 Motion::momentum() const { return integrator_->momentum(); }
 const Mesh& Motion::mesh() const { return integrator_->problem().mesh(); }
-const std::vector<Index3>& Motion::cells() const {
-  return integrator_->lattice().level(integrator_->problem().level()).cells;
+hexmesh::CellLocator Motion::locator() const {
+  const hexmesh::Lattice& lattice = integrator_->lattice();
+  const hexmesh::Level& level = lattice.level(integrator_->problem().level());
+  return {lattice.voxels, level.voxels_per_cell, level.cells, level.split.owners};
 }
 const std::vector<hexmesh::CellNodes>& Motion::cell_nodes() const {
   return integrator_->on_level() ? integrator_->on_level()->numbering().cell_nodes : mesh().cell_nodes();
-}
-const Index3& Motion::voxels_per_cell() const {
-  return integrator_->lattice().level(integrator_->problem().level()).voxels_per_cell;
 }
 void Motion::set_state(const NodeVector& u, const NodeVector& v) {
   const OnLevel* level = integrator_->on_level();

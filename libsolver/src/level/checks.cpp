@@ -121,7 +121,8 @@ std::vector<std::string> check_contacts(const LevelProblem& problem, const NodeV
       throw Error(ErrorKind::geometry, fmt::format("contact '{}' ({}): the obstacle is inside the body {}, expected "
                                                    "outside: let it move in with by_mm",
                                                    contact.name, contact.where, start ? "at the start" : "at rest"));
-    if (state.points == 0) continue;
+    constexpr double rounding = 1e-9;  // mm
+    if (state.points == 0 || state.deepest < rounding) continue;
     const std::string what =
         fmt::format("contact '{}' ({}): {} surface points are inside it {}, up to {:.3g} mm", contact.name,
                     contact.where, state.points, start ? "at the start" : "at rest", state.deepest);

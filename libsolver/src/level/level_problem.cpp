@@ -10,6 +10,7 @@
 #include "constraints/supports.h"
 #include "level/grading.h"
 #include "level/islands.h"
+#include "level/segment_contact.h"
 #include "selection/selection.h"
 #include "terms/cell_measures.h"
 #include "terms/loads.h"
@@ -85,7 +86,9 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
   if (!scene.contacts.empty()) {
     const std::vector<SurfacePoint> surface = selector.whole_surface();
     for (const Contact& c : scene.contacts) {
-      new_contacts_.push_back(std::make_unique<PenaltyContact>(c, cells_, mesh(), surface, is_hard(c, scene)));
+      new_contacts_.push_back(c.between
+                                  ? make_segment_contact(c, cells_, mesh(), selector, is_hard(c, scene))
+                                  : std::make_unique<PenaltyContact>(c, cells_, mesh(), surface, is_hard(c, scene)));
       contacts_.push_back(new_contacts_.back().get());
     }
   }
@@ -259,7 +262,9 @@ double LevelProblem::load_energy(const NodeVector& u) const {
 
 double LevelProblem::largest_load_step() const {
   double step = largest_turning_step(scene_);
-  for (const PenaltyContact* c : contacts_) step = std::min(step, c->largest_load_step());
+  double displaced = 0;
+  for (const Condition& c : scene_.conditions) displaced = std::max(displaced, c.by.norm());
+  for (const PenaltyContact* c : contacts_) step = std::min(step, c->largest_load_step(displaced));
   if (!matches_.empty()) step = std::min(step, match_load_step);
   return step;
 }

@@ -5,6 +5,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "level/cell_changes.h"
 #include "level/checks.h"
@@ -58,8 +59,10 @@ void report_conditions(const Lattice& lattice, const LevelProblem& problem, cons
   report.contacts = contact_reports(problem, u);
   for (const ContactReport& c : report.contacts)
     if (c.points == 0 && !problem.scene().dynamics && !problem.scene().is_of_lattice)
-      report.warnings.push_back(fmt::format("{} touches nothing: the nearest surface point is {:.3g} mm away",
-                                            "contact '" + c.name + "'", c.nearest_mm));
+      report.warnings.push_back("contact '" + c.name + "' touches nothing: " +
+                                (std::isnan(c.nearest_mm)
+                                     ? "no surface point is near the other segment"
+                                     : fmt::format("the nearest surface point is {:.3g} mm away", c.nearest_mm)));
   report_matches(problem.matches(), problem.start(), u, report);
   report.pose = problem.scene().pose;
   const Arms arms(lattice, report.elasticity);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "hexmesh/core/error.h"
 #include "hexmesh/lattice/element_tree.h"
 
 namespace hexsolver {
@@ -82,6 +83,10 @@ MeshCells::MeshCells(const Lattice& lattice, int level) : lattice_(&lattice), le
 
 MeshCells::MeshCells(const Lattice& lattice, int finest, int coarsest, const IsTooLarge& is_too_large)
     : lattice_(&lattice), level_(finest) {
+  if (lattice.parting.any())
+    throw hexmesh::Error(hexmesh::ErrorKind::input,
+                         "solve.grading is asked for on a lattice whose cells are split (--gaps, --slide), expected "
+                         "cells of one size there");
   Tree tree(lattice, finest, coarsest);
   for (int l = coarsest; l > finest; --l)
     for (const std::int32_t c : tree.cells(l))
@@ -108,7 +113,8 @@ void MeshCells::add_level(int level, std::vector<std::int32_t> cells) {
 
 Mesh MeshCells::make_mesh() const {
   if (const int only = levels_.front().level; levels_.size() == 1)
-    return {lattice_->level(only).cells, lattice_->cell_edges(only), lattice_->corner()};
+    return {lattice_->level(only).cells, hexmesh::nodes_of(lattice_->level(only)), lattice_->cell_edges(only),
+            lattice_->corner()};
   std::vector<Index3> cells;
   std::vector<CellsOfSize> sizes;
   for (const OfLevel& of : levels_) {

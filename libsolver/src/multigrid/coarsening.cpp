@@ -38,6 +38,8 @@ template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
   const std::vector<std::size_t> first_of = share_matrices(level);
   Level& to = levels_[level + 1];
+  to.couplings = passed_to_parents(level == 0 ? potential_.couplings() : levels_[level].couplings,
+                                   hierarchy_.merges[level], hierarchy_.meshes[level].num_cells());
   if (to.braess_sarazin) set_dilatations(level);
   const bool is_to_be_gathered = is_gathered(level + 1);
   std::vector<CellMatrix> shared_matrices(first_of.size());
@@ -243,7 +245,7 @@ void Multigrid::CyclesOf<Scalar>::factor_coarsest() {
   positive_ = coarsest_.compute(
       hierarchy_.meshes[level],
       [&](std::size_t c) { return is_only ? potential_.cell_hessian(c) : cell_matrix(level, c); },
-      is_solved_at_once_ ? &constraints_ : nullptr);
+      is_only ? potential_.couplings() : levels_[level].couplings, is_solved_at_once_ ? &constraints_ : nullptr);
 }
 
 template void Multigrid::CyclesOf<float>::factor_coarsest();

@@ -16,14 +16,17 @@ namespace hexsolver {
 class CoarsestFactor {
 public:
   /// @param matrix_of  cell -> its matrix
+  /// @param couplings  between cells
   /// @param held       where the level is the only one: it is solved at once with K + w (1 - P), which in the range of
   /// P
   ///                   is as good as P K P for large w. Null on others
   /// @returns whether the matrix is positive definite
   template <class MatrixOf>
-  bool compute(const Mesh& mesh, const MatrixOf& matrix_of, const HeldDirections* held) {
+  bool compute(const Mesh& mesh, const MatrixOf& matrix_of, const std::vector<Coupling>& couplings,
+               const HeldDirections* held) {
     if (!is_dense_) is_dense_ = mesh.num_dofs() <= Multigrid::most_dense || (held && fills(*held, mesh.num_dofs()));
-    return *is_dense_ ? compute_dense(mesh, matrix_of, held) : compute_sparse(mesh, matrix_of, held);
+    return *is_dense_ ? compute_dense(mesh, matrix_of, couplings, held)
+                      : compute_sparse(mesh, matrix_of, couplings, held);
   }
 
   template <class Vector>
@@ -64,7 +67,8 @@ private:
   }
 
   template <class MatrixOf>
-  bool compute_dense(const Mesh& mesh, const MatrixOf& matrix_of, const HeldDirections* held) {
+  bool compute_dense(const Mesh& mesh, const MatrixOf& matrix_of, const std::vector<Coupling>& couplings,
+                     const HeldDirections* held) {
     const auto size = static_cast<Index>(mesh.num_dofs());
     dense_matrix_.setZero(size, size);
     double largest = 0;
@@ -75,6 +79,9 @@ private:
         dense_matrix_.block<3, 3>(row, column) += block;
       });
     }
+    hexsolver::for_each_block(mesh, couplings, [&](std::size_t row, std::size_t column, const Mat3& block) {
+      dense_matrix_.block<3, 3>(3 * static_cast<Index>(row), 3 * static_cast<Index>(column)) += block;
+    });
     if (held)
       held->for_each_held_entry([&](Index row, Index column, double value) {
         dense_matrix_(row, column) += held_over_nodal * largest * value;
@@ -84,7 +91,8 @@ private:
   }
 
   template <class MatrixOf>
-  bool compute_sparse(const Mesh& mesh, const MatrixOf& matrix_of, const HeldDirections* held) {
+  bool compute_sparse(const Mesh& mesh, const MatrixOf& matrix_of, const std::vector<Coupling>& couplings,
+                      const HeldDirections* held) {
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(576 * mesh.num_cells());
     double largest = 0;
@@ -97,6 +105,12 @@ private:
             entries.emplace_back(first_row + row, first_column + column, block(row, column));
       });
     }
+    hexsolver::for_each_block(mesh, couplings, [&](std::size_t first_row, std::size_t first_column, const Mat3& block) {
+      for (int column = 0; column < 3; ++column)
+        for (int row = 0; row < 3; ++row)
+          entries.emplace_back(3 * static_cast<Index>(first_row) + row, 3 * static_cast<Index>(first_column) + column,
+                               block(row, column));
+    });
     if (held)
       held->for_each_held_entry([&](Index row, Index column, double value) {
         entries.emplace_back(row, column, held_over_nodal * largest * value);

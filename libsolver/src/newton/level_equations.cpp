@@ -29,7 +29,8 @@ double LevelEquations::gradient(const NodeVector& u, NodeVector& gradient) {
 double LevelEquations::rounding(const NodeVector& u) const {
   const double in_half_edges =
       u.lpNorm<Eigen::Infinity>() / (0.5 * potential_.mesh().edges().colwise().norm().minCoeff());
-  return potential_.adds_displacements_alone() ? std::min(1.0, in_half_edges) * rounding_ : rounding_;
+  return potential_.gradient_jump(u) +
+         (potential_.adds_displacements_alone() ? std::min(1.0, in_half_edges) * rounding_ : rounding_);
 }
 
 bool LevelEquations::lift(const NodeVector& u, NodeVector& step) {

@@ -26,6 +26,7 @@ public:
   double energy_rounding() const override { return potential_.energy_rounding(); }
   void project(NodeVector& v) const override { constraints_.project(v); }
   bool lift(const NodeVector& u, NodeVector& step) override;
+  double longest_step(const NodeVector& u, const NodeVector& step) override { return potential_.longest_step(u, step); }
   void linearize(const NodeVector& u, double projection, bool is_near) override;
   void apply(const NodeVector& x, NodeVector& y) const override { potential_.apply(x, y); }
   LinearOutcome solve(const NodeVector& right_side, const LinearGoal<NodeVector>& goal, NodeVector& step) override;

@@ -287,6 +287,7 @@ NewtonEnd Newton<Vector>::run(Vector& u, const NewtonProgress& progress, const A
       if (!supports_hold) set_sum(step_, support_step_, 1, step_);
       if (!move_whole(u)) return NewtonEnd::supports_turn_inside_out;
     } else {
+      if (const double part = problem_.longest_step(u, step_); part < 1) set_sum(step_, step_, part - 1, step_);
       const std::optional<double> length = search_line(u);
       if (!length) return is_start_rounding_ && iterations_ == 1 ? NewtonEnd::converged : NewtonEnd::no_descent;
       buckles_ = buckles_ || *length > 1;

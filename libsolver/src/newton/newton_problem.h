@@ -58,6 +58,9 @@ public:
   /// step = the smallest that brings the supports to their places. @returns whether it is nothing beside u
   virtual bool lift(const Vector& u, Vector& step) = 0;
 
+  /// The part of a step from u, at most 1, that may be tried.
+  virtual double longest_step(const Vector& /*u*/, const Vector& /*step*/) { return 1; }
+
   /// Prepare apply() and solve() at u.
   /// @param projection  see HessianProjection
   virtual void linearize(const Vector& u, double projection, bool is_near) = 0;

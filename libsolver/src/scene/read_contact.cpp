@@ -77,17 +77,33 @@ void read_obstacle(TomlReader& table, const std::filesystem::path& folder, Conta
   }
   if (shapes != 1)
     table.fail_here(fmt::format(
-        "[[contact]] has {} obstacles, expected one of plane, sphere, capsule, cylinder, box and surface", shapes));
+        "[[contact]] has {} obstacles, expected one of plane, sphere, capsule, cylinder, box and surface, or between",
+        shapes));
+}
+
+void read_law(TomlReader& table, Contact& c) {
+  constexpr double most_friction = 10;
+  c.stiffness =
+      table.number("stiffness_n_mm", 1e-12, infinity, "a stiffness > 0 N/mm of each surface point").value_or(0);
+  c.friction = table.number("friction", 0, most_friction, "a coefficient, 0 to 10").value_or(0);
 }
 
 }  // namespace
 
 Contact read_contact(TomlReader table, const std::filesystem::path& folder, const std::optional<Dynamics>& dynamics,
                      std::size_t number) {
-  constexpr double most_friction = 10;
   Contact c;
   c.where = table.where();
   c.name = table.text("name", "a name").value_or(fmt::format("contact {}", number));
+  if (const auto names = table.texts("between", 2, "two names of segments")) {
+    if (names->at(0) == names->at(1))
+      table.fail_at("between", fmt::format("contact.between names '{}' twice, expected two segments", names->at(0)));
+    c.between.emplace(names->at(0), names->at(1));
+    c.adhesion = table.flag("adhesion").value_or(false);
+    read_law(table, c);
+    table.finish();
+    return c;
+  }
   read_obstacle(table, folder, c);
   const auto by = table.vector("by_mm", "three numbers [x, y, z], LPS, mm");
   if (by) c.by = *by;
@@ -102,9 +118,7 @@ Contact read_contact(TomlReader table, const std::filesystem::path& folder, cons
       for (History::Row& row : c.history->rows) row.value *= std::numbers::pi / 180;
   }
   if (velocity) c.history = velocity;
-  c.stiffness =
-      table.number("stiffness_n_mm", 1e-12, infinity, "a stiffness > 0 N/mm of each surface point").value_or(0);
-  c.friction = table.number("friction", 0, most_friction, "a coefficient, 0 to 10").value_or(0);
+  read_law(table, c);
   table.finish();
   constexpr double most_thicknesses = 1000;
   const double way = c.turn ? std::abs(c.turn->radians) * hexmesh::reach_of(c.obstacle, c.turn->about) : c.by.norm();

@@ -197,7 +197,8 @@ Selector::~Selector() = default;
 
 const hexmesh::CellLocator& Selector::locator() {
   if (!locator_)
-    locator_ = std::make_unique<const hexmesh::CellLocator>(lattice().voxels, cells_.unit(), mesh_.cells());
+    locator_ = std::make_unique<const hexmesh::CellLocator>(lattice().voxels, cells_.unit(), mesh_.cells(),
+                                                            cells_.lattice_level(0).split.owners);
   return *locator_;
 }
 
@@ -311,6 +312,16 @@ std::vector<SurfacePoint> Selector::embed(const std::vector<Vec3>& places) {
     if (e.cell >= 0) out.back() = {e.cell, hexmesh::shape_functions(e.local), Vec3::Zero()};
   }
   return out;
+}
+
+std::vector<SurfacePoint> Selector::centers_of(const std::vector<hexmesh::ExposedFace>& faces) {
+  if (!mesh_.is_graded()) locator();
+  std::vector<SurfacePoint> points;
+  for (const Candidate& c : face_candidates<Candidate>(
+           faces, lattice().voxels, [this](const Index3&voxel, const Vec3&index) { return embed(voxel, index); }, false,
+           share_))
+    points.push_back({c.embedding.cell, hexmesh::shape_functions(c.embedding.local), c.area});
+  return points;
 }
 
 std::vector<SurfacePoint> Selector::whole_surface() {

@@ -63,6 +63,9 @@ public:
   /// The centres of all exposed faces.
   std::vector<SurfacePoint> whole_surface();
 
+  /// The centres of any faces of voxels that have a material.
+  std::vector<SurfacePoint> centers_of(const std::vector<hexmesh::ExposedFace>& faces);
+
   /// Any places at rest, each in the cell that holds it or the nearest one; cell -1 where none is near.
   /// @pre cells alike
   std::vector<SurfacePoint> embed(const std::vector<Vec3>& places);

@@ -1,15 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "hexmesh/lattice/segment_distance.h"
 #include "hexsolver/scene/scene.h"
 #include "mesh/mesh_cells.h"
 #include "selection/selection.h"
+#include "terms/body_map.h"
 #include "terms/point_hessians.h"
 
 namespace hexsolver {
+
+/// A segment that another one's surface touches, in place of an obstacle.
+struct OtherSegment {
+  hexmesh::SegmentDistance distance;
+  BodyMap map;
+  double young;                ///< [MPa]
+  std::vector<bool> touching;  ///< of the surface points, those that are on it at rest
+  double deepest_at_once;      ///< how deep a point may come in one step of Newton's method [mm]
+};
 
 /// An obstacle that surface points enter against springs: W = sum_p k_p/2 min(gap_p, 0)^2, the gap that of the moved
 /// point, spread to the nodes by H^T.
@@ -21,26 +34,36 @@ namespace hexsolver {
 /// With friction each point has a second spring along the surface, of the same stiffness, from where it was at the
 /// begin of the step: its force grows to mu N and then slips. N and the normal are those of the last attach(), so that
 /// within a step it is an energy too, k/2 |t|^2 or mu N |t| - (mu N)^2 / 2k (THEORY.md, "Obstacles").
+///
+/// All of this is a function of where a point is in the obstacle's frame. In place of an obstacle stands the rest shape
+/// of another segment, X in place of x, with x = X + u(X) there: what the function says of dX is dX = F^-1 (dx - H du),
+/// so the segment's nodes bear the opposite of what the point does, at the same place. Where a point passes from one of
+/// the segment's cells to the next F jumps, and the force with it: see gradient_jump().
 class PenaltyContact final : public Term {
 public:
   /// @param mesh     must outlive this
   /// @param points   the whole surface
   /// @param is_hard  as above
+  /// @param other    in place of the contact's obstacle
   PenaltyContact(const Contact& contact, const MeshCells& cells, const Mesh& mesh,
-                 const std::vector<SurfacePoint>& points, bool is_hard = false);
+                 const std::vector<SurfacePoint>& points, bool is_hard = false,
+                 std::unique_ptr<OtherSegment> other = nullptr);
 
   EffectKind effect() const override { return EffectKind::contact; }
   std::string name() const override { return contact_name(contact_); }
   void set_progress(const Progress& progress);  ///< where the obstacle is
   double energy(const NodeVector& u) const override;
+  double longest_step(const NodeVector& u, const NodeVector& step) const override;
+  double gradient_jump(const NodeVector& u) const override;
   double stored_energy(const NodeVector& u) const;  ///< of the springs, without what slips takes [N mm]
   void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const override;
   bool is_linear() const override { return false; }
   void linearize(const NodeVector& u, double projection) override;
-  void add_product(const NodeVector& x, NodeVector& y) const override { active_.add_product(x, y); }
-  void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override { active_.add_product(x, y); }
-  void add_cell_hessian(std::size_t cell, CellMatrix& h) const override { active_.add_cell_hessian(cell, h); }
-  std::int32_t shared_hessian(std::size_t cell) const override { return active_.shared_hessian(cell); }
+  void add_product(const NodeVector& x, NodeVector& y) const override { add_product_of(x, y); }
+  void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override { add_product_of(x, y); }
+  void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
+  std::int32_t shared_hessian(std::size_t cell) const override;
+  const std::vector<Coupling>* couplings() const override { return other_ ? &couplings_ : nullptr; }
   std::size_t bytes() const override;
 
   bool has_friction() const noexcept { return contact_.friction > 0; }
@@ -54,12 +77,12 @@ public:
   double keep(const NodeVector& u);
 
   struct State {
-    std::size_t points = 0;     ///< that touch
-    std::size_t slipping = 0;   ///< of these, whose friction is all there is
-    double deepest = 0;         ///< [mm]
-    double nearest = 0;         ///< least distance, < 0 inside [mm]
-    Vec3 force = Vec3::Zero();  ///< on the body [N]
-    bool is_inside = false;     ///< the obstacle's middle lies in the body: it went through the surface
+    std::size_t points = 0;                                     ///< that touch
+    std::size_t slipping = 0;                                   ///< of these, whose friction is all there is
+    double deepest = 0;                                         ///< [mm]
+    double nearest = std::numeric_limits<double>::quiet_NaN();  ///< least distance, < 0 inside; NaN: nowhere near [mm]
+    Vec3 force = Vec3::Zero();                                  ///< on the body [N]
+    bool is_inside = false;  ///< the obstacle's middle lies in the body: it went through the surface
   };
   struct Pressed {
     double force = 0;  ///< across the surface [N]
@@ -85,17 +108,29 @@ public:
   bool goes_too_far(const Progress& from, const Progress& to) const;
 
   /// The largest part of the load in one step that does not carry an obstacle through the surface.
-  double largest_load_step() const;
+  /// @param displaced  how far conditions move parts of the body in all [mm]
+  double largest_load_step(double displaced) const;
 
 private:
   using Place = Eigen::Isometry3d;  ///< of the obstacle, from where the scene puts it
 
+  /// Where a point is to the obstacle.
+  struct At {
+    Vec3 place = Vec3::Zero();     ///< in the obstacle's frame, or in the other segment at rest [mm]
+    Mat3 to_frame = Mat3::Zero();  ///< its derivative by the place in space
+    bool is_there = true;          ///< false: nowhere near the other segment
+    std::int32_t cell = -1;        ///< of the other segment, whose nodes bear what the point does not
+    NodeWeights weights = NodeWeights::Zero();
+  };
   struct Point {
     std::int32_t cell;
     NodeWeights weights;
     Vec3 rest;
-    Vec3 area;         ///< outward, at rest
-    double stiffness;  ///< [N/mm]
+    Vec3 area;                     ///< outward, at rest
+    double stiffness;              ///< [N/mm]
+    double begin = 0;              ///< its depth at rest where it touches another segment, which counts as none [mm]
+    bool is_bonded = false;        ///< it never leaves that segment
+    hexmesh::Embedding near = {};  ///< where in that segment it was last
   };
   /// Of a point along the obstacle's surface, in its frame.
   struct Friction {
@@ -104,6 +139,7 @@ private:
     Vec3 normal = Vec3::Zero();
     double most = 0;       ///< mu N [N]
     bool slipped = false;  ///< in the last step
+    bool began = true;     ///< false: it was nowhere near when the step began
   };
   /// The spring along the surface at u.
   struct Drawn {
@@ -113,15 +149,28 @@ private:
     bool slips = false;
   };
   Vec3 now(const Point& p, const NodeVector& u) const { return p.rest + mesh_.interpolate(p.cell, p.weights, u); }
+  At locate(const Point& p, const NodeVector& u) const { return locate(p, u, place_); }
+  At locate(const Point& p, const NodeVector& u, const Place& place) const;
+  Vec3 force_at(std::size_t p, const At& at) const;                                   ///< on the body, in the frame [N]
   double stiffness(std::size_t p) const { return strength_ * points_[p].stiffness; }  ///< [N/mm]
   /// The force across the surface of a point so deep [N].
   double press(std::size_t p, double depth) const {
-    return std::max((held_off_.empty() ? 0 : held_off_[p]) - stiffness(p) * depth, 0.0);
+    if (depth == std::numeric_limits<double>::infinity()) return 0;
+    const double pressing = (held_off_.empty() ? 0 : held_off_[p]) - stiffness(p) * depth;
+    return points_[p].is_bonded ? pressing : std::max(pressing, 0.0);
   }
-  hexmesh::Gap gap(const Vec3& now, const Place& place) const;
+  hexmesh::Gap gap(const Point& p, const At& at) const;    ///< in the frame
   double energy_of(std::size_t p, double pressing) const;  ///< across the surface [N mm]
-  Drawn drawn(std::size_t p, const Vec3& now) const;
-  Vec3 force_of(const Drawn& drawn) const;  ///< on the body [N]
+  Drawn drawn(std::size_t p, const At& at) const;
+  static Vec3 force_of(const Drawn& drawn);  ///< on the body, in the frame [N]
+  void remember_cells(const NodeVector& u);  ///< of the other segment
+  bool is_boundless() const;                 ///< without another side
+  template <class Vector>
+  void add_product_of(const Vector& x, Vector& y) const {
+    active_.add_product(x, y);
+    other_active_.add_product(x, y);
+    hexsolver::add_product(mesh_, couplings_, x, y);
+  }
   State state(const NodeVector& u, const Place& place, bool with_friction) const;
   Vec3 outward(const Point& p, const NodeVector& u) const;  ///< of the deformed surface, any length
 
@@ -135,7 +184,10 @@ private:
   std::vector<Friction> frictions_;  ///< of the points; empty without friction
   Place place_;
   double strength_ = 1;   ///< part of the stiffness that there is
-  PointHessians active_;  ///< of the last linearize()
+  PointHessians active_;  ///< of the last linearize(), as the next two
+  PointHessians other_active_;
+  std::vector<Coupling> couplings_;
+  std::unique_ptr<OtherSegment> other_;
 };
 
 }  // namespace hexsolver

@@ -87,6 +87,12 @@ void Potential::for_each_load(const NodeVector& u,
   }
 }
 
+double Potential::gradient_jump(const NodeVector& u) const {
+  double sum = 0;
+  for (const Timed& t : terms_) sum += t.term->gradient_jump(u);
+  return sum;
+}
+
 double Potential::rounding() const {
   double sum = 0;
   for (const Timed& t : terms_) sum += t.term->rounding();
@@ -138,6 +144,20 @@ Dilatation Potential::dilatation(std::size_t cell) const {
 
 void Potential::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
   for (const Timed& t : terms_) t.term->add_diagonal(cell, blocks);
+}
+
+double Potential::longest_step(const NodeVector& u, const NodeVector& step) const {
+  double part = 1;
+  for (const Timed& t : terms_) part = std::min(part, t.term->longest_step(u, step));
+  return part;
+}
+
+std::vector<Coupling> Potential::couplings() const {
+  std::vector<Coupling> out;
+  for (const Timed& t : terms_)
+    if (const std::vector<Coupling>* of_term = t.term->couplings())
+      out.insert(out.end(), of_term->begin(), of_term->end());
+  return out;
 }
 
 std::int32_t Potential::shared_hessian(std::size_t cell) const {

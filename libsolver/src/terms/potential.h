@@ -26,7 +26,8 @@ public:
   /// Energy, gradient and linearization at u are asked for next; as Term::move_to.
   void move_to(const NodeVector& u);
 
-  double energy(const NodeVector& u) const;  ///< [N mm]
+  double energy(const NodeVector& u) const;                                ///< [N mm]
+  double longest_step(const NodeVector& u, const NodeVector& step) const;  ///< least of all terms; as Term's
 
   /// Gradient and the sum of the absolute values it is made of [N].
   void gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const;
@@ -34,8 +35,9 @@ public:
   /// The same without one of the terms.
   void gradient_without(const Term& left_out, const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const;
 
-  double rounding() const;         ///< size of the rounding errors in a gradient [N]
-  double energy_rounding() const;  ///< of those in an energy [N mm]
+  double gradient_jump(const NodeVector& u) const;  ///< as Term::gradient_jump [N]
+  double rounding() const;                          ///< size of the rounding errors in a gradient [N]
+  double energy_rounding() const;                   ///< of those in an energy [N mm]
 
   /// Prepare apply() and cell_hessian() at u.
   void linearize(const NodeVector& u, double projection);
@@ -45,6 +47,8 @@ public:
   CellMatrix cell_hessian(std::size_t cell) const;                 ///< shape (24, 24), symmetric
   Dilatation dilatation(std::size_t cell) const;                   ///< of the one term that has one
   void add_diagonal(std::size_t cell, NodeBlocks& blocks) const;   ///< as Term::add_diagonal
+
+  std::vector<Coupling> couplings() const;  ///< of all terms, as Term::couplings
 
   /// Cells of one number share their Hessian; Term::own_hessian where a cell has its own.
   std::int32_t shared_hessian(std::size_t cell) const;

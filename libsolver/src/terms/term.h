@@ -6,6 +6,7 @@
 #include "hexsolver/scene/effects.h"
 #include "kernels/matrix_number.h"
 #include "mesh/mesh.h"
+#include "terms/couplings.h"
 
 namespace hexsolver {
 
@@ -45,8 +46,14 @@ public:
 
   virtual double energy(const NodeVector& u) const = 0;  ///< [N mm]
 
+  /// The part of a step from u, at most 1, behind which it would not know its state.
+  virtual double longest_step(const NodeVector& /*u*/, const NodeVector& /*step*/) const { return 1; }
+
   /// gradient += dW/du; magnitude += the absolute values that were summed up for it, the scale of a residual [N].
   virtual void add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const = 0;
+
+  /// By how much its gradient may be off because it jumps near u, norm [N].
+  virtual double gradient_jump(const NodeVector& /*u*/) const { return 0; }
 
   /// Size of the rounding errors in a gradient [N].
   virtual double rounding() const { return 0; }
@@ -90,6 +97,9 @@ public:
 
   /// What of add_cell_hessian() resists change of volume, where a term can tell it apart.
   virtual Dilatation dilatation(std::size_t /*cell*/) const { return {}; }
+
+  /// Of the Hessian what couples points of different cells, which add_cell_hessian() leaves out; null: nothing.
+  virtual const std::vector<Coupling>* couplings() const { return nullptr; }
 
   virtual std::size_t bytes() const { return 0; }  ///< of memory
 

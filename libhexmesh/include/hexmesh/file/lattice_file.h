@@ -13,6 +13,7 @@ namespace hexmesh {
 
 /// Version of the lattice file's layout; readers refuse others. See FORMATS.md.
 inline constexpr int lattice_version = 4;
+inline constexpr int split_lattice_version = 5;                   ///< of lattices whose cells are split
 inline constexpr const char* lattice_format = "hexmesh lattice";  ///< as its header says
 
 /// Which levels' matrices a lattice file holds: those that take at most 60 bytes a voxel, all above level 0, none.

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "hexmesh/geometry/triangle_surface.h"
 #include "hexmesh/lattice/locator.h"
 #include "hexmesh/lattice/nodes.h"
 
@@ -17,6 +18,12 @@ public:
   /// @param points      rest positions [mm]; those that no cell holds stay
   EmbeddedPoints(const CellLocator& locator, const std::vector<CellNodes>& cell_nodes, const std::vector<Vec3>& points);
 
+  /// A picture surface whose points move with the cells of the nearest voxels of their segment, so that it stays with
+  /// it where another slides along.
+  /// @param labels  of the lattice's box; empty: points move with the cells they are in
+  EmbeddedPoints(const CellLocator& locator, const std::vector<CellNodes>& cell_nodes, const TriangleSurface& surface,
+                 std::span<const std::uint16_t> labels);
+
   std::size_t size() const noexcept { return points_.size(); }
 
   /// @param nodal  (x, y, z) of node 0, of node 1, ...
@@ -24,6 +31,8 @@ public:
   void interpolate(std::span<const double> nodal, std::vector<Vec3>& out) const;
 
 private:
+  void embed(std::size_t point, const Embedding& e, const std::vector<CellNodes>& cell_nodes);
+
   struct Point {
     CellNodes nodes{};
     NodeWeights weights = NodeWeights::Zero();

@@ -11,6 +11,7 @@
 #include "hexmesh/lattice/element.h"
 #include "hexmesh/lattice/material_rule.h"
 #include "hexmesh/lattice/merge.h"
+#include "hexmesh/lattice/split_cells.h"
 #include "hexmesh/lattice/stored_matrices.h"
 #include "hexmesh/lattice/subcells.h"
 #include "hexmesh/lattice/surface_faces.h"
@@ -44,6 +45,7 @@ struct Level {
   Index3 merge = {1, 1, 1};            ///< cells of the finer level per cell along each axis
   Index3 voxels_per_cell = {1, 1, 1};  ///< level-0 cells per cell along each axis
   std::vector<Index3> cells;           ///< shape (num_cells), sorted, i fastest; index within the lattice's box
+  SplitCells split;                    ///< where several stand at one index or do not share its node
   std::vector<std::int32_t> element;   ///< shape (num_cells), the element of each cell
   std::vector<std::uint16_t> segment;  ///< shape (num_cells), label with most voxels in the cell
   std::vector<std::uint16_t> parts;    ///< shape (num_cells), pieces of material in the cell (see parts.h)
@@ -70,6 +72,7 @@ struct Lattice {
   std::vector<Level> levels;             ///< may hold only some levels when read from a file; the others are empty
   TriangleSurface surface;               ///< picture surfaces, bound to the cells by their positions; likewise
   std::vector<std::string> history;      ///< command lines that made it, oldest first
+  Parting parting;                       ///< what its cells keep apart
   bool surface_of_voxels = false;        ///< `surface` is what extract_surfaces() makes (see surface/extract.h)
   std::shared_ptr<const SurfaceFaces> faces;  ///< of the labels; ask faces_of()
 
@@ -89,6 +92,7 @@ std::size_t bytes_of(const Lattice& lattice);
 struct LatticeOptions {
   int num_levels = 0;         ///< 0: merge until at most 16 cells are left
   Index3 offset = {0, 0, 0};  ///< shift of the lattice against the body, in voxels; each >= 0
+  Parting parting;            ///< what cells keep apart; labels that no two segments with material have part nothing
 };
 
 /// Level 0 from the voxels with material, the others by merging: K_parent = sum_c L_c^T K_c L_c.
@@ -97,6 +101,13 @@ struct LatticeOptions {
 /// @throws Error{input} if no voxel has a material, or naming a segment whose material is out of bounds
 Lattice build_lattice(const LabelVolume& volume, std::vector<LatticeSegment> segments,
                       const LatticeOptions& options = {}, const GreyMaterials* grey = nullptr);
+
+/// The nodes of the cells of a level.
+NodeNumbering nodes_of(const Level& level);
+
+/// Of each cell of a level, the cell of a coarser one that holds it.
+/// @pre both levels are there
+std::vector<std::int32_t> coarser_cells_of(const Lattice& lattice, int level, int coarser);
 
 /// The same voxels, materials and element numbers at level 0 with all levels made anew, as many as there were.
 /// @pre level 0 is there

@@ -48,6 +48,10 @@ inline constexpr int most_cells_tied = 8;
 /// @param num_nodes  of the cells
 NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes);
 
+/// The same with the cells named that are of parts to be tied.
+NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes,
+                                  const std::vector<bool>& is_small);
+
 /// The same, but nothing tied: what follows from the links of a part of all cells.
 NodeNumbering number_linked_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes,
                                          std::size_t num_nodes);

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "hexmesh/lattice/lattice.h"
+#include "hexmesh/lattice/locator.h"
 #include "hexmesh/lattice/nodes.h"
 
 namespace hexmesh {
@@ -27,6 +29,8 @@ struct Result {
   int level = 0;  ///< the mechanical level
   Index3 voxels_per_cell = {1, 1, 1};
   std::vector<Index3> cells;           ///< shape (num_cells)
+  Parting parting;                     ///< what the cells keep apart
+  VoxelOwners owners;                  ///< where several cells stand at one index
   std::vector<CellNodes> cell_nodes;   ///< shape (num_cells, 8), node order of shape.h
   std::vector<Vec3> nodes;             ///< rest positions [mm]
   std::vector<Vec3> displacement;      ///< per node [mm]; empty at rest
@@ -46,6 +50,12 @@ struct Result {
   std::vector<std::string> history;  ///< command lines, oldest first
   bool surface_of_voxels = false;    ///< files leave `surface` out: add_surface() makes it (see surface/extract.h)
 };
+
+/// Finds its cells. The result must outlive it and keep its cells.
+CellLocator locator_of(const Result& result);
+
+/// Its labels where cells keep segments apart, else none: what its surface is embedded by (see EmbeddedPoints).
+std::span<const std::uint16_t> labels_that_part(const Result& result);
 
 /// A level before anything is solved: geometry, segments, surface and the cell fields fill and parts (see parts.h).
 Result rest_state(const Lattice& lattice, int level);

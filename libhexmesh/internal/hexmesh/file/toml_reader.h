@@ -96,6 +96,18 @@ public:
     return numbers_of(*node, key, count, expected);
   }
 
+  std::optional<std::vector<std::string>> texts(const std::string& key, std::size_t count,
+                                                const std::string& expected) {
+    const toml::node* node = take(key);
+    if (!node) return std::nullopt;
+    std::vector<std::string> out;
+    if (const toml::array* array = node->as_array())
+      for (const toml::node& entry : *array)
+        if (const auto text = entry.value<std::string>(); entry.is_string()) out.push_back(*text);
+    if (out.size() != count || node->as_array()->size() != count) fail(*node, key, expected);
+    return out;
+  }
+
   /// A number, or an array of as many as one of `counts`; empty if the key is absent.
   std::vector<double> number_or_numbers(const std::string& key, const std::vector<std::size_t>& counts,
                                         const std::string& expected) {

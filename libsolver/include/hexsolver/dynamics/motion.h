@@ -53,11 +53,10 @@ public:
   double work_uncertainty() const;
   double friction_work() const;  ///< that slips at obstacles took since the start [N mm]
 
-  Vec3 momentum() const;                     ///< [N s]
-  const Mesh& mesh() const;                  ///< of the cells that move
-  const std::vector<Index3>& cells() const;  ///< of the level, as the two below
+  Vec3 momentum() const;                 ///< [N s]
+  const Mesh& mesh() const;              ///< of the cells that move
+  hexmesh::CellLocator locator() const;  ///< finds cells of the level, whose nodes the next are
   const std::vector<hexmesh::CellNodes>& cell_nodes() const;
-  const Index3& voxels_per_cell() const;
 
   /// The state as files keep it; with stresses and strains if the scene asks for them in every state.
   hexmesh::MotionStep state() const;

@@ -83,7 +83,7 @@ struct Force {
 /// Names the force in reports, apart from other effects.
 inline std::string load_name(const Force& force) { return "force '" + force.name + "'"; }
 
-/// A [[contact]] of the scene: an obstacle that the body may not enter.
+/// A [[contact]] of the scene: an obstacle that the body may not enter, or two segments that may not enter each other.
 struct Contact {
   std::string name;
   std::string where;                    ///< file:line of its table, for messages
@@ -95,6 +95,8 @@ struct Contact {
   std::optional<Turn> turn = {};        ///< in place of `by`
   std::filesystem::path file = {};      ///< that a closed surface comes from; empty = none
   bool grows = false;                   ///< what it exerts grows with the load, as what acts in a [loaded]
+  std::optional<std::pair<std::string, std::string>> between = {};  ///< segments, in place of an obstacle
+  bool adhesion = false;  ///< segments that touch at rest do not part, they slide
 };
 
 /// Where an obstacle is then, from where the scene puts it.

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "hexmesh/core/grid.h"
+#include "hexmesh/geometry/solid.h"
+
+namespace hexmesh {
+
+/// How far places at rest are from the surface of a segment, smoothly: the distance from its voxels, outside, or from
+/// those that are none of its, inside; averaged over neighbours so that the steps of voxels turn into slopes, and
+/// interpolated by quadratic B-splines, so that its gradient is continuous.
+///
+/// Where another segment touches it the face between both goes on a little beyond its rim, into what is nearer to this
+/// one than to the other: averages would round off the rim. Where the segment itself is more than a voxel farther away
+/// the distance grows by the square of what that is more.
+class SegmentDistance {
+public:
+  /// Farther than so many voxels along an axis all is as far.
+  static constexpr int most_voxels = 12;
+
+  /// @param voxels, labels  of a lattice's box; beyond it there is nothing
+  /// @param beside  label of the other segment
+  SegmentDistance(const Grid& voxels, std::span<const std::uint16_t> labels, std::uint16_t label, std::uint16_t beside);
+
+  /// @returns depth < 0 inside [mm], its gradient (of a length near 1) and second derivatives
+  Gap gap(const Vec3& place) const;
+
+  /// Radius of the largest ball inside, as far as that is told [mm].
+  double thickness() const noexcept { return thickness_; }
+  std::size_t bytes() const { return (values_.size() + alone_.size()) * sizeof(float); }
+
+private:
+  std::size_t offset(const Index3& v) const { return offset_in(extent_, v); }
+  std::vector<char> voxels_of(std::span<const std::uint16_t> labels, std::uint16_t label) const;
+  bool extend(std::vector<char>& is_inside, const std::vector<char>& is_beside) const;  ///< whether another touches
+  std::vector<float> measured(const std::vector<char>& is_inside) const;
+  void smooth(std::vector<float>& values) const;
+  Gap interpolate(const std::vector<float>& values, const Vec3& place) const;
+
+  Grid voxels_;
+  Index3 first_{}, extent_{};  ///< of a box around the segment, in voxels of the lattice's box
+  std::vector<float> values_;  ///< [mm]
+  std::vector<float> alone_;   ///< without what goes on beyond a rim; empty where nothing does
+  double thickness_ = 0;
+  float most_ = 0;  ///< the farthest that is told [mm]
+};
+
+}  // namespace hexmesh

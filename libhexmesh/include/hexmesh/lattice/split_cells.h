@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "hexmesh/lattice/nodes.h"
+
+namespace hexmesh {
+
+/// What is kept apart where cells would hold it together.
+struct Parting {
+  /// Across gaps: voxels hold together through the faces they share, not through edges and corners, and through other
+  /// voxels of their cell. Parts of at most `most_voxels_tied` voxels are no bodies of their own: they move with what
+  /// they touch.
+  bool gaps = false;
+  /// Labels of segments that slide along each other: faces between them do not hold. Gaps part too where there are any.
+  std::vector<std::pair<std::uint16_t, std::uint16_t>> sliding;
+
+  bool any() const noexcept { return gaps || !sliding.empty(); }
+  bool operator==(const Parting&) const = default;
+};
+
+/// Which cell a voxel is in where several stand at one index.
+struct VoxelOwners {
+  std::vector<std::int64_t>
+      voxels;  ///< offsets in the lattice's box of all voxels with material at such indices, ascending
+  std::vector<std::int32_t> cells;  ///< the cell that holds each
+
+  bool empty() const noexcept { return voxels.empty(); }
+  bool operator==(const VoxelOwners&) const = default;
+};
+
+/// How the cells of a level differ from one at each index whose nodes are those of all cells around. Empty: not at all.
+struct SplitCells {
+  std::vector<std::int64_t> corners;  ///< 8 cell + corner, ascending: those whose node is not the first at its index
+  std::vector<std::int32_t> copies;  ///< which it is, from 1; nodes at an index are in the order of their first corners
+  VoxelOwners owners;
+
+  bool empty() const noexcept { return corners.empty() && owners.empty(); }
+  bool operator==(const SplitCells&) const = default;
+};
+
+/// The nodes of cells, as many at an index as split cells have there.
+/// @param cells  sorted, i fastest, several at one index perhaps
+NodeNumbering number_nodes(std::span<const Index3> cells, const SplitCells& split);
+
+/// How many those are.
+std::size_t count_nodes(std::span<const Index3> cells, const SplitCells& split);
+
+}  // namespace hexmesh

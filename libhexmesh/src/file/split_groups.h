@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "cell_checks.h"
+#include "hdf5.h"
+
+/// Groups of lattice and result files that only those have whose cells are split; see FORMATS.md.
+namespace hexmesh::hdf5 {
+
+void write_parting(Writer& file, const Parting& parting);  ///< nothing where nothing parts
+Parting read_parting(const Reader& file, const std::vector<LatticeSegment>& segments);
+
+/// @param group  the level's
+void write_split(Writer& file, const std::string& group, const SplitCells& split);
+/// @throws Error{input} unless owners are as of read_owners() and nodes at one index are numbered without gaps
+SplitCells read_split(const Reader& file, const std::string& group, const Grid& voxels, const StoredCells& cells);
+
+void write_owners(Writer& file, const std::string& group, const VoxelOwners& owners);
+/// @throws Error{input} unless each cell that shares its index, and no other, holds voxels of it
+VoxelOwners read_owners(const Reader& file, const std::string& group, const Grid& voxels, const StoredCells& cells);
+
+}  // namespace hexmesh::hdf5

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/lattice/segment_distance.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace hexmesh {
+namespace {
+
+/// f(first, stride) for each line of a box along an axis.
+template <class F>
+void for_each_line(const Index3& extent, std::size_t axis, const F& f) {
+  const std::size_t u = (axis + 1) % 3, w = (axis + 2) % 3, stride = strides_in(extent)[axis];
+  Index3 v = {0, 0, 0};
+  for (v[w] = 0; v[w] < extent[w]; ++v[w])
+    for (v[u] = 0; v[u] < extent[u]; ++v[u]) f(offset_in(extent, v), stride);
+}
+
+/// Squared distances from the middles of voxels to the nearest voxel of a set, axis by axis.
+std::vector<float> squared_distances(const std::vector<char>& is_in_set, const Index3& extent, const Vec3& spacing,
+                                     float most) {
+  std::vector<float> out(is_in_set.size());
+  for (std::size_t n = 0; n < out.size(); ++n) out[n] = is_in_set[n] ? 0 : most * most;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::array<float, SegmentDistance::most_voxels + 1> away{};
+    for (std::size_t k = 1; k < away.size(); ++k)
+      away[k] =
+          static_cast<float>(std::pow((static_cast<double>(k) - 0.5) * spacing[static_cast<Eigen::Index>(axis)], 2));
+    const auto count = static_cast<std::ptrdiff_t>(extent[axis]);
+    std::vector<float> line(as_size(count));
+    for_each_line(extent, axis, [&](std::size_t first, std::size_t stride) {
+      for (std::ptrdiff_t n = 0; n < count; ++n) line[as_size(n)] = out[first + as_size(n) * stride];
+      for (std::ptrdiff_t n = 0; n < count; ++n) {
+        float least = line[as_size(n)];
+        for (std::ptrdiff_t k = 1; k <= SegmentDistance::most_voxels && away[as_size(k)] < least; ++k) {
+          if (n - k >= 0) least = std::min(least, line[as_size(n - k)] + away[as_size(k)]);
+          if (n + k < count) least = std::min(least, line[as_size(n + k)] + away[as_size(k)]);
+        }
+        out[first + as_size(n) * stride] = least;
+      }
+    });
+  }
+  return out;
+}
+
+/// Weights of the quadratic B-splines of three neighbours at `f` from the middle one, their slopes and curvatures.
+struct Splines {
+  std::array<double, 3> value, slope;
+  static constexpr std::array<double, 3> curvature = {1, -2, 1};
+  explicit Splines(double f)
+      : value{0.5 * (0.5 - f) * (0.5 - f), 0.75 - f * f, 0.5 * (0.5 + f) * (0.5 + f)},
+        slope{f - 0.5, -2 * f, f + 0.5} {}
+};
+
+}  // namespace
+
+SegmentDistance::SegmentDistance(const Grid& voxels, std::span<const std::uint16_t> labels, std::uint16_t label,
+                                 std::uint16_t beside)
+    : voxels_(voxels) {
+  constexpr std::int32_t margin = 6;
+  Index3 low = voxels.extent(), high = {-1, -1, -1};
+  for (std::size_t n = 0; n < labels.size(); ++n) {
+    if (labels[n] != label) continue;
+    const Index3 v = voxels.index(n);
+    for (std::size_t d = 0; d < 3; ++d) {
+      low[d] = std::min(low[d], v[d]);
+      high[d] = std::max(high[d], v[d]);
+    }
+  }
+  for (std::size_t d = 0; d < 3; ++d) {
+    first_[d] = low[d] - margin;
+    extent_[d] = std::max(high[d] - low[d] + 1 + 2 * margin, 0);
+  }
+  most_ = static_cast<float>(most_voxels * voxels.spacing().minCoeff());
+  const std::vector<char> is_inside = voxels_of(labels, label);
+  std::vector<char> is_extended = is_inside;
+  const bool touches = extend(is_extended, voxels_of(labels, beside));
+  values_ = measured(is_extended);
+  for (const float value : values_) thickness_ = std::max<double>(thickness_, -value);
+  smooth(values_);
+  if (!touches) return;
+  alone_ = measured(is_inside);
+  smooth(alone_);
+}
+
+std::vector<char> SegmentDistance::voxels_of(std::span<const std::uint16_t> labels, std::uint16_t label) const {
+  std::vector<char> out(count_in(extent_));
+  for (std::size_t n = 0; n < out.size(); ++n) {
+    Index3 v = index_in(extent_, n);
+    for (std::size_t d = 0; d < 3; ++d) v[d] += first_[d];
+    out[n] = voxels_.contains(v) && labels[voxels_.offset(v)] == label;
+  }
+  return out;
+}
+
+bool SegmentDistance::extend(std::vector<char>& is_inside, const std::vector<char>& is_beside) const {
+  constexpr int reach = 4;  // voxels: farther than averages see
+  const std::array<std::size_t, 3> stride = strides_in(extent_);
+  std::vector<char> touches(is_inside.size());
+  bool is_any = false;
+  for (std::size_t n = 0; n < touches.size(); ++n)
+    for (std::size_t d = 0; is_inside[n] && d < 3; ++d)  // never at the border: there is a margin
+      if (is_beside[n - stride[d]] || is_beside[n + stride[d]]) touches[n] = is_any = true;
+  if (!is_any) return false;
+  const Vec3& spacing = voxels_.spacing();
+  const std::vector<float> to_face = squared_distances(touches, extent_, spacing, most_),
+                           to_this = squared_distances(is_inside, extent_, spacing, most_),
+                           to_other = squared_distances(is_beside, extent_, spacing, most_);
+  const auto near = static_cast<float>(std::pow(reach * spacing.maxCoeff(), 2));
+  for (std::size_t n = 0; n < is_inside.size(); ++n)
+    if (!is_beside[n] && to_face[n] <= near && to_this[n] < to_other[n]) is_inside[n] = 1;
+  return true;
+}
+
+std::vector<float> SegmentDistance::measured(const std::vector<char>& is_inside) const {
+  std::vector<char> is_outside(is_inside.size());
+  for (std::size_t n = 0; n < is_inside.size(); ++n) is_outside[n] = !is_inside[n];
+  std::vector<float> out = squared_distances(is_inside, extent_, voxels_.spacing(), most_);
+  const std::vector<float> inside = squared_distances(is_outside, extent_, voxels_.spacing(), most_);
+  for (std::size_t n = 0; n < out.size(); ++n) out[n] = is_inside[n] ? -std::sqrt(inside[n]) : std::sqrt(out[n]);
+  return out;
+}
+
+void SegmentDistance::smooth(std::vector<float>& values) const {
+  constexpr int times = 2;
+  for (int time = 0; time < times; ++time)
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for_each_line(extent_, axis, [&](std::size_t first, std::size_t stride) {
+        float before = values[first];
+        for (std::size_t n = 0; n < as_size(extent_[axis]); ++n) {
+          float& here = values[first + n * stride];
+          const float now = here, after = n + 1 < as_size(extent_[axis]) ? values[first + (n + 1) * stride] : now;
+          here = (before + 2 * now + after) / 4;
+          before = now;
+        }
+      });
+}
+
+Gap SegmentDistance::gap(const Vec3& place) const {
+  Gap out = interpolate(values_, place);
+  if (alone_.empty()) return out;
+  const Gap alone = interpolate(alone_, place);
+  const double voxel = voxels_.spacing().maxCoeff(), beyond = alone.depth - out.depth - voxel;
+  if (beyond <= 0) return out;
+  const Vec3 slope = alone.normal - out.normal;
+  out.depth += beyond * beyond / (2 * voxel);
+  out.normal += beyond / voxel * slope;
+  out.bending += (slope * slope.transpose() + beyond * (alone.bending - out.bending)) / voxel;
+  return out;
+}
+
+Gap SegmentDistance::interpolate(const std::vector<float>& values, const Vec3& place) const {
+  const Vec3 index = voxels_.continuous_index(place);
+  Index3 middle{};
+  Vec3 from;
+  for (std::size_t d = 0; d < 3; ++d) {
+    const auto axis = static_cast<Eigen::Index>(d);
+    const double nearest = std::round(index[axis]);
+    if (!(nearest - 1 >= first_[d] && nearest + 1 < first_[d] + extent_[d])) return {most_, Vec3::Zero(), Mat3::Zero()};
+    middle[d] = static_cast<std::int32_t>(nearest) - first_[d];
+    from[axis] = index[axis] - nearest;
+  }
+  const std::array<Splines, 3> of = {Splines(from[0]), Splines(from[1]), Splines(from[2])};
+  double depth = 0;
+  Vec3 slope = Vec3::Zero();
+  Mat3 bending = Mat3::Zero();
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t j = 0; j < 3; ++j)
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::array<std::size_t, 3> at = {i, j, k};
+        const double value =
+            values[offset({middle[0] + static_cast<std::int32_t>(i) - 1, middle[1] + static_cast<std::int32_t>(j) - 1,
+                           middle[2] + static_cast<std::int32_t>(k) - 1})];
+        depth += value * of[0].value[i] * of[1].value[j] * of[2].value[k];
+        for (std::size_t a = 0; a < 3; ++a)
+          for (std::size_t b = 0; b <= a; ++b) {
+            double slopes = value, curvatures = value;
+            for (std::size_t d = 0; d < 3; ++d) {
+              const double w = of[d].value[at[d]], s = of[d].slope[at[d]], c = Splines::curvature[at[d]];
+              slopes *= d == a ? s : w;
+              curvatures *= a == b ? (d == a ? c : w) : d == a || d == b ? s : w;
+            }
+            if (b == 0) slope[static_cast<Eigen::Index>(a)] += slopes;
+            bending(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) += curvatures;
+          }
+      }
+  bending = bending.selfadjointView<Eigen::Lower>();
+  const Mat3 to_index = voxels_.spacing().cwiseInverse().asDiagonal() * voxels_.direction().inverse();
+  return {depth, to_index.transpose() * slope, to_index.transpose() * bending * to_index};
+}
+
+}  // namespace hexmesh

@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "terms/contact.h"
+
+namespace hexsolver {
+
+/// The contact of two segments: the surface of the first, as it is at rest where they touch and wherever else nothing
+/// is beside it, against the rest shape of the second.
+/// @param cells  of one level, of a lattice with labels
+/// @throws Error{input} unless both have a material and the cells keep them apart
+std::unique_ptr<PenaltyContact> make_segment_contact(const Contact& contact, const MeshCells& cells, const Mesh& mesh,
+                                                     Selector& selector, bool is_hard);
+
+}  // namespace hexsolver

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "terms/body_map.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "hexmesh/core/bytes.h"
+
+namespace hexsolver {
+namespace {
+
+using Corners = Eigen::Matrix<double, 3, 8>;
+
+Corners corners_of(const Mesh& mesh, std::int32_t cell, const NodeVector& u) {
+  const CellVector v = mesh.gather(static_cast<std::size_t>(cell), u);
+  Corners out = Eigen::Map<const Corners>(v.data());
+  for (int a = 0; a < 8; ++a)
+    out.col(a) += mesh.position(mesh.node(static_cast<std::size_t>(cell), static_cast<std::size_t>(a)));
+  return out;
+}
+
+/// The nodes of a face, by side (see hexmesh::ExposedFace), sorted.
+std::array<std::int32_t, 4> face_of(const CellNodes& nodes, int side) {
+  std::array<std::int32_t, 4> out{};
+  std::size_t n = 0;
+  for (int a = 0; a < 8; ++a)
+    if (hexmesh::corner_bit(a, side / 2) == side % 2) out[n++] = nodes[static_cast<std::size_t>(a)];
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+}  // namespace
+
+BodyMap::BodyMap(const MeshCells& cells, const Mesh& mesh, std::uint16_t label)
+    : mesh_(mesh), corner_(cells.lattice().corner()), beyond_(mesh.num_cells(), {-1, -1, -1, -1, -1, -1}) {
+  const hexmesh::Lattice& lattice = cells.lattice();
+  const hexmesh::Level& level = lattice.level(cells.level());
+  const hexmesh::CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells, level.split.owners);
+  std::vector<bool> holds(mesh.num_cells());
+  for (std::size_t n = 0; n < lattice.labels.size(); ++n)
+    if (lattice.labels[n] == label)
+      if (const std::int32_t cell = locator.cell_of_voxel(lattice.voxels.index(n)); cell >= 0)
+        holds[static_cast<std::size_t>(cell)] = true;
+  std::map<std::array<std::int32_t, 4>, std::pair<std::int32_t, int>> open;  // faces that one cell has so far
+  for (std::size_t c = 0; c < holds.size(); ++c) {
+    if (!holds[c]) continue;
+    cells_.push_back(static_cast<std::int32_t>(c));
+    for (int side = 0; side < 6; ++side) {
+      const auto [face, is_new] =
+          open.try_emplace(face_of(mesh.cell_nodes()[c], side), static_cast<std::int32_t>(c), side);
+      if (is_new) continue;
+      const auto [other, its_side] = face->second;
+      if (its_side == (side ^ 1) && beyond_[static_cast<std::size_t>(other)][static_cast<std::size_t>(its_side)] < 0) {
+        beyond_[c][static_cast<std::size_t>(side)] = other;
+        beyond_[static_cast<std::size_t>(other)][static_cast<std::size_t>(its_side)] = static_cast<std::int32_t>(c);
+      }
+    }
+  }
+  constexpr double cells_beyond = 0.75, voxels_beyond = 3;
+  for (std::size_t d = 0; d < 3; ++d)
+    beyond_most_ = std::max(beyond_most_, cells_beyond + voxels_beyond / level.voxels_per_cell[d]);
+  bin_size_ = 2 * mesh.edges().colwise().norm().maxCoeff();
+}
+
+/// Newton's method for x(local) = x from `local`, which it moves.
+BodyMap::End BodyMap::invert(const Vec3& x, const NodeVector& u, std::int32_t cell, Vec3& local) const {
+  constexpr int most_steps = 20;
+  constexpr double exact = 1e-12;
+  const double far = beyond_most_ + 0.5;
+  const Corners corners = corners_of(mesh_, cell, u);
+  for (int step = 0; step < most_steps; ++step) {
+    const Mat3 jacobian = corners * hexmesh::shape_gradients(local);
+    const Vec3 by = jacobian.inverse() * (x - corners * hexmesh::shape_functions(local));
+    if (!by.allFinite()) return End::failed;
+    local += by;
+    const double outside = ((local.array() - 0.5).abs() - 0.5).maxCoeff();
+    if (outside > far) {  // on the way to another cell: the map means little so far out
+      local = local.cwiseMax(-far).cwiseMin(1 + far);
+      return End::left;
+    }
+    if (by.lpNorm<Eigen::Infinity>() < exact) return outside > 0 ? End::left : End::found;
+  }
+  const double miss = (x - corners * hexmesh::shape_functions(local)).norm();
+  if (miss > 1e-9 * bin_size_) return End::failed;
+  return ((local.array() - 0.5).abs() - 0.5).maxCoeff() > 0 ? End::left : End::found;
+}
+
+BodyMap::Place BodyMap::place(const NodeVector& u, std::int32_t cell, const Vec3& local) const {
+  const auto c = static_cast<std::size_t>(cell);
+  Place out{cell, local};
+  const Index3& index = mesh_.cells()[c];
+  const Mat3& edges = mesh_.edges(c);
+  out.rest = corner_ + edges * (Vec3(index[0], index[1], index[2]) + local);
+  out.to_rest = edges * (corners_of(mesh_, cell, u) * hexmesh::shape_gradients(local)).inverse();
+  out.weights = hexmesh::shape_functions(local);
+  return out;
+}
+
+BodyMap::Place BodyMap::find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near) const {
+  constexpr int most_cells = 64;
+  std::int32_t cell = near.cell, before = -1;
+  Vec3 local = near.local;
+  for (int step = 0; cell >= 0 && step < most_cells; ++step) {
+    const End end = invert(x, u, cell, local);
+    if (end == End::failed) break;
+    if (end == End::found) return place(u, cell, local);
+    // To the cell beyond the face that is farthest behind; from there it may come back once, at an edge.
+    std::int32_t next = -1;
+    std::array<std::pair<double, int>, 3> sides;
+    for (int d = 0; d < 3; ++d)
+      sides[static_cast<std::size_t>(d)] = {std::max(-local[d], local[d] - 1), 2 * d + (local[d] > 0.5)};
+    std::sort(sides.begin(), sides.end(), std::greater<>());
+    int crossed = 0;
+    for (const auto& [by, side] : sides) {
+      if (by <= 0) break;
+      const std::int32_t beyond = beyond_[static_cast<std::size_t>(cell)][static_cast<std::size_t>(side)];
+      if (beyond < 0 || beyond == before) continue;
+      next = beyond;
+      crossed = side;
+      break;
+    }
+    if (next < 0) {
+      if (sides[0].first > beyond_most_) return {};
+      return place(u, cell, local);
+    }
+    local[crossed / 2] += crossed % 2 == 1 ? -1 : 1;
+    before = cell;
+    cell = next;
+  }
+  const auto found = bins_.find(bin_of(index_of_bin(x)));
+  if (found == bins_.end()) return {};
+  for (const std::int32_t candidate : found->second) {
+    local = Vec3::Constant(0.5);
+    if (invert(x, u, candidate, local) == End::found) return place(u, candidate, local);
+  }
+  return {};
+}
+
+std::vector<Mat3> BodyMap::to_rest_beside(const Place& of, const NodeVector& u) const {
+  constexpr double on_border = 1e-4;
+  std::vector<Mat3> out;
+  for (int side = 0; of.cell >= 0 && side < 6; ++side) {
+    const bool is_upper = side % 2 == 1;
+    if (std::abs(of.local[side / 2] - (is_upper ? 1 : 0)) > on_border) continue;
+    const std::int32_t beyond = beyond_[static_cast<std::size_t>(of.cell)][static_cast<std::size_t>(side)];
+    if (beyond < 0) continue;
+    Vec3 local = of.local;
+    local[side / 2] += is_upper ? -1 : 1;
+    out.push_back(place(u, beyond, local).to_rest);
+  }
+  return out;
+}
+
+Index3 BodyMap::index_of_bin(const Vec3& x) const {
+  Index3 out{};
+  for (std::size_t d = 0; d < 3; ++d) {
+    const double at = std::floor((x[static_cast<Eigen::Index>(d)] - corner_[static_cast<Eigen::Index>(d)]) / bin_size_);
+    out[d] = static_cast<std::int32_t>(std::clamp(at, -500000.0, 500000.0));
+  }
+  return out;
+}
+
+std::uint64_t BodyMap::bin_of(const Index3& at) const {
+  constexpr std::int32_t shift = 1 << 20;
+  return hexmesh::sort_key({at[0] + shift, at[1] + shift, at[2] + shift});
+}
+
+void BodyMap::look_at(const NodeVector& u) {
+  bins_.clear();
+  for (const std::int32_t cell : cells_) {
+    const Corners corners = corners_of(mesh_, cell, u);
+    if (!corners.allFinite()) continue;
+    const Index3 low = index_of_bin(corners.rowwise().minCoeff()), high = index_of_bin(corners.rowwise().maxCoeff());
+    Index3 at;
+    for (at[2] = low[2]; at[2] <= high[2]; ++at[2])
+      for (at[1] = low[1]; at[1] <= high[1]; ++at[1])
+        for (at[0] = low[0]; at[0] <= high[0]; ++at[0]) bins_[bin_of(at)].push_back(cell);
+  }
+}
+
+std::size_t BodyMap::bytes() const {
+  std::size_t sum = hexmesh::bytes_of(cells_) + hexmesh::bytes_of(beyond_);
+  for (const auto& [bin, cells] : bins_) sum += hexmesh::bytes_of(cells) + sizeof(bin);
+  return sum;
+}
+
+}  // namespace hexsolver

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <unordered_map>
+#include <vector>
+
+#include "hexmesh/lattice/locator.h"
+#include "mesh/mesh_cells.h"
+
+namespace hexsolver {
+
+/// Where places in space are in the rest shape of a segment that is deformed: the inverse of x = X + u(X), cell by
+/// cell. Continued a little beyond the outermost cells.
+class BodyMap {
+public:
+  /// @param cells  of one level, of a lattice with labels
+  /// @param mesh   of these; must outlive this
+  BodyMap(const MeshCells& cells, const Mesh& mesh, std::uint16_t label);
+
+  struct Place {
+    std::int32_t cell = -1;                     ///< < 0: no cell of the segment is there
+    Vec3 local = Vec3::Zero();                  ///< in the cell, [0, 1]^3 inside
+    Vec3 rest = Vec3::Zero();                   ///< X [mm]
+    Mat3 to_rest = Mat3::Zero();                ///< dX/dx = F^-1
+    NodeWeights weights = NodeWeights::Zero();  ///< of the cell's nodes there
+  };
+
+  /// @param near  a cell to begin at and where in it, as of a displacement not far from u; cell < 0: none, any is
+  /// looked
+  ///              at that look_at() found near x
+  Place find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near) const;
+
+  /// Of a place on the border of its cell, about, the derivatives that those beyond have there.
+  std::vector<Mat3> to_rest_beside(const Place& place, const NodeVector& u) const;
+
+  /// Remember where the cells are, for places without a cell to begin at.
+  void look_at(const NodeVector& u);
+
+  std::size_t bytes() const;
+
+private:
+  enum class End { found, left, failed };  ///< of a cell's inverse map; left: it ends outside
+  End invert(const Vec3& x, const NodeVector& u, std::int32_t cell, Vec3& local) const;
+  Place place(const NodeVector& u, std::int32_t cell, const Vec3& local) const;
+  std::uint64_t bin_of(const Index3& at) const;
+  Index3 index_of_bin(const Vec3& x) const;
+
+  const Mesh& mesh_;
+  Vec3 corner_;
+  std::vector<std::int32_t> cells_;                  ///< those that hold voxels of the segment
+  std::vector<std::array<std::int32_t, 6>> beyond_;  ///< of each cell of the mesh, those behind its faces; -1
+  std::unordered_map<std::uint64_t, std::vector<std::int32_t>> bins_;  ///< cells that reach into each
+  double beyond_most_ = 0;  ///< how far the map of an outermost cell goes on, in its edges
+  double bin_size_ = 1;     ///< [mm]
+};
+
+}  // namespace hexsolver

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <random>
+#include <set>
+
+#include "hexmesh/core/error.h"
+#include "hexmesh/file/lattice_file.h"
+#include "hexmesh/file/result_file.h"
+#include "hexmesh/lattice/check.h"
+#include "hexmesh/lattice/embedded_points.h"
+#include "hexmesh/lattice/locator.h"
+#include "hexmesh/result/result.h"
+#include "support/bodies.h"
+#include "support/files.h"
+
+namespace test_split_cells {
+
+using namespace hexmesh;
+using namespace testing_support;
+
+/// @param label_of  of each voxel; 0 = none
+Lattice make(const Index3& extent, const std::function<std::uint16_t(const Index3&)>& label_of, const Parting& parting,
+             const Index3& offset = {0, 0, 0}) {
+  LabelVolume volume = make_volume(extent, Vec3(1, 1.25, 1.5), label_of);
+  std::vector<LatticeSegment> segments;
+  std::uint16_t most = 0;
+  for (const std::uint16_t label : volume.labels) most = std::max(most, label);
+  volume.segments.clear();
+  for (std::uint16_t label = 1; label <= most; ++label) {
+    volume.segments.push_back({label, "s" + std::to_string(label)});
+    segments.push_back({volume.segments.back(), material_from_units(10.0 * label, 0.3, 1000), 0, ""});
+  }
+  return build_lattice(volume, segments, {0, offset, parting});
+}
+
+const Parting gaps{true, {}}, slide{false, {{1, 2}}};
+
+/// A block with a fissure one voxel wide in x, open above j = 5.
+std::uint16_t fissured(const Index3& v) { return v[0] == 13 && v[1] > 5 ? 0 : 1; }
+const Index3 block = {27, 19, 11};
+
+/// Two blocks that touch at i = 13, and a third below both.
+std::uint16_t touching(const Index3& v) { return v[1] < 4 ? 3 : v[0] < 13 ? 1 : 2; }
+
+/// A ball in a shell, with specks, seeds and voxels that touch at edges only.
+std::uint16_t ragged(const Index3& v) {
+  static std::mt19937 dice(5);
+  static std::map<Index3, int> noise;
+  const auto [entry, is_new] = noise.try_emplace(v, 0);
+  if (is_new) entry->second = static_cast<int>(dice() % 100);
+  const double r = (Vec3(v[0], v[1], v[2]) - Vec3(10, 10, 10)).norm();
+  if (entry->second < 8) return 0;
+  if (r > 6 && r < 7) return entry->second < 20 ? 1 : 0;
+  return r < 6 ? 1 : r < 9.5 ? 2 : 0;
+}
+
+/// Which cells of a level hold each other by shared nodes, through any others.
+std::size_t count_bodies(const Lattice& lattice, int level) {
+  const NodeNumbering numbering = nodes_of(lattice.level(level));
+  std::vector<std::set<std::int32_t>> bodies;
+  for (const CellNodes& nodes : numbering.cell_nodes) {
+    std::set<std::int32_t> joined(nodes.begin(), nodes.end());
+    for (auto body = bodies.begin(); body != bodies.end();)
+      if (std::any_of(nodes.begin(), nodes.end(), [&](std::int32_t n) { return body->contains(n); })) {
+        joined.insert(body->begin(), body->end());
+        body = bodies.erase(body);
+      } else {
+        ++body;
+      }
+    bodies.push_back(std::move(joined));
+  }
+  return bodies.size();
+}
+
+/// Any field of a coarser level is one of the finer level: cells that share a node agree on it.
+void expect_nested(const Lattice& lattice) {
+  std::mt19937 dice(3);
+  std::uniform_real_distribution<double> any(-1, 1);
+  for (int l = 0; l + 1 < lattice.num_levels(); ++l) {
+    const Level &fine = lattice.level(l), &coarse = lattice.level(l + 1);
+    const NodeNumbering of_fine = nodes_of(fine), of_coarse = nodes_of(coarse);
+    std::vector<double> value(of_coarse.nodes.size()), found(of_fine.nodes.size(), 9);
+    for (double& v : value) v = any(dice);
+    const std::vector<std::int32_t> parent = coarser_cells_of(lattice, l, l + 1);
+    for (std::size_t c = 0; c < fine.cells.size(); ++c) {
+      int slot = 0;
+      for (int d = 0; d < 3; ++d) slot |= fine.cells[c][as_size(d)] % coarse.merge[as_size(d)] << d;
+      for (int a = 0; a < 8; ++a) {
+        const NodeWeights weights = weights_in_parent(slot, a, coarse.merge);
+        double here = 0;
+        for (int b = 0; b < 8; ++b) here += weights[b] * value[of_coarse.cell_nodes[parent[c]][b]];
+        double& there = found[of_fine.cell_nodes[c][a]];
+        if (there < 9) {
+          EXPECT_NEAR(there, here, 1e-14) << "level " << l << ", cell " << c;
+        }
+        there = here;
+      }
+    }
+  }
+}
+
+void expect_checked(const Lattice& lattice) {
+  for (const Finding& finding : check_lattice(lattice))
+    EXPECT_LE(finding.error, finding.limit) << finding.property << " at level " << finding.level;
+}
+
+TEST(SplitCells, AWholeBodyHasNone) {
+  const auto whole = [](const Index3&) -> std::uint16_t { return 1; };
+  const Lattice tied = make(block, whole, {}), split = make(block, whole, gaps);
+  for (int l = 0; l < tied.num_levels(); ++l) {
+    EXPECT_TRUE(split.level(l).split.empty());
+    EXPECT_EQ(split.level(l).cells, tied.level(l).cells);
+    EXPECT_EQ(split.level(l).element, tied.level(l).element);
+    EXPECT_EQ(split.level(l).children, tied.level(l).children);
+  }
+}
+
+TEST(SplitCells, AFissureStaysOpenAtEveryLevelAndPosition) {
+  for (const Index3& offset : {Index3{0, 0, 0}, Index3{1, 0, 0}, Index3{2, 3, 1}, Index3{3, 1, 2}}) {
+    const Lattice lattice = make(block, fissured, gaps, offset);
+    expect_checked(lattice);
+    expect_nested(lattice);
+    for (int l = 0; l < lattice.num_levels(); ++l) {
+      // One body all round the fissure, whose sides share nothing above its end.
+      EXPECT_EQ(count_bodies(lattice, l), 1U);
+      const Level& level = lattice.level(l);
+      const CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells, level.split.owners);
+      const NodeNumbering numbering = nodes_of(level);
+      const Index3 left = {12 + offset[0], 18 + offset[1], 5 + offset[2]},
+                   right = {14 + offset[0], 18 + offset[1], 5 + offset[2]};
+      const std::int32_t a = locator.cell_of_voxel(left), b = locator.cell_of_voxel(right);
+      ASSERT_GE(a, 0);
+      ASSERT_GE(b, 0);
+      if (level.voxels_per_cell[1] > 4) continue;  // a cell that holds the fissure's end holds its sides
+      EXPECT_NE(a, b);
+      for (const std::int32_t n : numbering.cell_nodes[a])
+        EXPECT_EQ(std::count(numbering.cell_nodes[b].begin(), numbering.cell_nodes[b].end(), n), 0) << "level " << l;
+    }
+  }
+}
+
+TEST(SplitCells, SegmentsThatSlideShareNoNode) {
+  for (const Index3& offset : {Index3{0, 0, 0}, Index3{1, 2, 3}}) {
+    const auto two = [](const Index3& v) -> std::uint16_t { return v[0] < 13 ? 1 : 2; };
+    const Lattice lattice = make(block, two, slide, offset);
+    expect_checked(lattice);
+    expect_nested(lattice);
+    for (int l = 0; l < lattice.num_levels(); ++l) {
+      EXPECT_EQ(count_bodies(lattice, l), 2U);
+      EXPECT_EQ(nodes_of(lattice.level(l)).nodes.size(), count_nodes(lattice.level(l).cells, lattice.level(l).split));
+    }
+    // A third that holds both makes them one body, and the sides part above it.
+    const Lattice held = make(block, touching, slide, offset);
+    expect_checked(held);
+    expect_nested(held);
+    for (int l = 0; l < held.num_levels(); ++l) EXPECT_EQ(count_bodies(held, l), 1U);
+    EXPECT_GT(nodes_of(held.level(1)).nodes.size(), number_nodes(held.level(1).cells).nodes.size());
+  }
+}
+
+TEST(SplitCells, RaggedBodiesKeepTheirVolumeAndNest) {
+  for (const Parting& parting : {gaps, slide, Parting{true, {{2, 1}}}}) {
+    const Lattice lattice = make({21, 21, 21}, ragged, parting, {1, 0, 2});
+    expect_checked(lattice);
+    expect_nested(lattice);
+    for (const Level& level : lattice.levels) {
+      std::vector<std::int64_t> voxels(level.cells.size());
+      const CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells, level.split.owners);
+      for (const Index3& v : lattice.levels.front().cells) ++voxels[as_size(locator.cell_of_voxel(v))];
+      for (std::size_t c = 0; c < voxels.size(); ++c) EXPECT_EQ(voxels[c], level.filled[level.element[c]]);
+    }
+  }
+}
+
+TEST(SplitCells, FilesKeepThem) {
+  const TemporaryFolder folder;
+  const Lattice lattice = make(block, touching, slide, {1, 0, 0});
+  write_lattice(lattice, folder / "a");
+  const Lattice again = read_lattice(folder / "a");
+  EXPECT_EQ(again.parting, lattice.parting);
+  for (int l = 0; l < lattice.num_levels(); ++l) {
+    EXPECT_EQ(again.level(l).cells, lattice.level(l).cells);
+    EXPECT_EQ(again.level(l).split, lattice.level(l).split);
+    Result result = rest_state(lattice, l);
+    result.displacement = result.nodes;
+    result.report = "{}";
+    write_result(result, folder / "r", folder / "a");
+    const Result found = read_result(folder / "r");
+    EXPECT_EQ(found.owners, lattice.level(l).split.owners);
+    EXPECT_EQ(found.parting, lattice.parting);
+    EXPECT_EQ(found.cell_nodes, result.cell_nodes);
+  }
+}
+
+/// What a scan looks like when its segments have slid: each voxel's material where its segment went.
+TEST(SplitCells, SurfacesFollowTheirOwnSegment) {
+  const auto two = [](const Index3& v) -> std::uint16_t { return v[0] < 13 ? 1 : 2; };
+  const Lattice lattice = make(block, two, slide);
+  for (int l = 0; l < lattice.num_levels(); ++l) {
+    Result result = rest_state(lattice, l);
+    result.displacement.assign(result.nodes.size(), Vec3::Zero());
+    for (std::size_t c = 0; c < result.cells.size(); ++c)
+      for (const std::int32_t n : result.cell_nodes[c])
+        result.displacement[as_size(n)] = result.segment[c] == 1 ? Vec3(0, 3, 0) : Vec3(0, -2, 0);
+    // A triangle of each on the face between them, as smoothed surfaces have it: a little to either side.
+    for (const std::uint16_t label : {1, 2})
+      for (const double beside : {-0.4, 0.4}) {
+        const auto first = static_cast<std::int32_t>(result.surface.points.size());
+        for (const double j : {4.0, 6.0, 9.0})
+          result.surface.points.push_back(lattice.voxels.position(Vec3(12.5 + beside, j, 5)));
+        result.surface.triangles.push_back({first, first + 1, first + 2});
+        result.surface.segment.push_back(label);
+      }
+    move_surface(result);
+    for (std::size_t t = 0; t < result.surface.triangles.size(); ++t)
+      for (const std::int32_t p : result.surface.triangles[t])
+        EXPECT_NEAR(result.surface_displacement[as_size(p)][1], result.surface.segment[t] == 1 ? 3 : -2, 1e-12)
+            << "level " << l;
+  }
+}
+
+}  // namespace test_split_cells
