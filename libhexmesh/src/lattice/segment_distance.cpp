@@ -58,7 +58,7 @@ struct Splines {
 
 SegmentDistance::SegmentDistance(const Grid& voxels, std::span<const std::uint16_t> labels, std::uint16_t label,
                                  std::uint16_t beside)
-    : voxels_(voxels) {
+    : voxels_(voxels), to_index_(voxels.spacing().cwiseInverse().asDiagonal() * voxels.direction().inverse()) {
   constexpr std::int32_t margin = 6;
   Index3 low = voxels.extent(), high = {-1, -1, -1};
   for (std::size_t n = 0; n < labels.size(); ++n) {
@@ -163,32 +163,40 @@ Gap SegmentDistance::interpolate(const std::vector<float>& values, const Vec3& p
     from[axis] = index[axis] - nearest;
   }
   const std::array<Splines, 3> of = {Splines(from[0]), Splines(from[1]), Splines(from[2])};
+  // Axis by axis: sums with the values, slopes and curvatures of x, then of y, then of z.
   double depth = 0;
   Vec3 slope = Vec3::Zero();
   Mat3 bending = Mat3::Zero();
-  for (std::size_t k = 0; k < 3; ++k)
-    for (std::size_t j = 0; j < 3; ++j)
+  const Splines &x = of[0], &y = of[1], &z = of[2];
+  for (std::size_t k = 0; k < 3; ++k) {
+    double plane = 0, plane_x = 0, plane_y = 0, plane_xx = 0, plane_xy = 0, plane_yy = 0;
+    for (std::size_t j = 0; j < 3; ++j) {
+      const float* row = &values[offset(
+          {middle[0] - 1, middle[1] + static_cast<std::int32_t>(j) - 1, middle[2] + static_cast<std::int32_t>(k) - 1})];
+      double line = 0, line_x = 0, line_xx = 0;
       for (std::size_t i = 0; i < 3; ++i) {
-        const std::array<std::size_t, 3> at = {i, j, k};
-        const double value =
-            values[offset({middle[0] + static_cast<std::int32_t>(i) - 1, middle[1] + static_cast<std::int32_t>(j) - 1,
-                           middle[2] + static_cast<std::int32_t>(k) - 1})];
-        depth += value * of[0].value[i] * of[1].value[j] * of[2].value[k];
-        for (std::size_t a = 0; a < 3; ++a)
-          for (std::size_t b = 0; b <= a; ++b) {
-            double slopes = value, curvatures = value;
-            for (std::size_t d = 0; d < 3; ++d) {
-              const double w = of[d].value[at[d]], s = of[d].slope[at[d]], c = Splines::curvature[at[d]];
-              slopes *= d == a ? s : w;
-              curvatures *= a == b ? (d == a ? c : w) : d == a || d == b ? s : w;
-            }
-            if (b == 0) slope[static_cast<Eigen::Index>(a)] += slopes;
-            bending(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) += curvatures;
-          }
+        line += x.value[i] * row[i];
+        line_x += x.slope[i] * row[i];
+        line_xx += Splines::curvature[i] * row[i];
       }
-  bending = bending.selfadjointView<Eigen::Lower>();
-  const Mat3 to_index = voxels_.spacing().cwiseInverse().asDiagonal() * voxels_.direction().inverse();
-  return {depth, to_index.transpose() * slope, to_index.transpose() * bending * to_index};
+      plane += y.value[j] * line;
+      plane_x += y.value[j] * line_x;
+      plane_y += y.slope[j] * line;
+      plane_xx += y.value[j] * line_xx;
+      plane_xy += y.slope[j] * line_x;
+      plane_yy += Splines::curvature[j] * line;
+    }
+    depth += z.value[k] * plane;
+    slope += Vec3(z.value[k] * plane_x, z.value[k] * plane_y, z.slope[k] * plane);
+    bending(0, 0) += z.value[k] * plane_xx;
+    bending(1, 0) += z.value[k] * plane_xy;
+    bending(1, 1) += z.value[k] * plane_yy;
+    bending(2, 0) += z.slope[k] * plane_x;
+    bending(2, 1) += z.slope[k] * plane_y;
+    bending(2, 2) += Splines::curvature[k] * plane;
+  }
+  bending = Mat3(bending.selfadjointView<Eigen::Lower>());
+  return {depth, to_index_.transpose() * slope, to_index_.transpose() * bending * to_index_};
 }
 
 }  // namespace hexmesh

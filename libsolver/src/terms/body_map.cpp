@@ -138,17 +138,17 @@ BodyMap::Place BodyMap::find(const Vec3& x, const NodeVector& u, const hexmesh::
   return {};
 }
 
-std::vector<Mat3> BodyMap::to_rest_beside(const Place& of, const NodeVector& u) const {
+std::vector<Mat3> BodyMap::to_rest_beside(std::int32_t cell, const Vec3& local, const NodeVector& u) const {
   constexpr double on_border = 1e-4;
   std::vector<Mat3> out;
-  for (int side = 0; of.cell >= 0 && side < 6; ++side) {
+  for (int side = 0; cell >= 0 && side < 6; ++side) {
     const bool is_upper = side % 2 == 1;
-    if (std::abs(of.local[side / 2] - (is_upper ? 1 : 0)) > on_border) continue;
-    const std::int32_t beyond = beyond_[static_cast<std::size_t>(of.cell)][static_cast<std::size_t>(side)];
+    if (std::abs(local[side / 2] - (is_upper ? 1 : 0)) > on_border) continue;
+    const std::int32_t beyond = beyond_[static_cast<std::size_t>(cell)][static_cast<std::size_t>(side)];
     if (beyond < 0) continue;
-    Vec3 local = of.local;
-    local[side / 2] += is_upper ? -1 : 1;
-    out.push_back(place(u, beyond, local).to_rest);
+    Vec3 there = local;
+    there[side / 2] += is_upper ? -1 : 1;
+    out.push_back(place(u, beyond, there).to_rest);
   }
   return out;
 }

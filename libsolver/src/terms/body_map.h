@@ -31,7 +31,7 @@ public:
   Place find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near) const;
 
   /// Of a place on the border of its cell, about, the derivatives that those beyond have there.
-  std::vector<Mat3> to_rest_beside(const Place& place, const NodeVector& u) const;
+  std::vector<Mat3> to_rest_beside(std::int32_t cell, const Vec3& local, const NodeVector& u) const;
 
   /// Remember where the cells are, for places without a cell to begin at.
   void look_at(const NodeVector& u);

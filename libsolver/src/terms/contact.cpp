@@ -11,9 +11,7 @@
 namespace hexsolver {
 namespace {
 
-constexpr double part_of_thickness = 0.25;  // that an obstacle may move at a time
-constexpr double part_with_friction = 0.1;  // of the load at a time
-constexpr double touching = 1e-6;           // mm: what is so near is about to press
+constexpr double touching = 1e-6;  // mm: what is so near is about to press
 
 /// A tenth of what tissue gives way that is as thick as the point's face is long, the softer where two touch.
 double stiffness_found(const MeshCells& cells, const SurfacePoint& p, const OtherSegment* other) {
@@ -62,31 +60,45 @@ void PenaltyContact::set_progress(const Progress& progress) {
   is_solved_ = false;
 }
 
-PenaltyContact::At PenaltyContact::locate(const Point& p, const NodeVector& u, const Place& place) const {
+PenaltyContact::Located PenaltyContact::locate(const Point& p, const NodeVector& u, const Place& place) const {
   const Vec3 x = now(p, u);
-  if (!other_) return {place.inverse() * x, place.linear().transpose()};
+  if (!other_) {
+    const Vec3 in_frame = place.inverse() * x;
+    return {{in_frame, place.linear().transpose()}, hexmesh::gap_to(contact_.obstacle, in_frame)};
+  }
   const BodyMap::Place there = other_->map.find(x, u, p.near);
-  return {there.rest, there.to_rest, there.cell >= 0, there.cell, there.weights};
+  if (there.cell < 0)
+    return {{{}, Mat3::Zero(), false}, {std::numeric_limits<double>::infinity(), Vec3::Zero(), Mat3::Zero()}};
+  Located out{{there.rest, there.to_rest, true, there.cell, there.weights, there.local},
+              other_->distance.gap(there.rest)};
+  out.gap.depth -= p.begin;
+  return out;
+}
+
+const std::vector<PenaltyContact::Located>& PenaltyContact::locate_all(const NodeVector& u) const {
+  if (other_ && located_at_.size() == u.size() && located_at_ == u) return located_;
+  located_.resize(points_.size());
+  constexpr std::size_t many = 500;
+#pragma omp parallel for schedule(static) if (points_.size() >= many)
+  for (std::size_t p = 0; p < points_.size(); ++p) located_[p] = locate(points_[p], u);
+  located_at_ = u;
+  return located_;
 }
 
 void PenaltyContact::remember_cells(const NodeVector& u) {
   if (!other_) return;
+  const auto remember = [&] {
+    const std::vector<Located>& all = locate_all(u);
+    for (std::size_t p = 0; p < points_.size(); ++p) points_[p].near = {all[p].at.cell, all[p].at.local};
+  };
+  remember();
+  if (std::none_of(points_.begin(), points_.end(), [](const Point& p) { return p.near.cell < 0; })) return;
   other_->map.look_at(u);
-  for (Point& p : points_) {
-    const BodyMap::Place there = other_->map.find(now(p, u), u, p.near);
-    p.near = {there.cell, there.local};
-  }
+  located_at_.resize(0);
+  remember();
 }
 
 bool PenaltyContact::is_boundless() const { return other_ || std::holds_alternative<HalfSpace>(contact_.obstacle); }
-
-hexmesh::Gap PenaltyContact::gap(const Point& p, const At& at) const {
-  if (!other_) return hexmesh::gap_to(contact_.obstacle, at.place);
-  if (!at.is_there) return {std::numeric_limits<double>::infinity(), Vec3::Zero(), Mat3::Zero()};
-  hexmesh::Gap g = other_->distance.gap(at.place);
-  g.depth -= p.begin;
-  return g;
-}
 
 PenaltyContact::Drawn PenaltyContact::drawn(std::size_t p, const At& at) const {
   const Friction& f = frictions_[p];
@@ -111,10 +123,11 @@ double PenaltyContact::energy_of(std::size_t p, double pressing) const {
 }
 
 double PenaltyContact::energy(const NodeVector& u) const {
+  const std::vector<Located>& all = locate_all(u);
   double sum = 0;
   for (std::size_t p = 0; p < points_.size(); ++p) {
-    const At at = locate(points_[p], u);
-    const double pressing = press(p, gap(points_[p], at).depth), k = stiffness(p);
+    const auto& [at, gap] = all[p];
+    const double pressing = press(p, gap.depth), k = stiffness(p);
     sum += energy_of(p, pressing);
     if (!has_friction()) continue;
     const Drawn d = drawn(p, at);
@@ -126,47 +139,51 @@ double PenaltyContact::energy(const NodeVector& u) const {
 /// Of points near another segment: they come no deeper into it, at a time, than a quarter of its thickness and two
 /// voxels.
 double PenaltyContact::longest_step(const NodeVector& u, const NodeVector& step) const {
+  if (!other_) return 1;
+  const std::vector<Located>& all = locate_all(u);
   double part = 1;
-  for (std::size_t p = 0; other_ && p < points_.size(); ++p) {
-    const At at = locate(points_[p], u);
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    const auto& [at, gap] = all[p];
     if (!at.is_there) continue;
     const Vec3 by = at.to_frame * (mesh_.interpolate(points_[p].cell, points_[p].weights, step) -
                                    mesh_.interpolate(at.cell, at.weights, step));
-    const hexmesh::Gap g = gap(points_[p], at);
-    if (const double approach = -g.normal.dot(by); approach > 0)
-      part = std::min(part, (std::max(g.depth, 0.0) + other_->deepest_at_once) / approach);
+    if (const double approach = -gap.normal.dot(by); approach > 0)
+      part = std::min(part, (std::max(gap.depth, 0.0) + other_->deepest_at_once) / approach);
   }
   return part;
 }
 
 double PenaltyContact::stored_energy(const NodeVector& u) const {
+  const std::vector<Located>& all = locate_all(u);
   double sum = 0;
   for (std::size_t p = 0; p < points_.size(); ++p) {
-    const At at = locate(points_[p], u);
-    sum += energy_of(p, press(p, gap(points_[p], at).depth));
+    const auto& [at, gap] = all[p];
+    sum += energy_of(p, press(p, gap.depth));
     if (has_friction()) sum += std::pow(drawn(p, at).force, 2) / (2 * stiffness(p));
   }
   return sum;
 }
 
-Vec3 PenaltyContact::force_at(std::size_t p, const At& at) const {
-  const hexmesh::Gap g = gap(points_[p], at);
-  const double pressing = press(p, g.depth);
-  Vec3 force = pressing == 0 ? Vec3(Vec3::Zero()) : Vec3(pressing * g.normal);
+Vec3 PenaltyContact::force_at(std::size_t p, const Located& located) const {
+  const auto& [at, gap] = located;
+  const double pressing = press(p, gap.depth);
+  Vec3 force = pressing == 0 ? Vec3(Vec3::Zero()) : Vec3(pressing * gap.normal);
   if (has_friction()) force += force_of(drawn(p, at));
   return force;
 }
 
 double PenaltyContact::gradient_jump(const NodeVector& u) const {
+  if (!other_) return 0;
+  const std::vector<Located>& all = locate_all(u);
   double sum = 0;
-  for (std::size_t p = 0; other_ && p < points_.size(); ++p) {
-    const BodyMap::Place there = other_->map.find(now(points_[p], u), u, points_[p].near);
-    const Vec3 force = force_at(p, {there.rest, there.to_rest, there.cell >= 0, there.cell, there.weights});
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    const At& at = all[p].at;
+    const Vec3 force = force_at(p, all[p]);
     if (force.isZero(0)) continue;
     double most = 0;
-    for (const Mat3& to_rest : other_->map.to_rest_beside(there, u))
-      most = std::max(most, ((to_rest - there.to_rest).transpose() * force).norm());
-    sum += most * std::sqrt(points_[p].weights.squaredNorm() + there.weights.squaredNorm());
+    for (const Mat3& to_rest : other_->map.to_rest_beside(at.cell, at.local, u))
+      most = std::max(most, ((to_rest - at.to_frame).transpose() * force).norm());
+    sum += most * std::sqrt(points_[p].weights.squaredNorm() + at.weights.squaredNorm());
   }
   return sum;
 }
@@ -177,10 +194,11 @@ void PenaltyContact::add_gradient(const NodeVector& u, NodeVector& gradient, Nod
     mesh_.scatter_add(static_cast<std::size_t>(cell), by, gradient);
     mesh_.scatter_add(static_cast<std::size_t>(cell), by.cwiseAbs(), magnitude);
   };
+  const std::vector<Located>& all = locate_all(u);
   for (std::size_t n = 0; n < points_.size(); ++n) {
     const Point& p = points_[n];
-    const At at = locate(p, u);
-    Vec3 force = force_at(n, at);
+    const At& at = all[n].at;
+    Vec3 force = force_at(n, all[n]);
     if (force.isZero(0)) continue;
     force = at.to_frame.transpose() * force;
     scatter(p.cell, p.weights, -force);
@@ -193,13 +211,13 @@ void PenaltyContact::linearize(const NodeVector& u, double projection) {
   other_active_.clear();
   couplings_.clear();
   remember_cells(u);
+  const std::vector<Located>& all = locate_all(u);
   for (std::size_t n = 0; n < points_.size(); ++n) {
     const Point& p = points_[n];
-    const At at = locate(p, u);
+    const auto& [at, g] = all[n];
     const double k = stiffness(n);
     Mat3 hessian = Mat3::Zero();  // in the frame
     bool is_active = false;
-    const hexmesh::Gap g = gap(p, at);
     if (const double pressing = press(n, g.depth); pressing != 0 || g.depth < touching) {
       // Across the normal of a ball the curvature is negative: a point deep inside slips off to any side.
       hessian =
@@ -245,28 +263,31 @@ std::size_t PenaltyContact::bytes() const {
 }
 
 double PenaltyContact::attach(const NodeVector& u) {
-  double changed = 0, all = 0;
-  if (is_attached()) remember_cells(u);
-  for (std::size_t p = 0; is_attached() && p < points_.size(); ++p) {
-    const At at = locate(points_[p], u);
-    const hexmesh::Gap g = gap(points_[p], at);
+  double changed = 0, in_all = 0;
+  if (!is_attached()) return 0;
+  remember_cells(u);
+  const std::vector<Located>& all = locate_all(u);
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    const hexmesh::Gap& g = all[p].gap;
     const double pressing = press(p, g.depth);
     if (is_solved_ && !held_off_.empty()) held_off_[p] = pressing;
     if (!has_friction()) continue;
     Friction& f = frictions_[p];
     const double most = contact_.friction * std::max(pressing, 0.0);
     changed += std::abs(most - f.most);
-    all += most;
+    in_all += most;
     f.most = most;
     if (most > 0) f.normal = g.normal.normalized();
   }
   is_solved_ = true;
-  return changed == 0 ? 0 : changed / all;
+  return changed == 0 ? 0 : changed / in_all;
 }
 
 void PenaltyContact::forget(const NodeVector& u) {
+  if (!has_friction()) return;
+  const std::vector<Located>& all = locate_all(u);
   for (std::size_t p = 0; p < frictions_.size(); ++p) {
-    const At at = locate(points_[p], u);
+    const At& at = all[p].at;
     frictions_[p] = {at.place, Vec3::Zero(), Vec3::Zero(), 0, false, at.is_there};
   }
 }
@@ -274,8 +295,10 @@ void PenaltyContact::forget(const NodeVector& u) {
 double PenaltyContact::keep(const NodeVector& u) {
   double work = 0;
   kept_held_off_ = held_off_;
+  if (!has_friction()) return 0;
+  const std::vector<Located>& all = locate_all(u);
   for (std::size_t p = 0; p < frictions_.size(); ++p) {
-    const At at = locate(points_[p], u);
+    const At& at = all[p].at;
     const Drawn d = drawn(p, at);
     Friction& f = frictions_[p];
     const double held = d.force / stiffness(p);
@@ -286,144 +309,6 @@ double PenaltyContact::keep(const NodeVector& u) {
     f.slipped = d.slips;
   }
   return work;
-}
-
-/// Nanson's formula with F at the centre of the cell.
-Vec3 PenaltyContact::outward(const Point& p, const NodeVector& u) const {
-  const NodeGradients gradients =
-      hexmesh::shape_gradients(Vec3::Constant(0.5)) * mesh_.edges(static_cast<std::size_t>(p.cell)).inverse();
-  const CellVector v = mesh_.gather(p.cell, u);
-  const Mat3 f = Mat3::Identity() + Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * gradients;
-  return f.inverse().transpose() * p.area;
-}
-
-bool PenaltyContact::goes_too_far(const Progress& from, const Progress& to) const {
-  if (is_boundless()) return false;
-  const Place before = place_of(contact_, from), after = place_of(contact_, to);
-  const Vec3 about = contact_.turn ? contact_.turn->about : Vec3(Vec3::Zero());
-  const double turned = Eigen::AngleAxisd(after.linear() * before.linear().transpose()).angle();
-  const double moved =
-      (after * about - before * about).norm() + (turned > 0 ? turned * hexmesh::reach_of(contact_.obstacle, about) : 0);
-  return moved > 1.000001 * part_of_thickness * hexmesh::thickness_of(contact_.obstacle);
-}
-
-double PenaltyContact::largest_load_step(double displaced) const {
-  const double most = has_friction() ? part_with_friction : 1;
-  if (other_) return std::min(most, part_of_thickness * other_->distance.thickness() / std::max(displaced, 1e-9));
-  if (is_boundless()) return contact_.turn ? std::min(most, 1.0 / 8) : most;
-  const double turned = contact_.turn ? std::abs(contact_.turn->radians) : 0;
-  const double moved =
-      contact_.by.norm() + (turned > 0 ? turned * hexmesh::reach_of(contact_.obstacle, contact_.turn->about) : 0);
-  const double step = part_of_thickness * hexmesh::thickness_of(contact_.obstacle);
-  return moved > step ? std::min(most, step / moved) : most;
-}
-
-void PenaltyContact::add_pressed(const NodeVector& u, std::vector<Pressed>& of_cells) const {
-  const auto add = [&](std::int32_t cell, double force, const Point& p) {
-    Pressed& pressed = of_cells[hexmesh::as_size(cell)];
-    pressed.force += force;
-    pressed.area += p.area.norm();
-  };
-  for (std::size_t n = 0; n < points_.size(); ++n) {
-    const Point& p = points_[n];
-    const At at = locate(p, u);
-    const hexmesh::Gap g = gap(p, at);
-    const double pressing = press(n, g.depth);
-    if (pressing == 0) continue;
-    const double force = pressing * (at.to_frame.transpose() * g.normal).norm();
-    add(p.cell, force, p);
-    if (at.cell >= 0) add(at.cell, force, p);
-  }
-}
-
-double PenaltyContact::work_of_motion(const NodeVector& u, const Progress& begin, const Progress& end) const {
-  const bool is_still = !contact_.turn && !contact_.history && contact_.by.isZero(0);
-  if (is_still) return 0;
-  const Place from = place_of(contact_, begin), moved = place_of(contact_, end) * from.inverse();
-  const bool is_at_begin = place_.isApprox(from, 0);
-  double work = 0;
-  for (std::size_t p = 0; p < points_.size(); ++p) {
-    const At at = locate(points_[p], u);
-    const Vec3 x = now(points_[p], u);
-    const Vec3 force = at.to_frame.transpose() * force_at(p, at);
-    if (!force.isZero(0)) work += force.dot(is_at_begin ? Vec3(moved * x - x) : Vec3(x - moved.inverse() * x));
-  }
-  return work;
-}
-
-PenaltyContact::State PenaltyContact::state(const NodeVector& u) const { return state(u, place_, has_friction()); }
-
-void PenaltyContact::remember_force(const NodeVector& u) {
-  if (!is_boundless()) kept_force_ = state(u).force;
-}
-
-bool PenaltyContact::went_through(const NodeVector& u) const {
-  constexpr double other_way = -0.5;  // cosine
-  if (is_boundless()) return false;
-  const State now = state(u);
-  return now.is_inside || now.force.dot(kept_force_) < other_way * now.force.norm() * kept_force_.norm();
-}
-
-PenaltyContact::State PenaltyContact::state_before(const NodeVector& u) const {
-  return state(u, place_of(contact_, {0, 0}), false);
-}
-
-std::vector<Vec3> PenaltyContact::places_swept_at_rest() const {
-  constexpr int parts = 8;  // of each straight piece of the way
-  if (other_) return {};
-  std::vector<Progress> corners = {{0, 0}, {1, 0}};
-  if (contact_.history) {
-    corners.clear();
-    for (const History::Row& row : contact_.history->rows) corners.push_back({1, row.time});
-  }
-  std::vector<Place> stations = {place_of(contact_, corners.front())};
-  for (std::size_t n = 1; n < corners.size(); ++n)
-    for (int part = 1; part <= parts; ++part) {
-      const double way = double(part) / parts;
-      stations.push_back(
-          place_of(contact_, {corners[n - 1].fraction + way * (corners[n].fraction - corners[n - 1].fraction),
-                              corners[n - 1].time + way * (corners[n].time - corners[n - 1].time)}));
-    }
-  std::vector<Vec3> out;
-  for (const Point& p : points_)
-    if (std::any_of(stations.begin(), stations.end(), [&](const Place& place) {
-          return hexmesh::gap_to(contact_.obstacle, place.inverse() * p.rest).depth < 0;
-        }))
-      out.push_back(p.rest);
-  return out;
-}
-
-PenaltyContact::State PenaltyContact::state(const NodeVector& u, const Place& place, bool with_friction) const {
-  State s;
-  const Point* deepest = nullptr;
-  double least = std::numeric_limits<double>::infinity();
-  Vec3 normal = Vec3::Zero();
-  for (std::size_t n = 0; n < points_.size(); ++n) {
-    const Point& p = points_[n];
-    const At at = locate(p, u, place);
-    if (!at.is_there) continue;
-    const hexmesh::Gap g = gap(p, at);
-    const Vec3 across = at.to_frame.transpose() * g.normal;
-    const double depth = other_ && g.depth != 0 ? g.depth / std::max(across.norm(), 1e-9) : g.depth;  // in space
-    if (!deepest || depth < least) {
-      deepest = &p;
-      least = depth;
-      normal = across;
-    }
-    if (with_friction) {
-      s.force += at.to_frame.transpose() * force_of(drawn(n, at));
-      s.slipping += frictions_[n].slipped;
-    }
-    s.deepest = std::max(s.deepest, -depth);
-    const double pressing = press(n, g.depth);
-    s.points += pressing > 0;
-    s.force += pressing * across;
-  }
-  if (!deepest) return s;
-  s.nearest = least;
-  // The surface point that is deepest faces the obstacle, unless that is behind the surface.
-  if (!is_boundless()) s.is_inside = normal.dot(outward(*deepest, u)) > 0;
-  return s;
 }
 
 }  // namespace hexsolver

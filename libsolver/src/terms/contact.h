@@ -121,6 +121,7 @@ private:
     bool is_there = true;          ///< false: nowhere near the other segment
     std::int32_t cell = -1;        ///< of the other segment, whose nodes bear what the point does not
     NodeWeights weights = NodeWeights::Zero();
+    Vec3 local = Vec3::Zero();  ///< in that cell
   };
   struct Point {
     std::int32_t cell;
@@ -149,9 +150,16 @@ private:
     bool slips = false;
   };
   Vec3 now(const Point& p, const NodeVector& u) const { return p.rest + mesh_.interpolate(p.cell, p.weights, u); }
-  At locate(const Point& p, const NodeVector& u) const { return locate(p, u, place_); }
-  At locate(const Point& p, const NodeVector& u, const Place& place) const;
-  Vec3 force_at(std::size_t p, const At& at) const;                                   ///< on the body, in the frame [N]
+  /// Where a point is, and how far from there to the surface, in the frame.
+  struct Located {
+    At at;
+    hexmesh::Gap gap;
+  };
+  Located locate(const Point& p, const NodeVector& u) const { return locate(p, u, place_); }
+  Located locate(const Point& p, const NodeVector& u, const Place& place) const;
+  /// Of all points, until the next state is asked for.
+  const std::vector<Located>& locate_all(const NodeVector& u) const;
+  Vec3 force_at(std::size_t p, const Located& located) const;                         ///< on the body, in the frame [N]
   double stiffness(std::size_t p) const { return strength_ * points_[p].stiffness; }  ///< [N/mm]
   /// The force across the surface of a point so deep [N].
   double press(std::size_t p, double depth) const {
@@ -159,7 +167,6 @@ private:
     const double pressing = (held_off_.empty() ? 0 : held_off_[p]) - stiffness(p) * depth;
     return points_[p].is_bonded ? pressing : std::max(pressing, 0.0);
   }
-  hexmesh::Gap gap(const Point& p, const At& at) const;    ///< in the frame
   double energy_of(std::size_t p, double pressing) const;  ///< across the surface [N mm]
   Drawn drawn(std::size_t p, const At& at) const;
   static Vec3 force_of(const Drawn& drawn);  ///< on the body, in the frame [N]
@@ -188,6 +195,8 @@ private:
   PointHessians other_active_;
   std::vector<Coupling> couplings_;
   std::unique_ptr<OtherSegment> other_;
+  mutable NodeVector located_at_;         ///< u that the next are of
+  mutable std::vector<Located> located_;  ///< of another segment
 };
 
 }  // namespace hexsolver

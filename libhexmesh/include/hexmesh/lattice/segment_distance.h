@@ -42,6 +42,7 @@ private:
   Gap interpolate(const std::vector<float>& values, const Vec3& place) const;
 
   Grid voxels_;
+  Mat3 to_index_;              ///< from patient space
   Index3 first_{}, extent_{};  ///< of a box around the segment, in voxels of the lattice's box
   std::vector<float> values_;  ///< [mm]
   std::vector<float> alone_;   ///< without what goes on beyond a rim; empty where nothing does

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "terms/contact.h"
+
+// What is told of a contact, and how far an obstacle may move at a time.
+
+namespace hexsolver {
+namespace {
+
+constexpr double part_of_thickness = 0.25;  // that an obstacle may move at a time
+constexpr double part_with_friction = 0.1;  // of the load at a time
+
+}  // namespace
+
+/// Nanson's formula with F at the centre of the cell.
+Vec3 PenaltyContact::outward(const Point& p, const NodeVector& u) const {
+  const NodeGradients gradients =
+      hexmesh::shape_gradients(Vec3::Constant(0.5)) * mesh_.edges(static_cast<std::size_t>(p.cell)).inverse();
+  const CellVector v = mesh_.gather(p.cell, u);
+  const Mat3 f = Mat3::Identity() + Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * gradients;
+  return f.inverse().transpose() * p.area;
+}
+
+bool PenaltyContact::goes_too_far(const Progress& from, const Progress& to) const {
+  if (is_boundless()) return false;
+  const Place before = place_of(contact_, from), after = place_of(contact_, to);
+  const Vec3 about = contact_.turn ? contact_.turn->about : Vec3(Vec3::Zero());
+  const double turned = Eigen::AngleAxisd(after.linear() * before.linear().transpose()).angle();
+  const double moved =
+      (after * about - before * about).norm() + (turned > 0 ? turned * hexmesh::reach_of(contact_.obstacle, about) : 0);
+  return moved > 1.000001 * part_of_thickness * hexmesh::thickness_of(contact_.obstacle);
+}
+
+double PenaltyContact::largest_load_step(double displaced) const {
+  const double most = has_friction() ? part_with_friction : 1;
+  if (other_) return std::min(most, part_of_thickness * other_->distance.thickness() / std::max(displaced, 1e-9));
+  if (is_boundless()) return contact_.turn ? std::min(most, 1.0 / 8) : most;
+  const double turned = contact_.turn ? std::abs(contact_.turn->radians) : 0;
+  const double moved =
+      contact_.by.norm() + (turned > 0 ? turned * hexmesh::reach_of(contact_.obstacle, contact_.turn->about) : 0);
+  const double step = part_of_thickness * hexmesh::thickness_of(contact_.obstacle);
+  return moved > step ? std::min(most, step / moved) : most;
+}
+
+void PenaltyContact::add_pressed(const NodeVector& u, std::vector<Pressed>& of_cells) const {
+  const auto add = [&](std::int32_t cell, double force, const Point& p) {
+    Pressed& pressed = of_cells[hexmesh::as_size(cell)];
+    pressed.force += force;
+    pressed.area += p.area.norm();
+  };
+  const std::vector<Located>& all = locate_all(u);
+  for (std::size_t n = 0; n < points_.size(); ++n) {
+    const Point& p = points_[n];
+    const auto& [at, gap] = all[n];
+    const double pressing = press(n, gap.depth);
+    if (pressing == 0) continue;
+    const double force = pressing * (at.to_frame.transpose() * gap.normal).norm();
+    add(p.cell, force, p);
+    if (at.cell >= 0) add(at.cell, force, p);
+  }
+}
+
+double PenaltyContact::work_of_motion(const NodeVector& u, const Progress& begin, const Progress& end) const {
+  const bool is_still = !contact_.turn && !contact_.history && contact_.by.isZero(0);
+  if (is_still) return 0;
+  const Place from = place_of(contact_, begin), moved = place_of(contact_, end) * from.inverse();
+  const bool is_at_begin = place_.isApprox(from, 0);
+  const std::vector<Located>& all = locate_all(u);
+  double work = 0;
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    const Vec3 x = now(points_[p], u);
+    const Vec3 force = all[p].at.to_frame.transpose() * force_at(p, all[p]);
+    if (!force.isZero(0)) work += force.dot(is_at_begin ? Vec3(moved * x - x) : Vec3(x - moved.inverse() * x));
+  }
+  return work;
+}
+
+PenaltyContact::State PenaltyContact::state(const NodeVector& u) const { return state(u, place_, has_friction()); }
+
+void PenaltyContact::remember_force(const NodeVector& u) {
+  if (!is_boundless()) kept_force_ = state(u).force;
+}
+
+bool PenaltyContact::went_through(const NodeVector& u) const {
+  constexpr double other_way = -0.5;  // cosine
+  if (is_boundless()) return false;
+  const State now = state(u);
+  return now.is_inside || now.force.dot(kept_force_) < other_way * now.force.norm() * kept_force_.norm();
+}
+
+PenaltyContact::State PenaltyContact::state_before(const NodeVector& u) const {
+  return state(u, place_of(contact_, {0, 0}), false);
+}
+
+std::vector<Vec3> PenaltyContact::places_swept_at_rest() const {
+  constexpr int parts = 8;  // of each straight piece of the way
+  if (other_) return {};
+  std::vector<Progress> corners = {{0, 0}, {1, 0}};
+  if (contact_.history) {
+    corners.clear();
+    for (const History::Row& row : contact_.history->rows) corners.push_back({1, row.time});
+  }
+  std::vector<Place> stations = {place_of(contact_, corners.front())};
+  for (std::size_t n = 1; n < corners.size(); ++n)
+    for (int part = 1; part <= parts; ++part) {
+      const double way = double(part) / parts;
+      stations.push_back(
+          place_of(contact_, {corners[n - 1].fraction + way * (corners[n].fraction - corners[n - 1].fraction),
+                              corners[n - 1].time + way * (corners[n].time - corners[n - 1].time)}));
+    }
+  std::vector<Vec3> out;
+  for (const Point& p : points_)
+    if (std::any_of(stations.begin(), stations.end(), [&](const Place& place) {
+          return hexmesh::gap_to(contact_.obstacle, place.inverse() * p.rest).depth < 0;
+        }))
+      out.push_back(p.rest);
+  return out;
+}
+
+PenaltyContact::State PenaltyContact::state(const NodeVector& u, const Place& place, bool with_friction) const {
+  State s;
+  const Point* deepest = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  Vec3 normal = Vec3::Zero();
+  for (std::size_t n = 0; n < points_.size(); ++n) {
+    const Point& p = points_[n];
+    const auto [at, g] = locate(p, u, place);
+    if (!at.is_there) continue;
+    const Vec3 across = at.to_frame.transpose() * g.normal;
+    const double depth = other_ && g.depth != 0 ? g.depth / std::max(across.norm(), 1e-9) : g.depth;  // in space
+    if (!deepest || depth < least) {
+      deepest = &p;
+      least = depth;
+      normal = across;
+    }
+    if (with_friction) {
+      s.force += at.to_frame.transpose() * force_of(drawn(n, at));
+      s.slipping += frictions_[n].slipped;
+    }
+    s.deepest = std::max(s.deepest, -depth);
+    const double pressing = press(n, g.depth);
+    s.points += pressing > 0;
+    s.force += pressing * across;
+  }
+  if (!deepest) return s;
+  s.nearest = least;
+  // The surface point that is deepest faces the obstacle, unless that is behind the surface.
+  if (!is_boundless()) s.is_inside = normal.dot(outward(*deepest, u)) > 0;
+  return s;
+}
+
+}  // namespace hexsolver
