@@ -5,7 +5,7 @@
 #include <random>
 #include <set>
 
-#include "hexmesh/core/error.h"
+#include "hexmesh/core/partition.h"
 #include "hexmesh/file/lattice_file.h"
 #include "hexmesh/file/result_file.h"
 #include "hexmesh/lattice/check.h"
@@ -56,22 +56,14 @@ std::uint16_t ragged(const Index3& v) {
   return r < 6 ? 1 : r < 9.5 ? 2 : 0;
 }
 
-/// Which cells of a level hold each other by shared nodes, through any others.
+/// How many bodies the cells of a level are that share nodes, through any others.
 std::size_t count_bodies(const Lattice& lattice, int level) {
   const NodeNumbering numbering = nodes_of(lattice.level(level));
-  std::vector<std::set<std::int32_t>> bodies;
-  for (const CellNodes& nodes : numbering.cell_nodes) {
-    std::set<std::int32_t> joined(nodes.begin(), nodes.end());
-    for (auto body = bodies.begin(); body != bodies.end();)
-      if (std::any_of(nodes.begin(), nodes.end(), [&](std::int32_t n) { return body->contains(n); })) {
-        joined.insert(body->begin(), body->end());
-        body = bodies.erase(body);
-      } else {
-        ++body;
-      }
-    bodies.push_back(std::move(joined));
-  }
-  return bodies.size();
+  Partition bodies(numbering.nodes.size());
+  std::size_t count = numbering.nodes.size();
+  for (const CellNodes& nodes : numbering.cell_nodes)
+    for (const std::int32_t n : nodes) count -= bodies.join(nodes[0], n);
+  return count;
 }
 
 /// Any field of a coarser level is one of the finer level: cells that share a node agree on it.

@@ -9,6 +9,8 @@
 namespace hexmesh {
 namespace {
 
+constexpr int voxels_beyond_rim = 6;  // farther than averages see, below the face too
+
 /// f(first, stride) for each line of a box along an axis.
 template <class F>
 void for_each_line(const Index3& extent, std::size_t axis, const F& f) {
@@ -24,17 +26,16 @@ std::vector<float> squared_distances(const std::vector<char>& is_in_set, const I
   std::vector<float> out(is_in_set.size());
   for (std::size_t n = 0; n < out.size(); ++n) out[n] = is_in_set[n] ? 0 : most * most;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    std::array<float, SegmentDistance::most_voxels + 1> away{};
-    for (std::size_t k = 1; k < away.size(); ++k)
-      away[k] =
-          static_cast<float>(std::pow((static_cast<double>(k) - 0.5) * spacing[static_cast<Eigen::Index>(axis)], 2));
+    std::vector<float> away = {0};  // of voxels 1, 2, ... steps along the axis
+    for (const double step = spacing[static_cast<Eigen::Index>(axis)]; away.back() < most * most;)
+      away.push_back(static_cast<float>(std::pow((static_cast<double>(away.size()) - 0.5) * step, 2)));
     const auto count = static_cast<std::ptrdiff_t>(extent[axis]);
     std::vector<float> line(as_size(count));
     for_each_line(extent, axis, [&](std::size_t first, std::size_t stride) {
       for (std::ptrdiff_t n = 0; n < count; ++n) line[as_size(n)] = out[first + as_size(n) * stride];
       for (std::ptrdiff_t n = 0; n < count; ++n) {
         float least = line[as_size(n)];
-        for (std::ptrdiff_t k = 1; k <= SegmentDistance::most_voxels && away[as_size(k)] < least; ++k) {
+        for (std::ptrdiff_t k = 1; away[as_size(k)] < least; ++k) {
           if (n - k >= 0) least = std::min(least, line[as_size(n - k)] + away[as_size(k)]);
           if (n + k < count) least = std::min(least, line[as_size(n + k)] + away[as_size(k)]);
         }
@@ -59,7 +60,6 @@ struct Splines {
 SegmentDistance::SegmentDistance(const Grid& voxels, std::span<const std::uint16_t> labels, std::uint16_t label,
                                  std::uint16_t beside)
     : voxels_(voxels), to_index_(voxels.spacing().cwiseInverse().asDiagonal() * voxels.direction().inverse()) {
-  constexpr std::int32_t margin = 6;
   Index3 low = voxels.extent(), high = {-1, -1, -1};
   for (std::size_t n = 0; n < labels.size(); ++n) {
     if (labels[n] != label) continue;
@@ -70,19 +70,20 @@ SegmentDistance::SegmentDistance(const Grid& voxels, std::span<const std::uint16
     }
   }
   for (std::size_t d = 0; d < 3; ++d) {
+    const auto margin = static_cast<std::int32_t>(std::ceil((voxels_beyond_rim + 1) * voxels.spacing().maxCoeff() /
+                                                            voxels.spacing()[static_cast<Eigen::Index>(d)]));
     first_[d] = low[d] - margin;
     extent_[d] = std::max(high[d] - low[d] + 1 + 2 * margin, 0);
   }
-  most_ = static_cast<float>(most_voxels * voxels.spacing().minCoeff());
+  most_ = static_cast<float>(most_voxels * voxels.spacing().maxCoeff());
   const std::vector<char> is_inside = voxels_of(labels, label);
   std::vector<char> is_extended = is_inside;
   const bool touches = extend(is_extended, voxels_of(labels, beside));
   values_ = measured(is_extended);
-  for (const float value : values_) thickness_ = std::max<double>(thickness_, -value);
+  if (touches) alone_ = measured(is_inside);
+  for (const float value : touches ? alone_ : values_) thickness_ = std::max<double>(thickness_, -value);
   smooth(values_);
-  if (!touches) return;
-  alone_ = measured(is_inside);
-  smooth(alone_);
+  if (touches) smooth(alone_);
 }
 
 std::vector<char> SegmentDistance::voxels_of(std::span<const std::uint16_t> labels, std::uint16_t label) const {
@@ -96,7 +97,6 @@ std::vector<char> SegmentDistance::voxels_of(std::span<const std::uint16_t> labe
 }
 
 bool SegmentDistance::extend(std::vector<char>& is_inside, const std::vector<char>& is_beside) const {
-  constexpr int reach = 4;  // voxels: farther than averages see
   const std::array<std::size_t, 3> stride = strides_in(extent_);
   std::vector<char> touches(is_inside.size());
   bool is_any = false;
@@ -108,7 +108,7 @@ bool SegmentDistance::extend(std::vector<char>& is_inside, const std::vector<cha
   const std::vector<float> to_face = squared_distances(touches, extent_, spacing, most_),
                            to_this = squared_distances(is_inside, extent_, spacing, most_),
                            to_other = squared_distances(is_beside, extent_, spacing, most_);
-  const auto near = static_cast<float>(std::pow(reach * spacing.maxCoeff(), 2));
+  const auto near = static_cast<float>(std::pow(voxels_beyond_rim * spacing.maxCoeff(), 2));
   for (std::size_t n = 0; n < is_inside.size(); ++n)
     if (!is_beside[n] && to_face[n] <= near && to_this[n] < to_other[n]) is_inside[n] = 1;
   return true;
@@ -142,7 +142,7 @@ Gap SegmentDistance::gap(const Vec3& place) const {
   Gap out = interpolate(values_, place);
   if (alone_.empty()) return out;
   const Gap alone = interpolate(alone_, place);
-  const double voxel = voxels_.spacing().maxCoeff(), beyond = alone.depth - out.depth - voxel;
+  const double voxel = voxels_.spacing().maxCoeff(), beyond = alone.depth - out.depth - 2 * voxel;
   if (beyond <= 0) return out;
   const Vec3 slope = alone.normal - out.normal;
   out.depth += beyond * beyond / (2 * voxel);

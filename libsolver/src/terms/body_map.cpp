@@ -98,20 +98,20 @@ BodyMap::Place BodyMap::place(const NodeVector& u, std::int32_t cell, const Vec3
   return out;
 }
 
-BodyMap::Place BodyMap::find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near) const {
+/// From cell to cell, beyond the face that is farthest behind.
+BodyMap::Place BodyMap::walk(const Vec3& x, const NodeVector& u, hexmesh::Embedding from) const {
   constexpr int most_cells = 64;
-  std::int32_t cell = near.cell, before = -1;
-  Vec3 local = near.local;
+  auto& [cell, local] = from;
+  std::int32_t before = -1;
   for (int step = 0; cell >= 0 && step < most_cells; ++step) {
     const End end = invert(x, u, cell, local);
-    if (end == End::failed) break;
+    if (end == End::failed) return {};
     if (end == End::found) return place(u, cell, local);
-    // To the cell beyond the face that is farthest behind; from there it may come back once, at an edge.
-    std::int32_t next = -1;
     std::array<std::pair<double, int>, 3> sides;
     for (int d = 0; d < 3; ++d)
       sides[static_cast<std::size_t>(d)] = {std::max(-local[d], local[d] - 1), 2 * d + (local[d] > 0.5)};
     std::sort(sides.begin(), sides.end(), std::greater<>());
+    std::int32_t next = -1;
     int crossed = 0;
     for (const auto& [by, side] : sides) {
       if (by <= 0) break;
@@ -121,21 +121,53 @@ BodyMap::Place BodyMap::find(const Vec3& x, const NodeVector& u, const hexmesh::
       crossed = side;
       break;
     }
-    if (next < 0) {
-      if (sides[0].first > beyond_most_) return {};
-      return place(u, cell, local);
-    }
+    if (next < 0) return sides[0].first > beyond_most_ ? Place{} : place(u, cell, local);
     local[crossed / 2] += crossed % 2 == 1 ? -1 : 1;
     before = cell;
     cell = next;
   }
-  const auto found = bins_.find(bin_of(index_of_bin(x)));
-  if (found == bins_.end()) return {};
-  for (const std::int32_t candidate : found->second) {
-    local = Vec3::Constant(0.5);
-    if (invert(x, u, candidate, local) == End::found) return place(u, candidate, local);
-  }
   return {};
+}
+
+BodyMap::Place BodyMap::find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near) const {
+  if (Place found = walk(x, u, near); found.cell >= 0) return found;
+  const auto bin = bins_.find(bin_of(index_of_bin(x)));
+  if (bin == bins_.end()) return {};
+  hexmesh::Embedding best;
+  double least = beyond_most_;
+  for (const std::int32_t cell : bin->second) {
+    Vec3 local = Vec3::Constant(0.5);
+    if (invert(x, u, cell, local) == End::failed) continue;
+    const double outside = ((local.array() - 0.5).abs() - 0.5).maxCoeff();
+    if (!(outside < least)) continue;
+    least = std::max(outside, 0.0);
+    best = {cell, local};
+    if (least == 0) break;
+  }
+  return walk(x, u, best);
+}
+
+BodyMap::Bending BodyMap::bending(std::int32_t cell, const Vec3& local, const NodeVector& u, const Vec3& m) const {
+  const Corners corners = corners_of(mesh_, cell, u);
+  Bending out;
+  out.gradients = hexmesh::shape_gradients(local) * (corners * hexmesh::shape_gradients(local)).inverse();
+  Mat3 second = Mat3::Zero();  // by local coordinates: a product of three, each of one of them
+  for (int a = 0; a < 8; ++a) {
+    Vec3 factor, sign;
+    for (int d = 0; d < 3; ++d) {
+      const bool is_upper = hexmesh::corner_bit(a, d) == 1;
+      factor[d] = is_upper ? local[d] : 1 - local[d];
+      sign[d] = is_upper ? 1 : -1;
+    }
+    for (int d = 0; d < 3; ++d) {
+      const int i = (d + 1) % 3, j = (d + 2) % 3;
+      second(i, j) += m.dot(corners.col(a)) * sign[i] * sign[j] * factor[d];
+    }
+  }
+  for (int d = 0; d < 3; ++d) second((d + 2) % 3, (d + 1) % 3) = second((d + 1) % 3, (d + 2) % 3);
+  const Mat3 to_local = mesh_.edges(static_cast<std::size_t>(cell)).inverse();
+  out.second = to_local.transpose() * second * to_local;
+  return out;
 }
 
 std::vector<Mat3> BodyMap::to_rest_beside(std::int32_t cell, const Vec3& local, const NodeVector& u) const {

@@ -30,6 +30,13 @@ public:
   ///              at that look_at() found near x
   Place find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near) const;
 
+  /// How a place bends with the cell: see PenaltyContact.
+  struct Bending {
+    NodeGradients gradients;  ///< of the shape functions, by the place in space [1/mm]
+    Mat3 second;              ///< of m . x, by X twice
+  };
+  Bending bending(std::int32_t cell, const Vec3& local, const NodeVector& u, const Vec3& m) const;
+
   /// Of a place on the border of its cell, about, the derivatives that those beyond have there.
   std::vector<Mat3> to_rest_beside(std::int32_t cell, const Vec3& local, const NodeVector& u) const;
 
@@ -41,6 +48,7 @@ public:
 private:
   enum class End { found, left, failed };  ///< of a cell's inverse map; left: it ends outside
   End invert(const Vec3& x, const NodeVector& u, std::int32_t cell, Vec3& local) const;
+  Place walk(const Vec3& x, const NodeVector& u, hexmesh::Embedding from) const;
   Place place(const NodeVector& u, std::int32_t cell, const Vec3& local) const;
   std::uint64_t bin_of(const Index3& at) const;
   Index3 index_of_bin(const Vec3& x) const;

@@ -175,17 +175,19 @@ Vec3 PenaltyContact::force_at(std::size_t p, const Located& located) const {
 double PenaltyContact::gradient_jump(const NodeVector& u) const {
   if (!other_) return 0;
   const std::vector<Located>& all = locate_all(u);
-  double sum = 0;
+  constexpr double most_part = 1e-3;  // of the forces: what jumps by more is no solution
+  double sum = 0, forces = 0;
   for (std::size_t p = 0; p < points_.size(); ++p) {
     const At& at = all[p].at;
     const Vec3 force = force_at(p, all[p]);
     if (force.isZero(0)) continue;
+    forces += (at.to_frame.transpose() * force).norm();
     double most = 0;
     for (const Mat3& to_rest : other_->map.to_rest_beside(at.cell, at.local, u))
       most = std::max(most, ((to_rest - at.to_frame).transpose() * force).norm());
     sum += most * std::sqrt(points_[p].weights.squaredNorm() + at.weights.squaredNorm());
   }
-  return sum;
+  return std::min(sum, most_part * forces);
 }
 
 void PenaltyContact::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
@@ -210,6 +212,7 @@ void PenaltyContact::linearize(const NodeVector& u, double projection) {
   active_.clear();
   other_active_.clear();
   couplings_.clear();
+  turnings_.clear();
   remember_cells(u);
   const std::vector<Located>& all = locate_all(u);
   for (std::size_t n = 0; n < points_.size(); ++n) {
@@ -224,7 +227,7 @@ void PenaltyContact::linearize(const NodeVector& u, double projection) {
           k * g.normal * g.normal.transpose() - (1 - std::min(projection, Hessian::projected)) * pressing * g.bending;
       is_active = true;
     }
-    if (has_friction() && frictions_[n].most > 0) {
+    if (has_friction() && frictions_[n].most > 0 && frictions_[n].began) {
       const Drawn d = drawn(n, at);
       const Vec3& normal = frictions_[n].normal;
       Mat3 along = Mat3::Identity() - normal * normal.transpose();
@@ -236,6 +239,14 @@ void PenaltyContact::linearize(const NodeVector& u, double projection) {
       is_active = true;
     }
     if (!is_active || !at.is_there) continue;
+    if (const double part = 1 - std::min(projection, Hessian::projected); other_ && part > 0) {
+      const Vec3 slope = -part * (at.to_frame.transpose() * force_at(n, all[n]));
+      if (!slope.isZero(0)) {
+        const BodyMap::Bending bending = other_->map.bending(at.cell, at.local, u, slope);
+        hessian -= bending.second;
+        turnings_.push_back({p.cell, at.cell, p.weights, at.weights, slope, bending.gradients});
+      }
+    }
     hessian = at.to_frame.transpose() * hessian * at.to_frame;
     active_.add(p.cell, p.weights, hessian);
     if (at.cell >= 0) couplings_.push_back({p.cell, at.cell, p.weights, at.weights, hessian});
@@ -245,6 +256,24 @@ void PenaltyContact::linearize(const NodeVector& u, double projection) {
   std::stable_sort(by_other.begin(), by_other.end(), [](const Coupling* a, const Coupling* b) { return a->b < b->b; });
   for (const Coupling* c : by_other) other_active_.add(c->b, c->of_b, c->hessian);
 }
+
+template <class Vector>
+void PenaltyContact::add_turning_product(const Vector& x, Vector& y) const {
+  using Real = typename Vector::Scalar;
+  for (const Turning& t : turnings_) {
+    const auto cell = static_cast<std::size_t>(t.cell), other = static_cast<std::size_t>(t.of_other);
+    const Vec3 r = mesh_.interpolate(t.cell, t.weights, x) - mesh_.interpolate(t.of_other, t.other_weights, x);
+    const CellVector of_other = mesh_.gather(other, x).template cast<double>();
+    Vec3 turned = Vec3::Zero();
+    for (int b = 0; b < 8; ++b) turned += t.m.dot(of_other.segment<3>(3 * b)) * t.g.row(b).transpose();
+    CellVector back = spread_to_nodes(t.other_weights, turned);
+    for (int b = 0; b < 8; ++b) back.segment<3>(3 * b) -= t.g.row(b).dot(r) * t.m;
+    mesh_.scatter_add(cell, (-spread_to_nodes(t.weights, turned)).template cast<Real>().eval(), y);
+    mesh_.scatter_add(other, back.template cast<Real>().eval(), y);
+  }
+}
+template void PenaltyContact::add_turning_product(const NodeVector&, NodeVector&) const;
+template void PenaltyContact::add_turning_product(const FloatNodeVector&, FloatNodeVector&) const;
 
 void PenaltyContact::add_cell_hessian(std::size_t cell, CellMatrix& h) const {
   active_.add_cell_hessian(cell, h);
@@ -259,7 +288,7 @@ std::int32_t PenaltyContact::shared_hessian(std::size_t cell) const {
 std::size_t PenaltyContact::bytes() const {
   return hexmesh::bytes_of(points_) + hexmesh::bytes_of(held_off_) + hexmesh::bytes_of(kept_held_off_) +
          hexmesh::bytes_of(frictions_) + active_.bytes() + other_active_.bytes() + hexmesh::bytes_of(couplings_) +
-         (other_ ? other_->map.bytes() + other_->distance.bytes() : 0);
+         hexmesh::bytes_of(turnings_) + (other_ ? other_->map.bytes() + other_->distance.bytes() : 0);
 }
 
 double PenaltyContact::attach(const NodeVector& u) {

@@ -38,7 +38,9 @@ struct OtherSegment {
 /// All of this is a function of where a point is in the obstacle's frame. In place of an obstacle stands the rest shape
 /// of another segment, X in place of x, with x = X + u(X) there: what the function says of dX is dX = F^-1 (dx - H du),
 /// so the segment's nodes bear the opposite of what the point does, at the same place. Where a point passes from one of
-/// the segment's cells to the next F jumps, and the force with it: see gradient_jump().
+/// the segment's cells to the next F jumps, and the force with it: see gradient_jump(). Second derivatives take with
+/// them how X moves as the cells bend, d2X = -F^-1 (2 grad(du) dX + grad grad u [dX, dX]); preconditioners do without
+/// the first.
 class PenaltyContact final : public Term {
 public:
   /// @param mesh     must outlive this
@@ -142,6 +144,14 @@ private:
     bool slipped = false;  ///< in the last step
     bool began = true;     ///< false: it was nowhere near when the step began
   };
+  /// Of a point that presses on another segment, what turns its force: -(G(v) . r(w) + G(w) . r(v)) with
+  /// G(v) = sum_b (m . v_b) g_b over the segment's nodes and r the point's displacement less that of the segment there.
+  struct Turning {
+    std::int32_t cell, of_other;
+    NodeWeights weights, other_weights;
+    Vec3 m;           ///< the slope of the energy by the point's place [N]
+    NodeGradients g;  ///< of the shape functions [1/mm]
+  };
   /// The spring along the surface at u.
   struct Drawn {
     Vec3 by = Vec3::Zero();  ///< in the obstacle's frame [mm]
@@ -171,12 +181,15 @@ private:
   Drawn drawn(std::size_t p, const At& at) const;
   static Vec3 force_of(const Drawn& drawn);  ///< on the body, in the frame [N]
   void remember_cells(const NodeVector& u);  ///< of the other segment
-  bool is_boundless() const;                 ///< without another side
+  template <class Vector>
+  void add_turning_product(const Vector& x, Vector& y) const;
+  bool is_boundless() const;  ///< without another side
   template <class Vector>
   void add_product_of(const Vector& x, Vector& y) const {
     active_.add_product(x, y);
     other_active_.add_product(x, y);
     hexsolver::add_product(mesh_, couplings_, x, y);
+    add_turning_product(x, y);
   }
   State state(const NodeVector& u, const Place& place, bool with_friction) const;
   Vec3 outward(const Point& p, const NodeVector& u) const;  ///< of the deformed surface, any length
@@ -194,6 +207,7 @@ private:
   PointHessians active_;  ///< of the last linearize(), as the next two
   PointHessians other_active_;
   std::vector<Coupling> couplings_;
+  std::vector<Turning> turnings_;
   std::unique_ptr<OtherSegment> other_;
   mutable NodeVector located_at_;         ///< u that the next are of
   mutable std::vector<Located> located_;  ///< of another segment

@@ -15,11 +15,11 @@ namespace hexmesh {
 /// interpolated by quadratic B-splines, so that its gradient is continuous.
 ///
 /// Where another segment touches it the face between both goes on a little beyond its rim, into what is nearer to this
-/// one than to the other: averages would round off the rim. Where the segment itself is more than a voxel farther away
-/// the distance grows by the square of what that is more.
+/// one than to the other: averages would round off the rim. Where the segment itself is more than two voxels farther
+/// away the distance grows by the square of what that is more.
 class SegmentDistance {
 public:
-  /// Farther than so many voxels along an axis all is as far.
+  /// Farther than so many of the longest edges of a voxel all is as far.
   static constexpr int most_voxels = 12;
 
   /// @param voxels, labels  of a lattice's box; beyond it there is nothing

@@ -1,0 +1,376 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+#include "hexmesh/core/error.h"
+#include "hexmesh/lattice/segment_distance.h"
+#include "level/segment_contact.h"
+#include "mesh/hierarchy.h"
+#include "support/bodies.h"
+#include "support/solve.h"
+#include "terms/body_map.h"
+#include "terms/couplings.h"
+#include "terms/potential.h"
+
+namespace test_segment_contact {
+
+using namespace hexsolver;
+using namespace testing_support;
+
+constexpr double young = 10, poisson = 0.3;  // [kPa]
+
+Lattice make(const Index3& extent, const Vec3& spacing, const std::function<int(const Index3&)>& label,
+             bool slides = true, const Index3& offset = {0, 0, 0}) {
+  const hexmesh::LabelVolume volume = make_volume(extent, spacing, label);
+  std::vector<hexmesh::LatticeSegment> segments;
+  for (const char* name : {"below", "above"}) {
+    const auto number = static_cast<std::uint16_t>(segments.size() + 1);
+    segments.push_back({{number, name}, hexmesh::material_from_units(young, poisson, 1000), 0, ""});
+  }
+  hexmesh::LatticeOptions options{3, offset, {}};
+  if (slides) options.parting.sliding = {{1, 2}};
+  return build_lattice(volume, segments, options);
+}
+
+/// One block on another.
+Lattice blocks(bool slides = true, const Index3& offset = {0, 0, 0}) {
+  return make(
+      {8, 9, 12}, {1, 1.5, 2}, [](const Index3& v) { return v[2] < 6 ? 1 : 2; }, slides, offset);
+}
+
+/// A ball in a block of 2 mm voxels.
+Lattice ball_in_cup(bool slides = true) {
+  return make(
+      {20, 20, 20}, {2, 2, 2},
+      [](const Index3& v) {
+        const double r = (Vec3(v[0], v[1], v[2]) - Vec3(9.5, 9.5, 12)).norm();
+        return r < 7.2 ? 2 : v[2] < 12 ? 1 : 0;
+      },
+      slides);
+}
+
+Condition held(const std::string& name, const Vec3& point, const Vec3& normal, const Vec3& by = Vec3::Zero()) {
+  Condition c;
+  c.name = name;
+  c.selection.halfspace = HalfSpace{point, normal};
+  c.by = by;
+  return c;
+}
+
+Contact between() {
+  Contact c;
+  c.name = "between";
+  c.where = "test";
+  c.between = {"above", "below"};
+  return c;
+}
+
+/// The blocks, held below, the upper one's top displaced.
+Scene pressed(const Vec3& by, bool with_contact = true) {
+  Scene scene;
+  scene.tolerance = 1e-9;
+  scene.conditions = {held("bottom", {0, 0, -0.9}, {0, 0, -1}), held("top", {0, 0, 22.9}, {0, 0, 1}, by)};
+  if (with_contact) scene.contacts = {between()};
+  return scene;
+}
+
+TEST(SegmentDistance, OfAFlatFaceGoesOnToItsRim) {
+  const Lattice lattice = blocks();
+  const hexmesh::SegmentDistance distance(lattice.voxels, lattice.labels, 1, 2);
+  for (const double x : {-0.4, 0.0, 3.3, 7.4})
+    for (const double y : {-0.6, 5.0, 12.6})
+      for (const double beside : {-0.2, 0.0, 0.4, 1.7}) {
+        const Vec3 place(x, y, 11 + beside);
+        const hexmesh::Gap gap = distance.gap(place);
+        EXPECT_NEAR(gap.depth, beside, 1e-3) << place.transpose();
+        EXPECT_LT((gap.normal - Vec3::UnitZ()).norm(), 3e-3) << place.transpose();
+      }
+  EXPECT_NEAR(distance.thickness(), 3.5, 1e-5);  // of the middle of a voxel, 8 mm wide
+}
+
+TEST(SegmentDistance, SlopesAndCurvaturesAreItsDerivatives) {
+  const Lattice lattice = ball_in_cup();
+  const hexmesh::SegmentDistance distance(lattice.voxels, lattice.labels, 2, 1);
+  std::mt19937 dice(7);
+  std::uniform_real_distribution<double> any(0, 38);
+  constexpr double h = 1e-5;
+  double farthest = 0;
+  for (int n = 0; n < 200; ++n) {
+    const Vec3 place(any(dice), any(dice), any(dice));
+    const hexmesh::Gap gap = distance.gap(place);
+    const double away = (place - Vec3(19, 19, 24)).norm() - 14.4;
+    if (std::abs(away) > 6) continue;
+    if (place[2] < 20) farthest = std::max(farthest, std::abs(gap.depth - away));
+    for (int d = 0; d < 3; ++d) {
+      const hexmesh::Gap up = distance.gap(place + h * Vec3::Unit(d)), down = distance.gap(place - h * Vec3::Unit(d));
+      EXPECT_NEAR(gap.normal[d], (up.depth - down.depth) / (2 * h), 1e-6);
+      EXPECT_LT((gap.bending.col(d) - (up.normal - down.normal) / (2 * h)).norm(), 1e-4);
+    }
+  }
+  EXPECT_LT(farthest, 2);  // a voxel from the ball that was cut into voxels
+}
+
+TEST(BodyMap, FindsWhereMaterialCameFrom) {
+  const Lattice lattice = blocks(true, {1, 2, 1});
+  for (int level = 0; level < 3; ++level) {
+    const MeshCells cells(lattice, level);
+    const Mesh mesh = cells.make_mesh();
+    const NodeVector u = sample(mesh, [](const Vec3& x) {
+      return Vec3(0.3 * x[1] + 0.01 * x[2] * x[2], 5 - 0.2 * x[0], 0.02 * x[0] * x[1] - 3);
+    });
+    BodyMap map(cells, mesh, 1);
+    map.look_at(u);
+    const hexmesh::CellLocator locator(lattice.voxels, lattice.level(level).voxels_per_cell, lattice.level(level).cells,
+                                       lattice.level(level).split.owners);
+    hexmesh::Embedding near;
+    for (const Index3& voxel : lattice.levels[0].cells) {
+      if (lattice.labels[lattice.voxels.offset(voxel)] != 1) continue;
+      const Vec3 index = Vec3(voxel[0], voxel[1], voxel[2]) + Vec3(0.2, -0.3, 0.1);
+      const hexmesh::Embedding e = locator.in_cell_of_voxel(voxel, index);
+      const Vec3 rest = lattice.voxels.position(index);
+      const Vec3 x = rest + mesh.interpolate(e.cell, hexmesh::shape_functions(e.local), u);
+      for (const hexmesh::Embedding& from : {hexmesh::Embedding{}, near}) {
+        const BodyMap::Place found = map.find(x, u, from);
+        ASSERT_GE(found.cell, 0);
+        EXPECT_LT((found.rest - rest).norm(), 1e-9);
+        const Mat3 f = mesh.edges(static_cast<std::size_t>(found.cell)) * found.to_rest.inverse();
+        EXPECT_GT(std::abs(f.determinant()), 0);
+      }
+      near = e;
+    }
+    EXPECT_LT(map.find(Vec3(500, 0, 0), u, {}).cell, 0);
+  }
+}
+
+/// The term of a contact, with both blocks deformed so that they press, and all of its forms of forces.
+class SegmentContact : public testing::TestWithParam<int> {
+protected:
+  const Lattice lattice = blocks(true, {1, 0, 1});
+  const MeshCells cells{lattice, GetParam()};
+  const Mesh mesh = cells.make_mesh();
+  Potential potential{mesh};
+  PenaltyContact* contact = nullptr;
+  NodeVector u;
+
+  SegmentContact() {
+    Contact c = between();
+    c.stiffness = 0.03;
+    c.friction = 0.3;
+    Selector selector(cells, mesh);
+    auto term = make_segment_contact(c, cells, mesh, selector, false);
+    contact = term.get();
+    potential.add(std::move(term));
+    contact->set_progress({1});
+    u = field(0.6);
+    contact->attach(u);
+    contact->keep(u);
+    u = field(0.8);
+    contact->attach(u);
+    potential.linearize(u, Hessian::exact);
+  }
+  /// The upper block comes down, turns a little and slides along the other, both strained.
+  NodeVector field(double part) const {
+    NodeVector out = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
+    for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+      for (int a = 0; a < 8; ++a) {
+        const std::size_t n = mesh.node(c, static_cast<std::size_t>(a));
+        const Vec3 x = mesh.position(n);
+        const bool is_above = lattice.level(GetParam()).segment[c] == 2;
+        out.segment<3>(3 * static_cast<Eigen::Index>(n)) =
+            is_above ? Vec3(part * (0.7 + 0.03 * x[1]), 0.05 * x[0] * part, -part * (0.5 + 0.02 * x[0]))
+                     : Vec3(0.05 * x[0], 0.02 * x[2], 0.03 * x[1] + 0.02 * x[2]);
+      }
+    return out;
+  }
+  NodeVector gradient(const NodeVector& at) const {
+    NodeVector g, magnitude;
+    potential.gradient(at, g, magnitude);
+    return g;
+  }
+};
+
+TEST_P(SegmentContact, ForcesAreTheSlopeOfTheEnergy) {
+  ASSERT_GT(contact->state(u).points, 20U);
+  const NodeVector direction = noise(mesh.num_dofs(), 1, 5);
+  constexpr double h = 1e-6;
+  const double measured = (potential.energy(u + h * direction) - potential.energy(u - h * direction)) / (2 * h);
+  EXPECT_NEAR(gradient(u).dot(direction), measured, 1e-6 * gradient(u).norm() * direction.norm());
+}
+
+TEST_P(SegmentContact, ForcesAndMomentsAreInBalance) {
+  const NodeVector g = gradient(u);
+  Vec3 all = Vec3::Zero(), moment = all, on_first = all;
+  double size = 0;
+  std::vector<bool> is_above(mesh.num_nodes());
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    for (const std::int32_t n : mesh.cell_nodes()[c])
+      is_above[static_cast<std::size_t>(n)] = lattice.level(GetParam()).segment[c] == 2;
+  for (std::size_t n = 0; n < mesh.num_nodes(); ++n) {
+    const auto at = 3 * static_cast<Eigen::Index>(n);
+    const Vec3 force = -g.segment<3>(at), x = mesh.position(n) + u.segment<3>(at);
+    all += force;
+    moment += x.cross(force);
+    if (is_above[n]) on_first += force;
+    size += force.norm();
+  }
+  EXPECT_LT(all.norm(), 1e-13 * size);
+  EXPECT_LT(moment.norm(), 1e-11 * size * 20);
+  EXPECT_LT((on_first - contact->state(u).force).norm(), 1e-12 * size);
+}
+
+TEST_P(SegmentContact, TheHessianIsTheSlopeOfTheForces) {
+  const NodeVector x = noise(mesh.num_dofs(), 1, 9), y = noise(mesh.num_dofs(), 1, 10);
+  constexpr double h = 1e-6;  // few points touch, leave or slip within that
+  NodeVector product, of_y;
+  potential.apply(x, product);
+  const NodeVector difference = (gradient(u + h * x) - gradient(u - h * x)) / (2 * h);
+  EXPECT_LT((product - difference).norm(), 1e-5 * product.norm());
+  potential.apply(y, of_y);
+  EXPECT_NEAR(product.dot(y), of_y.dot(x), 1e-12 * product.norm() * y.norm());
+  EXPECT_LT(error_of_single_precision(potential, x), 1e-6);
+}
+
+TEST_P(SegmentContact, TheProjectedHessianIsOfCellsAndCouplings) {
+  potential.linearize(u, Hessian::projected);
+  const NodeVector x = noise(mesh.num_dofs(), 1, 9);
+  NodeVector product, added = NodeVector::Zero(x.size()), of_shift;
+  potential.apply(x, product);
+  EXPECT_GT(product.dot(x), 0);
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    mesh.scatter_add(c, potential.cell_hessian(c) * mesh.gather(c, x), added);
+  EXPECT_GT((product - added).norm(), 0.1 * product.norm());
+  add_product(mesh, potential.couplings(), x, added);
+  EXPECT_LT((product - added).norm(), 1e-12 * product.norm());
+  // Both moved as one: no spring is drawn.
+  potential.apply(sample(mesh, [](const Vec3&) { return Vec3(1, -2, 3); }), of_shift);
+  EXPECT_LT(of_shift.norm(), 1e-12 * product.norm());
+}
+
+TEST_P(SegmentContact, CouplingsOfParentsAreGalerkinProducts) {
+  const Hierarchy hierarchy(cells.make_mesh(), lattice.corner(), 60);
+  ASSERT_GT(hierarchy.meshes.size(), 1U);
+  const NodeVector coarse = noise(hierarchy.meshes[1].num_dofs(), 1, 3);
+  NodeVector fine, product = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs())), expected,
+                   found = NodeVector::Zero(coarse.size());
+  hierarchy.prolongations[0].prolongate(coarse, fine);
+  add_product(mesh, potential.couplings(), fine, product);
+  hierarchy.prolongations[0].restrict_to(product, expected);
+  add_product(hierarchy.meshes[1], passed_to_parents(potential.couplings(), hierarchy.merges[0], mesh.num_cells()),
+              coarse, found);
+  EXPECT_GT(expected.norm(), 0);
+  EXPECT_LT((found - expected).norm(), 1e-6 * expected.norm());  // weights of a Prolongation are of single precision
+}
+
+TEST_P(SegmentContact, StepsGoNoDeeperThanItKnows) {
+  const NodeVector at = NodeVector::Zero(u.size());
+  contact->forget(at);
+  const NodeVector down = field(1e3) - field(0);
+  const double part = contact->longest_step(at, down);
+  EXPECT_LT(part, 0.02);
+  EXPECT_GT(part, 1e-4);
+  EXPECT_EQ(contact->longest_step(at, -down), 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(OnLevels, SegmentContact, testing::Values(0, 1));
+
+/// By symmetry nothing slides between two blocks alike that are pressed: they do what one block does.
+TEST(SegmentContacts, TwoBlocksAreAsOne) {
+  for (const Index3& offset : {Index3{0, 0, 0}, Index3{1, 2, 1}})
+    for (int level = 0; level < 2; ++level) {
+      SolveReport two, one;
+      const hexmesh::Result parted = solve_equilibrium(blocks(true, offset), pressed({0, 0, -1}), level, two);
+      solve_equilibrium(blocks(false, offset), pressed({0, 0, -1}, false), level, one);
+      ASSERT_TRUE(two.converged) << two.reason;
+      const Vec3 force = two.conditions[1].reaction_n, expected = one.conditions[1].reaction_n;
+      const bool at_a_node = offset[2] == 0;  // else the face between them is inside the cells of the one block
+      EXPECT_LT((force - expected).norm(), (level == 0 || at_a_node ? 1e-3 : 1e-2) * expected.norm()) << level;
+      EXPECT_LT((two.contacts[0].force_n + force).norm(), 1e-6 * force.norm());
+      EXPECT_EQ(two.contacts[0].points, 72U);
+      EXPECT_LT(two.contacts[0].deepest_mm, 1e-3);
+      EXPECT_FALSE(parted.cell_fields.at("contact_pressure").empty());
+    }
+}
+
+TEST(SegmentContacts, SegmentsPartWhereNothingHoldsThem) {
+  SolveReport report;
+  solve_equilibrium(blocks(), pressed({0, 0, 2}), 1, report);
+  ASSERT_TRUE(report.converged);
+  EXPECT_LT(report.conditions[1].reaction_n.norm(), 1e-9);
+  EXPECT_EQ(report.contacts[0].points, 0U);
+  EXPECT_NEAR(report.contacts[0].nearest_mm, 2, 0.05);
+}
+
+TEST(SegmentContacts, ThoseThatAdherePullAndSlide) {
+  Scene scene = pressed({0, 0, 0.5});
+  scene.contacts[0].adhesion = true;
+  SolveReport report, one;
+  solve_equilibrium(blocks(), scene, 1, report);
+  solve_equilibrium(blocks(false), pressed({0, 0, 0.5}, false), 1, one);
+  ASSERT_TRUE(report.converged) << report.reason;
+  const double pull = one.conditions[1].reaction_n[2];
+  EXPECT_NEAR(report.conditions[1].reaction_n[2], pull, 1e-3 * pull);
+  scene.conditions[1].by = {0.5, 0.3, 0};
+  solve_equilibrium(blocks(), scene, 1, report);
+  solve_equilibrium(blocks(false), pressed({0.5, 0.3, 0}, false), 1, one);
+  ASSERT_TRUE(report.converged) << report.reason;
+  EXPECT_LT(report.conditions[1].reaction_n.norm(), 1e-3 * one.conditions[1].reaction_n.norm());
+}
+
+/// Drawn along the other a block pulls with mu N at most, and with no less than what its rising edge takes from that;
+/// held by much friction it shears as one block does.
+TEST(SegmentContacts, FrictionHoldsAndSlips) {
+  Scene scene = pressed({0.6, 0, -0.4});
+  scene.contacts[0].friction = 0.1;
+  SolveReport report, one;
+  solve_equilibrium(blocks(), scene, 1, report);
+  ASSERT_TRUE(report.converged) << report.reason;
+  const Vec3 force = report.contacts[0].force_n;
+  EXPECT_LE(-force[0], 0.1 * force[2]);
+  EXPECT_GE(-force[0], 0.07 * force[2]);
+  EXPECT_GT(report.contacts[0].slipping, 50U);
+  EXPECT_LT((report.conditions[1].reaction_n + force).norm(), 1e-5 * force.norm());
+  scene.conditions[1].by = {0.1, 0, -0.4};
+  scene.contacts[0].friction = 2;
+  solve_equilibrium(blocks(), scene, 1, report);
+  solve_equilibrium(blocks(false), pressed({0.1, 0, -0.4}, false), 1, one);
+  ASSERT_TRUE(report.converged) << report.reason;
+  EXPECT_EQ(report.contacts[0].slipping, 0U);
+  const double shear = one.conditions[1].reaction_n[0];
+  EXPECT_LT(report.conditions[1].reaction_n[0], shear);  // its springs give way
+  EXPECT_GT(report.conditions[1].reaction_n[0], 0.9 * shear);
+}
+
+TEST(SegmentContacts, ABodyRestsInAnother) {
+  const Lattice lattice = ball_in_cup();
+  Scene scene;
+  scene.tolerance = 1e-9;
+  scene.conditions = {held("bottom", {0, 0, -0.9}, {0, 0, -1})};
+  scene.gravity = Vec3(0, 0, -9810);
+  scene.contacts = {between()};
+  double weight = 0;
+  for (const hexmesh::LatticeSegment& s : lattice.segments)
+    if (s.segment.label == 2)
+      weight = static_cast<double>(s.num_voxels) * lattice.voxels.voxel_volume() * s.material->density * 9810;
+  for (int level = 1; level < 3; ++level) {
+    SolveReport report;
+    solve_equilibrium(lattice, scene, level, report);
+    ASSERT_TRUE(report.converged) << report.reason;
+    EXPECT_LT((report.contacts[0].force_n - Vec3(0, 0, weight)).norm(), 1e-5 * weight) << level;
+    EXPECT_LT(report.contacts[0].deepest_mm, 1e-3);
+  }
+}
+
+TEST(SegmentContacts, CellsThatHoldSegmentsTogetherAreRefused) {
+  SolveReport report;
+  EXPECT_THROW(solve_equilibrium(blocks(false), pressed({0, 0, -1}), 1, report), hexmesh::Error);
+  Scene scene = pressed({0, 0, -1});
+  scene.contacts[0].between->second = "nobody";
+  EXPECT_THROW(solve_equilibrium(blocks(), scene, 1, report), hexmesh::Error);
+  scene = pressed({0, 0, -1});
+  scene.grading = Grading::scene;
+  EXPECT_THROW(solve_equilibrium(blocks(), scene, 1, report), hexmesh::Error);
+}
+
+}  // namespace test_segment_contact
