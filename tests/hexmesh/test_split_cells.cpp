@@ -12,6 +12,7 @@
 #include "hexmesh/lattice/embedded_points.h"
 #include "hexmesh/lattice/locator.h"
 #include "hexmesh/result/result.h"
+#include "hexmesh/warp/displacement_field.h"
 #include "support/bodies.h"
 #include "support/files.h"
 
@@ -210,6 +211,34 @@ TEST(SplitCells, SurfacesFollowTheirOwnSegment) {
       for (const std::int32_t p : result.surface.triangles[t])
         EXPECT_NEAR(result.surface_displacement[as_size(p)][1], result.surface.segment[t] == 1 ? 3 : -2, 1e-12)
             << "level " << l;
+  }
+}
+
+/// What is found at a place came from there with the segment that it is of.
+TEST(SplitCells, WarpsTakeEachSegmentFromItsOwnCells) {
+  const auto two = [](const Index3& v) -> std::uint16_t { return v[0] < 13 ? 1 : 2; };
+  const Lattice lattice = make(block, two, slide);
+  for (int l = 0; l < lattice.num_levels(); ++l) {
+    Result result = rest_state(lattice, l);
+    result.displacement.assign(result.nodes.size(), Vec3::Zero());
+    for (std::size_t c = 0; c < result.cells.size(); ++c)
+      for (const std::int32_t n : result.cell_nodes[c])
+        result.displacement[as_size(n)] = result.segment[c] == 1 ? Vec3(0, 2.5, 0) : Vec3(0, -1.25, 0);
+    const DisplacementField field = displacement_to_rest(result, lattice.voxels, 0);
+    std::size_t found = 0;
+    for (std::size_t n = 0; n < field.values.size(); ++n) {
+      if (std::isnan(field.values[n][0])) continue;
+      const Vec3 rest = lattice.voxels.center(lattice.voxels.index(n)) + field.values[n].cast<double>();
+      const Vec3 index = lattice.voxels.continuous_index(rest);
+      const Index3 voxel = {static_cast<std::int32_t>(std::lround(index[0])),
+                            static_cast<std::int32_t>(std::lround(index[1])),
+                            static_cast<std::int32_t>(std::lround(index[2]))};
+      if (!lattice.voxels.contains(voxel)) continue;
+      const bool is_first = lattice.labels[lattice.voxels.offset(voxel)] == 1;
+      EXPECT_NEAR(field.values[n][1], is_first ? -2.5 : 1.25, 1e-5) << "level " << l;
+      ++found;
+    }
+    EXPECT_GT(found, 4000U);
   }
 }
 

@@ -87,7 +87,8 @@ public:
             const std::optional<Vec3> s = cell.locate(x, margins_[c]);
             if (!s) continue;
             const Vec3 index = rest_index(c, *s);
-            const auto distance = static_cast<float>(std::max(solid_.distance(index, reach_), beyond(*s)));
+            const auto distance =
+                static_cast<float>(std::max({solid_.distance(index, reach_), beyond(*s), of_another(c, index)}));
             if (!(distance < nearest)) continue;
             nearest = distance;
             values[grid_.offset(v)] = (result_.voxels.position(index) - x).cast<float>();
@@ -118,6 +119,14 @@ private:
     double most = 0;
     for (int d = 0; d < 3; ++d) most = std::max(most, (std::abs(s[d] - 0.5) - 0.5) * result_.voxels_per_cell[d]);
     return most < 1e-3 ? 0 : most;
+  }
+
+  /// How much worse than its own is what a cell says of material of another one at its index, in voxels.
+  double of_another(std::size_t c, const Vec3& index) const {
+    constexpr double worse = 1;
+    if (result_.owners.empty()) return 0;
+    const std::int32_t owner = solid_.locator().cell_of_voxel(nearest_voxel(index));
+    return owner >= 0 && as_size(owner) != c && result_.cells[as_size(owner)] == result_.cells[c] ? worse : 0;
   }
 
   IndexBox box(std::size_t c) const {
