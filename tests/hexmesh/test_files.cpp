@@ -220,16 +220,17 @@ TEST(LatticeFile, WhatCannotBeUtf8IsReplacedWhereItIsWritten) {
 
 TEST(LatticeFile, VersionsAreThoseOfTheSpecification) {
   const std::string formats = read_text(HEXTOOLS_SOURCE "/libhexmesh/FORMATS.md");
-  EXPECT_NE(formats.find(fmt::format("now {} for lattices and {} for results", lattice_version, result_version)),
+  EXPECT_NE(formats.find(fmt::format("now {} for lattices and {} for results; {} for lattices whose cells are split",
+                                     lattice_version, result_version, split_lattice_version)),
             std::string::npos);
 }
 
 TEST(LatticeFile, RefusesNewerOtherAndMissingFilesByName) {
   const TemporaryFolder folder;
   write_lattice(small_lattice(), folder / "a");
-  set_version(folder / "a", lattice_version + 1);
+  set_version(folder / "a", split_lattice_version + 1);
   EXPECT_NE(message_of(ErrorKind::input, [&] { read_lattice(folder / "a"); })
-                .find(fmt::format("has version {}, expected {}: it was made by a newer tool", lattice_version + 1,
+                .find(fmt::format("has version {}, expected {}: it was made by a newer tool", split_lattice_version + 1,
                                   lattice_version)),
             std::string::npos);
   set_version(folder / "a", lattice_version - 1);

@@ -171,6 +171,7 @@ TEST(SplitCells, FilesKeepThem) {
   const TemporaryFolder folder;
   const Lattice lattice = make(block, touching, slide, {1, 0, 0});
   write_lattice(lattice, folder / "a");
+  EXPECT_TRUE(is_as_written(folder / "a"));
   const Lattice again = read_lattice(folder / "a");
   EXPECT_EQ(again.parting, lattice.parting);
   for (int l = 0; l < lattice.num_levels(); ++l) {
@@ -187,16 +188,22 @@ TEST(SplitCells, FilesKeepThem) {
   }
 }
 
+/// The first segment moved along y by one way, the second by another.
+Result slid(const Lattice& lattice, int level, double first, double second) {
+  Result result = rest_state(lattice, level);
+  result.displacement.assign(result.nodes.size(), Vec3::Zero());
+  for (std::size_t c = 0; c < result.cells.size(); ++c)
+    for (const std::int32_t n : result.cell_nodes[c])
+      result.displacement[as_size(n)] = Vec3(0, result.segment[c] == 1 ? first : second, 0);
+  return result;
+}
+
 /// What a scan looks like when its segments have slid: each voxel's material where its segment went.
 TEST(SplitCells, SurfacesFollowTheirOwnSegment) {
   const auto two = [](const Index3& v) -> std::uint16_t { return v[0] < 13 ? 1 : 2; };
   const Lattice lattice = make(block, two, slide);
   for (int l = 0; l < lattice.num_levels(); ++l) {
-    Result result = rest_state(lattice, l);
-    result.displacement.assign(result.nodes.size(), Vec3::Zero());
-    for (std::size_t c = 0; c < result.cells.size(); ++c)
-      for (const std::int32_t n : result.cell_nodes[c])
-        result.displacement[as_size(n)] = result.segment[c] == 1 ? Vec3(0, 3, 0) : Vec3(0, -2, 0);
+    Result result = slid(lattice, l, 3, -2);
     // A triangle of each on the face between them, as smoothed surfaces have it: a little to either side.
     for (const std::uint16_t label : {1, 2})
       for (const double beside : {-0.4, 0.4}) {
@@ -219,11 +226,7 @@ TEST(SplitCells, WarpsTakeEachSegmentFromItsOwnCells) {
   const auto two = [](const Index3& v) -> std::uint16_t { return v[0] < 13 ? 1 : 2; };
   const Lattice lattice = make(block, two, slide);
   for (int l = 0; l < lattice.num_levels(); ++l) {
-    Result result = rest_state(lattice, l);
-    result.displacement.assign(result.nodes.size(), Vec3::Zero());
-    for (std::size_t c = 0; c < result.cells.size(); ++c)
-      for (const std::int32_t n : result.cell_nodes[c])
-        result.displacement[as_size(n)] = result.segment[c] == 1 ? Vec3(0, 2.5, 0) : Vec3(0, -1.25, 0);
+    Result result = slid(lattice, l, 2.5, -1.25);
     const DisplacementField field = displacement_to_rest(result, lattice.voxels, 0);
     std::size_t found = 0;
     for (std::size_t n = 0; n < field.values.size(); ++n) {

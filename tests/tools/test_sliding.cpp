@@ -43,7 +43,7 @@ TEST_F(Sliding, ATumourRestsInItsLiver) {
 TEST_F(Sliding, WhatCannotSlideIsSaid) {
   write_text(*folder / "slide.toml", scene);
   expect_failure("hexsolve liver.hexmesh slide.toml --level 2 -o none.hexresult", 3,
-                 {"slide.toml:7", "'tumour' and 'liver'", "hexmesh build --slide tumour liver"});
+                 {"slide.toml:6", "'tumour' and 'liver'", "hexmesh build --slide tumour liver"});
   expect_failure("hexmesh build liver.nrrd --slide tumour tumour -o none.hexmesh", 2, {"--slide", "tumour"});
   expect_failure("hexmesh build liver.nrrd --slide tumour spleen -o none.hexmesh", 3, {"spleen", "expected one of"});
   EXPECT_FALSE(std::filesystem::exists(*folder / "none.hexmesh"));

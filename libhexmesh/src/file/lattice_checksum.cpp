@@ -62,6 +62,14 @@ void add_level(const hdf5::Reader& file, int level, std::size_t num_materials, C
   content.add_attribute<std::int32_t>(group, "voxels_per_cell", 3);
   content.add_attribute<double>(group, "mixture", 1);
   content.add<std::uint16_t>(group + "/cells", {0, 3});
+  if (file.has(group + "/split/corners")) {
+    content.add<std::int64_t>(group + "/split/corners", {0});
+    content.add<std::int32_t>(group + "/split/copies", {0});
+  }
+  if (file.has(group + "/split/voxels")) {
+    content.add<std::int64_t>(group + "/split/voxels", {0});
+    content.add<std::int32_t>(group + "/split/cells", {0});
+  }
   content.add<std::int32_t>(group + "/element", {0});
   content.add<std::uint16_t>(group + "/segment", {0});
   content.add<std::uint16_t>(group + "/parts", {0});
@@ -80,6 +88,10 @@ bool is_as_written(const std::filesystem::path& path) {
   content.add_attribute<std::int32_t>("/", "version", 1);
   content.add_text_attribute("tool_version");
   content.add_texts("/history");
+  if (file.has("/parting")) {
+    content.add<std::uint16_t>("/parting/sliding", {0, 2});
+    content.add_attribute<std::int32_t>("/parting", "gaps", 1);
+  }
   content.add<std::uint16_t>("/voxels/labels", {0, 0, 0});
   for (const auto& [name, count] : {std::pair{"spacing", 3}, {"origin", 3}, {"direction", 9}})
     content.add_attribute<double>("/voxels", name, as_size(count));

@@ -12,7 +12,6 @@
 #include "hexmesh/core/error.h"
 #include "hexmesh/core/interruption.h"
 #include "hexmesh/core/memory.h"
-#include "hexmesh/lattice/locator.h"
 #include "parts.h"
 #include "splitter.h"
 
@@ -286,24 +285,6 @@ Lattice build_lattice(const LabelVolume& volume, std::vector<LatticeSegment> seg
   lattice.levels.push_back(finest_level(lattice, grey));
   add_levels(lattice, options.num_levels);
   return lattice;
-}
-
-NodeNumbering nodes_of(const Level& level) { return number_nodes(level.cells, level.split); }
-
-std::vector<std::int32_t> coarser_cells_of(const Lattice& lattice, int number, int coarser) {
-  const Level &level = lattice.level(number), &above = lattice.level(coarser);
-  const CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells, level.split.owners);
-  const CellLocator coarser_at(lattice.voxels, above.voxels_per_cell, above.cells);
-  std::vector<std::int32_t> out;
-  for (const Index3& cell : level.cells) {
-    Index3 first;
-    for (std::size_t d = 0; d < 3; ++d) first[d] = cell[d] * level.voxels_per_cell[d];
-    out.push_back(coarser_at.cell_of_voxel(first));
-  }
-  const VoxelOwners& owners = above.split.owners;
-  for (std::size_t n = 0; n < owners.voxels.size(); ++n)
-    out[as_size(locator.cell_of_voxel(lattice.voxels.index(as_size(owners.voxels[n]))))] = owners.cells[n];
-  return out;
 }
 
 Lattice build_levels(Lattice lattice) {

@@ -121,12 +121,12 @@ private:
     return most < 1e-3 ? 0 : most;
   }
 
-  /// How much worse than its own is what a cell says of material of another one at its index, in voxels.
+  /// Material of another cell at its index is nothing that a cell knows.
   double of_another(std::size_t c, const Vec3& index) const {
-    constexpr double worse = 1;
     if (result_.owners.empty()) return 0;
     const std::int32_t owner = solid_.locator().cell_of_voxel(nearest_voxel(index));
-    return owner >= 0 && as_size(owner) != c && result_.cells[as_size(owner)] == result_.cells[c] ? worse : 0;
+    const bool is_another = owner >= 0 && as_size(owner) != c && result_.cells[as_size(owner)] == result_.cells[c];
+    return is_another ? std::numeric_limits<double>::infinity() : 0;
   }
 
   IndexBox box(std::size_t c) const {
