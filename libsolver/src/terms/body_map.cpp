@@ -99,10 +99,10 @@ BodyMap::Place BodyMap::place(const NodeVector& u, std::int32_t cell, const Vec3
 }
 
 /// From cell to cell, beyond the face that is farthest behind.
-BodyMap::Place BodyMap::walk(const Vec3& x, const NodeVector& u, hexmesh::Embedding from) const {
+BodyMap::Place BodyMap::walk(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& from) const {
   constexpr int most_cells = 64;
-  auto& [cell, local] = from;
-  std::int32_t before = -1;
+  std::int32_t cell = from.cell, before = -1;
+  Vec3 local = from.local;
   for (int step = 0; cell >= 0 && step < most_cells; ++step) {
     const End end = invert(x, u, cell, local);
     if (end == End::failed) return {};

@@ -48,7 +48,7 @@ public:
 private:
   enum class End { found, left, failed };  ///< of a cell's inverse map; left: it ends outside
   End invert(const Vec3& x, const NodeVector& u, std::int32_t cell, Vec3& local) const;
-  Place walk(const Vec3& x, const NodeVector& u, hexmesh::Embedding from) const;
+  Place walk(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& from) const;
   Place place(const NodeVector& u, std::int32_t cell, const Vec3& local) const;
   std::uint64_t bin_of(const Index3& at) const;
   Index3 index_of_bin(const Vec3& x) const;
