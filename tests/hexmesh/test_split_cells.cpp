@@ -232,10 +232,7 @@ TEST(SplitCells, WarpsTakeEachSegmentFromItsOwnCells) {
     for (std::size_t n = 0; n < field.values.size(); ++n) {
       if (std::isnan(field.values[n][0])) continue;
       const Vec3 rest = lattice.voxels.center(lattice.voxels.index(n)) + field.values[n].cast<double>();
-      const Vec3 index = lattice.voxels.continuous_index(rest);
-      const Index3 voxel = {static_cast<std::int32_t>(std::lround(index[0])),
-                            static_cast<std::int32_t>(std::lround(index[1])),
-                            static_cast<std::int32_t>(std::lround(index[2]))};
+      const Index3 voxel = nearest_voxel(lattice.voxels.continuous_index(rest));
       if (!lattice.voxels.contains(voxel)) continue;
       const bool is_first = lattice.labels[lattice.voxels.offset(voxel)] == 1;
       EXPECT_NEAR(field.values[n][1], is_first ? -2.5 : 1.25, 1e-5) << "level " << l;

@@ -18,7 +18,7 @@ public:
         result_(result),
         magnified_(magnified),
         now_(result),
-        surface_(hexmesh::locator_of(result), result.cell_nodes, result.surface, hexmesh::labels_that_part(result)) {
+        surface_(hexmesh::locator_of(result), result.cell_nodes, result.surface, result.parting, result.labels) {
     const std::set<std::string> constant = {"fill", "parts", "young_modulus", "poisson_ratio", "island", "cell_level"};
     std::erase_if(now_.cell_fields, [&](const auto& field) { return !constant.contains(field.first); });
   }

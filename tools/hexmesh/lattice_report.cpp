@@ -44,8 +44,7 @@ void note_joined(const json& report, const Console& console) {
     console.note(fmt::format(
         "level {}: {} of {} cells join material that is not connected inside them, e.g. {} parts at ({:.1f}, {:.1f}, "
         "{:.1f}) mm; coarser levels join more (all: 'joined' in the report, 'parts' in hexexport --lattice); --gaps "
-        "split "
-        "keeps them apart",
+        "split keeps them apart",
         level["level"].get<int>(), joined, level["cells"].get<std::size_t>(), worst["parts"].get<int>(),
         worst["center_mm"][0].get<double>(), worst["center_mm"][1].get<double>(), worst["center_mm"][2].get<double>()));
     return;

@@ -30,8 +30,7 @@ SurfaceStream::SurfaceStream(const hexmesh::Lattice& lattice) : lattice_(lattice
 void SurfaceStream::add(const hexsolver::Motion& motion) {
   if (!embedded_) {
     const hexmesh::CellLocator locator = motion.locator();
-    embedded_.emplace(locator, motion.cell_nodes(), lattice_.surface,
-                      lattice_.parting.any() ? std::span(lattice_.labels) : std::span<const std::uint16_t>());
+    embedded_.emplace(locator, motion.cell_nodes(), lattice_.surface, lattice_.parting, lattice_.labels);
   }
   embedded_->interpolate(values_of(motion.displacement()), moved_);
   positions_.clear();

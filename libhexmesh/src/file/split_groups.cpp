@@ -76,10 +76,7 @@ void write_owners(Writer& file, const std::string& group, const VoxelOwners& own
 VoxelOwners read_owners(const Reader& file, const std::string& group, const Grid& voxels, const StoredCells& cells) {
   VoxelOwners out;
   std::vector<bool> is_owner(cells.cells.size());
-  const auto shares = [&](std::size_t c) {
-    return (c > 0 && cells.cells[c - 1] == cells.cells[c]) ||
-           (c + 1 < cells.cells.size() && cells.cells[c + 1] == cells.cells[c]);
-  };
+  const auto shares = [&](std::size_t c) { return shares_index(cells.cells, c); };
   if (file.has(group + "/voxels")) {
     out.voxels = file.read<std::int64_t>(group + "/voxels", {0});
     check_ascending(file, group + "/voxels", out.voxels, static_cast<std::int64_t>(voxels.num_voxels()));

@@ -11,9 +11,8 @@ namespace {
 Index3 nearest_voxel_of(std::uint16_t label, const Grid& voxels, std::span<const std::uint16_t> labels,
                         const Vec3& index) {
   constexpr int reach = 2;
-  Index3 home, nearest = {-1, -1, -1}, v;
-  for (std::size_t d = 0; d < 3; ++d)
-    home[d] = static_cast<std::int32_t>(std::lround(index[static_cast<Eigen::Index>(d)]));
+  const Index3 home = nearest_voxel(index);
+  Index3 nearest = {-1, -1, -1}, v;
   double least = std::numeric_limits<double>::infinity();
   for (v[2] = home[2] - reach; v[2] <= home[2] + reach; ++v[2])
     for (v[1] = home[1] - reach; v[1] <= home[1] + reach; ++v[1])
@@ -36,9 +35,10 @@ EmbeddedPoints::EmbeddedPoints(const CellLocator& locator, const std::vector<Cel
 }
 
 EmbeddedPoints::EmbeddedPoints(const CellLocator& locator, const std::vector<CellNodes>& cell_nodes,
-                               const TriangleSurface& surface, std::span<const std::uint16_t> labels)
+                               const TriangleSurface& surface, const Parting& parting,
+                               std::span<const std::uint16_t> labels)
     : EmbeddedPoints(locator, cell_nodes, surface.points) {
-  if (labels.empty()) return;
+  if (!parting.any() || labels.empty()) return;
   const Grid& voxels = locator.voxels();
   for (std::size_t t = 0; t < surface.triangles.size(); ++t)
     for (const std::int32_t p : surface.triangles[t]) {

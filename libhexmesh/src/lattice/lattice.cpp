@@ -210,25 +210,11 @@ Level coarser_level(const Lattice& lattice, const Level& fine, VoxelCounts& coun
 /// The faces of voxels with material beside which there is none.
 std::vector<ExposedFace> find_faces(const Lattice& lattice) {
   const std::vector<std::int32_t> segment_of = material_index(lattice.segments);
-  const Index3& extent = lattice.voxels.extent();
-  const std::array<std::size_t, 3> stride = strides_in(extent);
-  std::vector<ExposedFace> faces;
-  std::size_t n = 0;
-  Index3 voxel;
-  for (voxel[2] = 0; voxel[2] < extent[2]; ++voxel[2])
-    for (voxel[1] = 0; voxel[1] < extent[1]; ++voxel[1])
-      for (voxel[0] = 0; voxel[0] < extent[0]; ++voxel[0], ++n) {
-        if (lattice.labels[n] == 0 || segment_of[lattice.labels[n]] < 0) continue;
-        for (std::size_t side = 0; side < 6; ++side) {
-          const std::size_t axis = side / 2;
-          const bool is_upper = side % 2 != 0;
-          const bool at_border = voxel[axis] == (is_upper ? extent[axis] - 1 : 0);
-          const std::uint16_t beside =
-              at_border ? std::uint16_t{0} : lattice.labels[is_upper ? n + stride[axis] : n - stride[axis]];
-          if (segment_of[beside] < 0) faces.push_back({voxel, static_cast<std::uint8_t>(side), beside});
-        }
-      }
-  return faces;
+  std::vector<bool> has_material(segment_of.size()), has_none;
+  for (std::size_t label = 1; label < segment_of.size(); ++label) has_material[label] = segment_of[label] >= 0;
+  has_none = has_material;
+  has_none.flip();
+  return faces_between(lattice, has_material, has_none);
 }
 
 /// All that follows from the voxels and level 0.

@@ -87,9 +87,7 @@ Embedding CellLocator::locate(const Vec3& voxel_index) const {
     if (!(std::abs(c) < 1e6)) return {};
     home[d] = static_cast<std::int32_t>(c);
   }
-  const Index3 voxel = {static_cast<std::int32_t>(std::lround(voxel_index[0])),
-                        static_cast<std::int32_t>(std::lround(voxel_index[1])),
-                        static_cast<std::int32_t>(std::lround(voxel_index[2]))};
+  const Index3 voxel = nearest_voxel(voxel_index);
   if (const std::int32_t cell = cell_at(home); cell >= 0) return embed(choose(cell, voxel), voxel_index);
 
   // Shell after shell around the home cell; a cell in shell r is at least r - 1 shortest edges away.

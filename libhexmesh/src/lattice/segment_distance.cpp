@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexmesh/lattice/segment_distance.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace hexmesh {
 namespace {
@@ -59,7 +57,7 @@ struct Splines {
 
 SegmentDistance::SegmentDistance(const Grid& voxels, std::span<const std::uint16_t> labels, std::uint16_t label,
                                  std::uint16_t beside)
-    : voxels_(voxels), to_index_(voxels.spacing().cwiseInverse().asDiagonal() * voxels.direction().inverse()) {
+    : voxels_(voxels), to_index_(voxels.spacing().cwiseInverse().asDiagonal() * voxels.direction().transpose()) {
   Index3 low = voxels.extent(), high = {-1, -1, -1};
   for (std::size_t n = 0; n < labels.size(); ++n) {
     if (labels[n] != label) continue;

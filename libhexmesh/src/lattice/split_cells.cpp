@@ -8,6 +8,11 @@
 
 namespace hexmesh {
 
+bool Parting::slide(std::uint16_t one, std::uint16_t other) const {
+  return std::any_of(sliding.begin(), sliding.end(),
+                     [&](const auto& pair) { return pair == std::pair(one, other) || pair == std::pair(other, one); });
+}
+
 NodeNumbering number_nodes(std::span<const Index3> cells, const SplitCells& split) {
   NodeNumbering out = number_nodes(cells);
   if (split.corners.empty()) return out;

@@ -13,7 +13,7 @@ namespace {
 class Faces {
 public:
   Faces(const Lattice& lattice, const CellLocator& voxel_at)
-      : cells_(lattice.levels.front()), voxel_at_(voxel_at), sliding_(lattice.parting.sliding) {}
+      : cells_(lattice.levels.front()), voxel_at_(voxel_at), parting_(lattice.parting) {}
 
   /// The voxel beyond the upper face of another along an axis if that face holds, else -1.
   std::int32_t above(std::int32_t cell, std::size_t axis) const {
@@ -22,17 +22,12 @@ public:
     const std::int32_t other = voxel_at_.cell_of_voxel(beyond);
     return other >= 0 && holds(cell, other) ? other : -1;
   }
-  bool holds(std::int32_t a, std::int32_t b) const {
-    const std::uint16_t one = cells_.segment[a], two = cells_.segment[b];
-    return one == two || std::none_of(sliding_.begin(), sliding_.end(), [&](const auto& pair) {
-             return (pair.first == one && pair.second == two) || (pair.first == two && pair.second == one);
-           });
-  }
+  bool holds(std::int32_t a, std::int32_t b) const { return !parting_.slide(cells_.segment[a], cells_.segment[b]); }
 
 private:
   const Level& cells_;
   const CellLocator& voxel_at_;
-  const std::vector<std::pair<std::uint16_t, std::uint16_t>>& sliding_;
+  const Parting& parting_;
 };
 
 std::vector<bool> voxels_of_small_parts(const Faces& faces, std::size_t count) {
@@ -148,13 +143,8 @@ SplitCells Splitter::split(const std::vector<Index3>& cells) const {
         out.corners.push_back(static_cast<std::int64_t>(8 * c + a));
         out.copies.push_back(node - first[as_size(node)]);
       }
-  const auto shares_index = [&](std::size_t c) {
-    return (c > 0 && cells[c - 1] == cells[c]) || (c + 1 < cells.size() && cells[c + 1] == cells[c]);
-  };
-  std::vector<bool> shares(cells.size());
-  for (std::size_t c = 0; c < cells.size(); ++c) shares[c] = shares_index(c);
   for (std::size_t v = 0; v < cell_of_.size(); ++v)
-    if (shares[as_size(cell_of_[v])]) {
+    if (shares_index(cells, as_size(cell_of_[v]))) {
       out.owners.voxels.push_back(voxel_offset_[v]);
       out.owners.cells.push_back(cell_of_[v]);
     }

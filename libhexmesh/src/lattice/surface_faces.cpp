@@ -7,6 +7,7 @@
 
 #include "curve.h"
 #include "hexmesh/core/index.h"
+#include "hexmesh/lattice/lattice.h"
 
 namespace hexmesh {
 namespace {
@@ -101,6 +102,29 @@ FacesInMemory::FacesInMemory(std::vector<ExposedFace> faces) : faces_(std::move(
 void FacesInMemory::read_block(std::size_t number, std::vector<ExposedFace>& faces) const {
   const auto begin = faces_.begin() + static_cast<std::ptrdiff_t>(number * block_size);
   faces.insert(faces.end(), begin, std::min(begin + block_size, faces_.end()));
+}
+
+std::vector<ExposedFace> faces_between(const Lattice& lattice, const std::vector<bool>& of,
+                                       const std::vector<bool>& towards) {
+  const Index3& extent = lattice.voxels.extent();
+  const std::array<std::size_t, 3> stride = strides_in(extent);
+  std::vector<ExposedFace> faces;
+  std::size_t n = 0;
+  Index3 voxel;
+  for (voxel[2] = 0; voxel[2] < extent[2]; ++voxel[2])
+    for (voxel[1] = 0; voxel[1] < extent[1]; ++voxel[1])
+      for (voxel[0] = 0; voxel[0] < extent[0]; ++voxel[0], ++n) {
+        if (!of[lattice.labels[n]]) continue;
+        for (std::size_t side = 0; side < 6; ++side) {
+          const std::size_t axis = side / 2;
+          const bool is_upper = side % 2 != 0;
+          const bool at_border = voxel[axis] == (is_upper ? extent[axis] - 1 : 0);
+          const std::uint16_t beside =
+              at_border ? std::uint16_t{0} : lattice.labels[is_upper ? n + stride[axis] : n - stride[axis]];
+          if (towards[beside]) faces.push_back({voxel, static_cast<std::uint8_t>(side), beside});
+        }
+      }
+  return faces;
 }
 
 }  // namespace hexmesh

@@ -9,10 +9,6 @@ CellLocator locator_of(const Result& result) {
   return {result.voxels, result.voxels_per_cell, result.cells, result.owners};
 }
 
-std::span<const std::uint16_t> labels_that_part(const Result& result) {
-  return result.parting.any() ? std::span(result.labels) : std::span<const std::uint16_t>();
-}
-
 Result rest_state(const Lattice& lattice, int number) {
   const Level& level = lattice.level(number);
   NodeNumbering numbering = nodes_of(level);
@@ -37,7 +33,7 @@ Result rest_state(const Lattice& lattice, int number) {
 }
 
 void move_surface(Result& r) {
-  EmbeddedPoints(locator_of(r), r.cell_nodes, r.surface, labels_that_part(r))
+  EmbeddedPoints(locator_of(r), r.cell_nodes, r.surface, r.parting, r.labels)
       .interpolate({r.displacement.empty() ? nullptr : r.displacement.front().data(), 3 * r.displacement.size()},
                    r.surface_displacement);
 }

@@ -169,10 +169,7 @@ std::uint8_t SliceRenderer::grey(double value) const {
 }
 
 std::int32_t SliceRenderer::cell_at(const Vec3& rest) const {
-  const Vec3 index = result_.voxels.continuous_index(rest);
-  return locator_.cell_of_voxel({static_cast<std::int32_t>(std::lround(index[0])),
-                                 static_cast<std::int32_t>(std::lround(index[1])),
-                                 static_cast<std::int32_t>(std::lround(index[2]))});
+  return locator_.cell_of_voxel(nearest_voxel(result_.voxels.continuous_index(rest)));
 }
 
 std::uint8_t SliceRenderer::faded(std::uint8_t grey) const {

@@ -1,18 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cmath>
 #include <vector>
 
 #include "hexmesh/lattice/locator.h"
 #include "hexmesh/result/result.h"
 
 namespace hexmesh {
-
-inline Index3 nearest_voxel(const Vec3& index) {
-  return {static_cast<std::int32_t>(std::lround(index[0])), static_cast<std::int32_t>(std::lround(index[1])),
-          static_cast<std::int32_t>(std::lround(index[2]))};
-}
 
 /// Of a node [mm]; zero at rest.
 inline Vec3 displacement_of(const Result& result, std::int32_t node) {

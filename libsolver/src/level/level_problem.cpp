@@ -84,7 +84,9 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
   new_loads_ = make_loads(scene, cells_, mesh(), selector);
   for (const auto& load : new_loads_) loads_.push_back(load.get());
   if (!scene.contacts.empty()) {
-    const std::vector<SurfacePoint> surface = selector.whole_surface();
+    const bool has_obstacles =
+        std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& c) { return !c.between; });
+    const std::vector<SurfacePoint> surface = has_obstacles ? selector.whole_surface() : std::vector<SurfacePoint>();
     for (const Contact& c : scene.contacts) {
       new_contacts_.push_back(c.between
                                   ? make_segment_contact(c, cells_, mesh(), selector, is_hard(c, scene))

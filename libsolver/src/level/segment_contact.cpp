@@ -23,27 +23,11 @@ const hexmesh::LatticeSegment& solid_segment(const Contact& contact, const Latti
 
 /// The faces of a segment's voxels beside which there is another segment, or nothing with a material.
 std::vector<hexmesh::ExposedFace> faces_of(const Lattice& lattice, std::uint16_t label, std::uint16_t other) {
-  std::vector<bool> is_beside(65536, true);
-  for (const hexmesh::LatticeSegment& s : lattice.segments) is_beside[s.segment.label] = !s.material;
-  is_beside[other] = true;
-  std::vector<hexmesh::ExposedFace> out;
-  for (std::size_t n = 0; n < lattice.labels.size(); ++n) {
-    if (lattice.labels[n] != label) continue;
-    const Index3 voxel = lattice.voxels.index(n);
-    for (std::uint8_t side = 0; side < 6; ++side) {
-      Index3 beyond = voxel;
-      beyond[side / 2] += side % 2 ? 1 : -1;
-      const std::uint16_t beside =
-          lattice.voxels.contains(beyond) ? lattice.labels[lattice.voxels.offset(beyond)] : std::uint16_t{0};
-      if (is_beside[beside]) out.push_back({voxel, side, beside});
-    }
-  }
-  return out;
-}
-
-bool slide(const hexmesh::Parting& parting, std::uint16_t one, std::uint16_t other) {
-  return std::any_of(parting.sliding.begin(), parting.sliding.end(),
-                     [&](const auto& pair) { return pair == std::pair(one, other) || pair == std::pair(other, one); });
+  std::vector<bool> of(65536), towards(65536, true);
+  of[label] = true;
+  for (const hexmesh::LatticeSegment& s : lattice.segments)
+    towards[s.segment.label] = !s.material || s.segment.label == other;
+  return faces_between(lattice, of, towards);
 }
 
 }  // namespace
@@ -58,7 +42,7 @@ std::unique_ptr<PenaltyContact> make_segment_contact(const Contact& contact, con
   const std::vector<hexmesh::ExposedFace> faces = faces_of(lattice, label, beside);
   const bool touch =
       std::any_of(faces.begin(), faces.end(), [&](const auto& face) { return face.neighbour == beside; });
-  if (!slide(lattice.parting, label, beside) && (touch || !lattice.parting.any()))
+  if (!lattice.parting.slide(label, beside) && (touch || !lattice.parting.any()))
     throw Error(ErrorKind::input,
                 fmt::format("contact '{}' ({}) is between '{}' and '{}', which the cells of the lattice "
                             "hold together, expected one of hexmesh build --slide {} {}",

@@ -25,9 +25,9 @@ public:
     NodeWeights weights = NodeWeights::Zero();  ///< of the cell's nodes there
   };
 
-  /// @param near  a cell to begin at and where in it, as of a displacement not far from u; cell < 0: none, any is
-  /// looked
-  ///              at that look_at() found near x
+  /// @param near  a cell to begin at and where in it, as of a displacement not far from u; cell < 0: none, then those
+  /// are
+  ///              looked at that look_at() found near x
   Place find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near) const;
 
   /// How a place bends with the cell: see PenaltyContact.

@@ -81,7 +81,7 @@ const std::vector<PenaltyContact::Located>& PenaltyContact::locate_all(const Nod
   constexpr std::size_t many = 500;
 #pragma omp parallel for schedule(static) if (points_.size() >= many)
   for (std::size_t p = 0; p < points_.size(); ++p) located_[p] = locate(points_[p], u);
-  located_at_ = u;
+  if (other_) located_at_ = u;
   return located_;
 }
 
@@ -287,8 +287,9 @@ std::int32_t PenaltyContact::shared_hessian(std::size_t cell) const {
 
 std::size_t PenaltyContact::bytes() const {
   return hexmesh::bytes_of(points_) + hexmesh::bytes_of(held_off_) + hexmesh::bytes_of(kept_held_off_) +
-         hexmesh::bytes_of(frictions_) + active_.bytes() + other_active_.bytes() + hexmesh::bytes_of(couplings_) +
-         hexmesh::bytes_of(turnings_) + (other_ ? other_->map.bytes() + other_->distance.bytes() : 0);
+         hexmesh::bytes_of(frictions_) + hexmesh::bytes_of(located_) + active_.bytes() + other_active_.bytes() +
+         hexmesh::bytes_of(couplings_) + hexmesh::bytes_of(turnings_) +
+         (other_ ? other_->map.bytes() + other_->distance.bytes() : 0);
 }
 
 double PenaltyContact::attach(const NodeVector& u) {

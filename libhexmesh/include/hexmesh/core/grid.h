@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstddef>
 
 #include "hexmesh/core/index.h"
@@ -72,6 +73,12 @@ private:
   Vec3 origin_;
   Mat3 direction_;
 };
+
+/// The voxel that a continuous index is in.
+inline Index3 nearest_voxel(const Vec3& index) {
+  return {static_cast<std::int32_t>(std::lround(index[0])), static_cast<std::int32_t>(std::lround(index[1])),
+          static_cast<std::int32_t>(std::lround(index[2]))};
+}
 
 /// True where two grids have the same extent and the same voxel centres to within `tolerance` of a voxel.
 bool same_grid(const Grid& a, const Grid& b, double tolerance = 1e-3);

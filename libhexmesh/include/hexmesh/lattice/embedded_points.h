@@ -18,11 +18,11 @@ public:
   /// @param points      rest positions [mm]; those that no cell holds stay
   EmbeddedPoints(const CellLocator& locator, const std::vector<CellNodes>& cell_nodes, const std::vector<Vec3>& points);
 
-  /// A picture surface whose points move with the cells of the nearest voxels of their segment, so that it stays with
-  /// it where another slides along.
-  /// @param labels  of the lattice's box; empty: points move with the cells they are in
+  /// A picture surface. Where cells keep segments apart its points move with the cells of the nearest voxels of their
+  /// segment, so that it stays with it where another slides along.
+  /// @param labels  of the lattice's box, for that; empty: points move with the cells they are in
   EmbeddedPoints(const CellLocator& locator, const std::vector<CellNodes>& cell_nodes, const TriangleSurface& surface,
-                 std::span<const std::uint16_t> labels);
+                 const Parting& parting, std::span<const std::uint16_t> labels);
 
   std::size_t size() const noexcept { return points_.size(); }
 

@@ -131,6 +131,12 @@ enum class VoxelClass : std::uint8_t { outside, inside, boundary };  ///< bounda
 /// Class of each voxel of the lattice's box; cells are inside or boundary by Level::is_boundary.
 std::vector<VoxelClass> classify_voxels(const Lattice& lattice);
 
+/// Faces of voxels, in the order of the voxels. Beyond the box there is background, 0.
+/// @param of, towards  by label, shape (65536): of which voxels, and what is beside them
+/// @pre the lattice has labels
+std::vector<ExposedFace> faces_between(const Lattice& lattice, const std::vector<bool>& of,
+                                       const std::vector<bool>& towards);
+
 /// The exposed voxel faces: those it has, else found from its labels.
 std::shared_ptr<const SurfaceFaces> faces_of(const Lattice& lattice);
 

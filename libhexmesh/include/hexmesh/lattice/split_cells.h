@@ -19,6 +19,8 @@ struct Parting {
   /// Labels of segments that slide along each other: faces between them do not hold. Gaps part too where there are any.
   std::vector<std::pair<std::uint16_t, std::uint16_t>> sliding;
 
+  /// Whether two labels are a pair of those, either way.
+  bool slide(std::uint16_t one, std::uint16_t other) const;
   bool any() const noexcept { return gaps || !sliding.empty(); }
   bool operator==(const Parting&) const = default;
 };
@@ -42,6 +44,11 @@ struct SplitCells {
   bool empty() const noexcept { return corners.empty() && owners.empty(); }
   bool operator==(const SplitCells&) const = default;
 };
+
+/// Whether another cell stands at the index of one. @pre sorted
+inline bool shares_index(std::span<const Index3> cells, std::size_t c) {
+  return (c > 0 && cells[c - 1] == cells[c]) || (c + 1 < cells.size() && cells[c + 1] == cells[c]);
+}
 
 /// The nodes of cells, as many at an index as split cells have there.
 /// @param cells  sorted, i fastest, several at one index perhaps

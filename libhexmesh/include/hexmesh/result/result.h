@@ -2,7 +2,6 @@
 #pragma once
 
 #include <map>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -53,9 +52,6 @@ struct Result {
 
 /// Finds its cells. The result must outlive it and keep its cells.
 CellLocator locator_of(const Result& result);
-
-/// Its labels where cells keep segments apart, else none: what its surface is embedded by (see EmbeddedPoints).
-std::span<const std::uint16_t> labels_that_part(const Result& result);
 
 /// A level before anything is solved: geometry, segments, surface and the cell fields fill and parts (see parts.h).
 Result rest_state(const Lattice& lattice, int level);
