@@ -14,7 +14,7 @@ import re
 import subprocess
 import sys
 
-TOOLS = ["hexscan", "hexmesh", "hexsolve", "hexfit", "hexexport", "hexslice", "hexbench", "hexsolve-mpi"]
+TOOLS = ["hexscan", "hexmesh", "hexsolve", "hexfit", "hexexport", "hexslice", "hexview", "hexbench", "hexsolve-mpi"]
 NOT_EVERYWHERE = {"hexsolve-mpi"}
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGES = ROOT / "docs" / "reference"

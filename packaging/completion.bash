@@ -100,4 +100,4 @@ _hextools() {
   return 0
 }
 
-complete -o default -F _hextools hexscan hexmesh hexsolve hexsolve-mpi hexfit hexexport hexslice hexbench
+complete -o default -F _hextools hexscan hexmesh hexsolve hexsolve-mpi hexfit hexexport hexslice hexview hexbench

@@ -5,7 +5,7 @@ import re
 import subprocess
 import sys
 
-TOOLS = ["hexscan", "hexmesh", "hexsolve", "hexsolve-mpi", "hexfit", "hexexport", "hexslice", "hexbench"]
+TOOLS = ["hexscan", "hexmesh", "hexsolve", "hexsolve-mpi", "hexfit", "hexexport", "hexslice", "hexview", "hexbench"]
 TEXT_COLUMN = 30  # where help begins to explain, on the next line if the name is longer
 
 

@@ -24,7 +24,7 @@ using hexsolver::SolveReport;
 using nlohmann::json;
 
 void check_names(const SolveOptions& o, bool solves) {
-  if (o.scene.empty() || (solves && o.output.empty() && !o.stream))
+  if (o.scene.empty() || (solves && o.output.empty() && o.stream.empty()))
     throw Error(ErrorKind::usage, fmt::format("{} is missing, expected hexsolve LATTICE SCENE -o RESULT",
                                               o.scene.empty() ? "SCENE" : "-o RESULT"));
 }
@@ -34,9 +34,12 @@ Scene read_scene(const SolveOptions& o, const Input& input, RunFiles& files, con
   Scene scene = hextools::read_scene(input, files, o.settings);
   apply(o.request, scene);
   for (const std::string& w : scene.warnings) console.warning(w);
-  if (o.stream && !scene.dynamics)
-    throw Error(ErrorKind::usage, "--stream goes with a motion, expected solve.kind = \"dynamics\"");
-  if (o.stream && (o.output == "-" || o.report == "-"))
+  for (const auto& [option, is_given] : {std::pair("--stream", !o.stream.empty()), {"--steer", !o.steer.empty()}})
+    if (is_given && !scene.dynamics)
+      throw Error(ErrorKind::usage, fmt::format("{} goes with a motion, expected solve.kind = \"dynamics\"", option));
+  if (!o.stream.empty() && o.stream != "surface" && o.stream != "nodes")
+    throw Error(ErrorKind::usage, fmt::format("--stream is '{}', expected surface or nodes", o.stream));
+  if (!o.stream.empty() && (o.output == "-" || o.report == "-"))
     throw Error(ErrorKind::usage, "--stream takes standard output, expected -o and --report with a file or none");
   return scene;
 }
@@ -59,12 +62,15 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   const Input& lattice_file = files.input(o.lattice);
   const Input& scene_file = files.input(o.scene, Content::text);
   Scene scene = read_scene(o, scene_file, files, console);
-  if (o.stream) files.reserve_standard_output(Content::binary);
+  if (!o.stream.empty()) files.reserve_standard_output(Content::binary);
+  if (!o.steer.empty()) files.input(o.steer, Content::text);  // read as it comes, in place
   if (o.plan && !o.output.empty()) throw Error(ErrorKind::usage, "-o goes with a solution or --check, not with --plan");
   Output* output = files.output_if_named(o.output, Content::binary);
   Output* report_file = files.output_if_named(o.report, Content::text);
+  Output* record_file = files.output_if_named(o.record, Content::text);
   int level = 0;
-  const hexmesh::Lattice lattice = read_lattice(lattice_file.path(), scene, o.request.level, o.stream, level);
+  const hexmesh::Lattice lattice =
+      read_lattice(lattice_file.path(), scene, o.request.level, !o.stream.empty() || !o.steer.empty(), level);
   const auto history = [&] {
     std::vector<std::string> lines = lattice.history;
     lines.push_back(solve_history(o.lattice, lattice_file.path(), o.scene, scene_file.path(), scene));
@@ -81,8 +87,11 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   if (output && scene.dynamics) writer.emplace(output->path());
   std::optional<Interruption> interruption;
   if (scene.dynamics) interruption.emplace();  // of a motion what there is can be gone on from
-  auto [result, report] = scene.dynamics ? solve_motion(lattice, scene, level, writer ? &*writer : nullptr, o.stream,
-                                                        *interruption, console)
+  MotionIo io;
+  io.writer = writer ? &*writer : nullptr;
+  if (!o.stream.empty()) io.streamed = o.stream == "nodes" ? Streamed::nodes : Streamed::surface;
+  io.steer = o.steer;
+  auto [result, report] = scene.dynamics ? solve_motion(lattice, scene, level, io, *interruption, console)
                                          : solve_equilibrium(lattice, scene, level, console);
 
   json summary = to_json(report, scene);
@@ -97,6 +106,7 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   if (output) output->prepare();
   add_times(summary, report, {start, read_done}, solve_done);
   if (report_file) report_file->write(json_text(summary));
+  if (record_file) record_file->write(io.record);
   files.commit();
   for (const std::string& w : report.warnings) console.warning(w);
   summarize(report, console);

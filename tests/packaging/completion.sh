@@ -32,7 +32,7 @@ offers() {
   [ -z "$said" ] || { printf 'FAILED: %s says: %s\n' "$*" "$said"; failures=$((failures + 1)); }
 }
 
-for tool in hexscan hexmesh hexsolve hexfit hexexport hexslice hexbench; do
+for tool in hexscan hexmesh hexsolve hexfit hexexport hexslice hexview hexbench; do
   offers --help --version --quiet -q --threads -- "$tool" -
   offers never always auto -- "$tool" --progress ''
   offers auto always '!never' -- "$tool" --progress = a

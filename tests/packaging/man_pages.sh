@@ -6,7 +6,7 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 options() { grep -oE '^  -[^ ]+' | tr -d ' ' | tr , '\n' | sort -u; }
 
-for tool in hexscan hexmesh hexsolve hexsolve-mpi hexfit hexexport hexslice hexbench; do
+for tool in hexscan hexmesh hexsolve hexsolve-mpi hexfit hexexport hexslice hexview hexbench; do
   [ -x "$bin/$tool" ] || continue
   page=$folder/$tool.1
   "$python" "$(dirname "$0")/../../packaging/man_page.py" "$bin/$tool" 1.2.3 2026-01-31 >"$page"

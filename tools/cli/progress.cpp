@@ -98,10 +98,11 @@ void ProgressTeller::tell() {
   for (double wait = writes_over_ ? between_lines : silence_; !wait_for(lock, wait);) {
     try {
       const double left = silence_ - seconds_of_silence();
+      const std::string now = line();
       if (writes_over_)
-        write_over(line());
-      else if (left <= 0)
-        say(line() + "\n");
+        write_over(now);
+      else if (left <= 0 && !now.empty())
+        say(now + "\n");
       if (!writes_over_) wait = left > 0 ? left : silence_;
     } catch (const std::bad_alloc&) {  // the run may still do
     }
@@ -110,6 +111,7 @@ void ProgressTeller::tell() {
 
 std::string ProgressTeller::line() const {
   const std::lock_guard lock(work_mutex);
+  if (work.what.empty()) return "";
   return fmt::format(
       "{}: {}", tool_,
       work_line(hexmesh::printable_line(work.what), seconds_since(begin_of_run), work.part, seconds_left(work)));

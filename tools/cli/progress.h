@@ -11,7 +11,7 @@
 
 namespace hextools {
 
-/// What the run is at from now on, told by a ProgressTeller if there is one.
+/// What the run is at from now on, told by a ProgressTeller if there is one. Empty: nothing that takes its time.
 /// @param part  of the run that is done [0, 1], where it is known: the time left follows
 void at_work(std::string what, std::optional<double> part = {});
 

@@ -72,6 +72,8 @@ void silence_libraries() {
 #endif
 }
 
+int file_of_messages() { return messages; }
+
 bool messages_go_to_terminal() { return isatty(messages) != 0; }
 
 void say(const std::string& text) {

@@ -12,6 +12,9 @@ void silence_libraries();
 /// Whether somebody reads the messages as they come.
 bool messages_go_to_terminal();
 
+/// Where messages go, for a program that is run: its standard error.
+int file_of_messages();
+
 /// Writes to standard error, all at once. Where that cannot be written to, nothing happens.
 /// @param text  control characters of it are shown, not obeyed
 void say(const std::string& text);

@@ -6,27 +6,33 @@
 #include "cli/node_values.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/result_file.h"
-#include "surface_stream.h"
+#include "motion_stream.h"
+#include "steering.h"
 
 namespace hextools {
 
-hexsolver::Outcome solve_motion(const hexmesh::Lattice& lattice, const hexsolver::Scene& scene, int level,
-                                hexmesh::ResultWriter* writer, bool streams, const Interruption& interruption,
-                                const Console& console) {
-  std::optional<SurfaceStream> stream;
-  // A reader that leaves ends the stream; where there is a file to write, not the motion.
+hexsolver::Outcome solve_motion(const hexmesh::Lattice& lattice, const hexsolver::Scene& scene, int level, MotionIo& io,
+                                const Interruption& interruption, const Console& console) {
+  const auto is_interrupted = [&] { return interruption.signal() != 0; };
+  std::optional<Steering> steering;
+  if (!io.steer.empty()) steering.emplace(io.steer, lattice.surface.points.size(), console, is_interrupted);
+  std::optional<MotionStream> stream;
+  // A reader that leaves ends the stream; where there is a file to write, not the motion, unless it was a viewer who
+  // steered it.
   const auto to_stream = [&](double time, auto&& write) {
     try {
       write();
     } catch (const hexmesh::Error& e) {
-      if (!writer || e.kind() != hexmesh::ErrorKind::output) throw;
-      console.warning(fmt::format("{} at {:.4g} s: the motion goes on to its file", e.what(), time));
+      if (!io.writer || e.kind() != hexmesh::ErrorKind::output) throw;
+      console.warning(fmt::format("{} at {:.4g} s: the motion {}", e.what(), time,
+                                  steering ? "ends there" : "goes on to its file"));
       stream.reset();
+      if (steering) steering->end();
     }
   };
-  if (streams) to_stream(0, [&] { stream.emplace(lattice); });
+  if (io.streamed) stream.emplace(lattice, *io.streamed);
   const auto on_output = [&](const hexsolver::Motion& motion) {
-    if (writer) writer->add_step(motion.time(), motion.state());
+    if (io.writer) io.writer->add_step(motion.time(), motion.state());
     if (stream && motion.counts().steps == 0) to_stream(0, [&] { stream->add(motion); });
   };
   const auto on_step = [&](const hexsolver::Motion& motion) {
@@ -36,8 +42,13 @@ hexsolver::Outcome solve_motion(const hexmesh::Lattice& lattice, const hexsolver
                                  motion.energies().kinetic),
                      motion.time() / duration);
   };
-  return hexsolver::solve_dynamics(lattice, scene, level, on_output, on_step,
-                                   [&] { return interruption.signal() == 0; });
+  const auto next_step = [&](hexsolver::Motion& motion) {
+    if (is_interrupted()) return hexsolver::NextStep::interrupt;
+    return steering ? steering->next_step(motion) : hexsolver::NextStep::take;
+  };
+  hexsolver::Outcome outcome = hexsolver::solve_dynamics(lattice, scene, level, on_output, on_step, next_step);
+  if (steering) io.record = steering->record();
+  return outcome;
 }
 
 }  // namespace hextools

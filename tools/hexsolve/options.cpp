@@ -71,10 +71,20 @@ void add_options(CLI::App& app, SolveOptions& o) {
   CLI::Option* plan =
       app.add_flag("--plan", o.plan, "Only say which effects are on, why, and what the solution is expected to cost")
           ->excludes(check);
-  app.add_flag("--stream", o.stream,
-               "Write the moving surface of a motion to standard output, step by step (FORMATS.md, \"Stream\")")
+  app.add_flag("--stream{surface}", o.stream,
+               "Write the moving surface of a motion to standard output, step by step (FORMATS.md, \"Stream\"); "
+               "--stream=nodes: the displacements of its nodes")
       ->excludes(check)
       ->excludes(plan);
+  CLI::Option* steer =
+      app.add_option(
+             "--steer", o.steer,
+             "Commands to a motion while it is solved, from a file, a pipe or - (standard input): points of the "
+             "surface that are grabbed and pulled, pause, end (FORMATS.md, \"Steering\")")
+          ->excludes(check)
+          ->excludes(plan);
+  app.add_option("--record", o.record, "Write the commands that were carried out, with their times, for --steer")
+      ->needs(steer);
   app.add_option("--report", o.report, "Write a JSON report; - is standard output");
   app.add_option("-o,--output", o.output, "Result file (.hexresult, HDF5); - is standard output");
 }

@@ -15,7 +15,9 @@ struct SolveOptions {
   std::vector<std::string> settings;
   std::string levels, accuracy;  ///< as given
   hexsolver::Request request;    ///< what they say
-  bool example = false, check = false, plan = false, stream = false;
+  bool example = false, check = false, plan = false;
+  std::string stream;         ///< "surface" or "nodes"; empty: nothing
+  std::string steer, record;  ///< commands of a viewer, and what was carried out
 };
 
 void add_options(CLI::App& app, SolveOptions& o);

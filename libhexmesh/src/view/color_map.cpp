@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "color_map.h"
+#include "hexmesh/view/color_map.h"
 
 #include <algorithm>
 #include <cmath>

@@ -9,8 +9,8 @@
 #include <cmath>
 #include <map>
 
-#include "color_map.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/view/color_map.h"
 
 namespace hexmesh {
 namespace {

@@ -60,6 +60,8 @@ hexmesh::MotionStep Motion::state() const {
     out.cell_fields = changing_fields(problem.elastic(), u, integrator_->on_level());
   return out;
 }
+bool Motion::grab(std::size_t point, const Vec3& place, double reach) { return integrator_->grab(point, place, reach); }
+void Motion::let_go(std::optional<std::size_t> point) { integrator_->let_go(point); }
 const Motion::Counts& Motion::counts() const { return integrator_->counts(); }
 std::vector<ContactReport> Motion::contacts() const {
   return contact_reports(integrator_->problem(), integrator_->displacement());
@@ -67,6 +69,9 @@ std::vector<ContactReport> Motion::contacts() const {
 const std::string* Motion::ball_inside() const { return integrator_->ball_inside(); }
 
 void Motion::explain(std::vector<Effect>& effects) const {
+  if (integrator_->problem().grabs())
+    effects.push_back(
+        {EffectKind::grab, name_of(EffectKind::grab), true, "points of the surface were held from outside"});
   const std::optional<std::size_t> rotating = integrator_->num_rotating();
   if (!rotating) return;
   for (Effect& e : effects)
@@ -74,11 +79,7 @@ void Motion::explain(std::vector<Effect>& effects) const {
       e.why += fmt::format("; at the end {} of {} cells rotate", *rotating, mesh().num_cells());
 }
 
-std::vector<std::string> Motion::check() const {
-  std::vector<std::string> warnings;
-  integrator_->check(warnings);
-  return warnings;
-}
+std::vector<std::string> Motion::check() const { return integrator_->check(); }
 
 Outcome Motion::make_result(SolveReport report) const {
   if (report.levels.empty()) report.levels.emplace_back();
@@ -105,8 +106,10 @@ MotionReport::Row row_of(const Motion& motion) {
 }
 
 /// How a motion went, and why it ended.
+/// @param ends  whether it was asked to
 /// @param ball  an obstacle that has gone through the surface; may be null
-void report_motion(const Motion& motion, const Dynamics& settings, const std::string* ball, SolveReport& report) {
+void report_motion(const Motion& motion, const Dynamics& settings, bool ends, const std::string* ball,
+                   SolveReport& report) {
   MotionReport& of_motion = *report.motion;
 
   const Motion::Counts& counts = motion.counts();
@@ -131,6 +134,8 @@ void report_motion(const Motion& motion, const Dynamics& settings, const std::st
     report.reason = fmt::format("interrupted at {:.6g} of {:.6g} s", motion.time(), settings.duration);
   else if (!report.converged)
     report.reason = fmt::format("stopped at {:.6g} s: {}", motion.time(), motion.reason());
+  else if (ends)
+    report.reason = fmt::format("ended as asked at {:.6g} of {:.6g} s", motion.time(), settings.duration);
   else if (settings.newton_iterations == 0)
     report.reason = "all steps were solved to the tolerance";
   else
@@ -144,6 +149,9 @@ void report_motion(const Motion& motion, const Dynamics& settings, const std::st
     report.warnings.push_back(
         fmt::format("{} substeps were slowed down, which takes momentum away: smaller steps or more iterations keep it",
                     counts.slowed));
+  if (counts.let_go > 0)
+    report.warnings.push_back(
+        fmt::format("grabbed points were let go {} times: no step could be solved with them", counts.let_go));
   report.load_fraction = std::min(1.0, motion.time() / settings.duration);
   report.relative_residual = counts.relative_residual;
 }
@@ -152,7 +160,8 @@ void report_motion(const Motion& motion, const Dynamics& settings, const std::st
 
 Outcome solve_dynamics(const Lattice& whole, const Scene& scene, int level,
                        const std::function<void(const Motion&)>& on_output,
-                       const std::function<void(const Motion&)>& on_step, const std::function<bool()>& goes_on) {
+                       const std::function<void(const Motion&)>& on_step,
+                       const std::function<NextStep(Motion&)>& next_step) {
   SolveReport report;
   report.warnings = check_single_points(scene);
   check_contrast(whole);
@@ -178,17 +187,20 @@ Outcome solve_dynamics(const Lattice& whole, const Scene& scene, int level,
   output();
   report.converged = true;
   const std::string* ball = nullptr;
-  for (int n = 1; n <= steps && report.converged; ++n) {
-    report.interrupted = goes_on && !goes_on();
-    report.converged = !report.interrupted && motion.step();
-    if (report.converged && on_step) on_step(motion);
-    const bool is_output = n % settings.output_every == 0 || n == steps || !report.converged;
+  bool ends = false;
+  for (int n = 1; n <= steps && report.converged && !ends; ++n) {
+    const NextStep next = next_step ? next_step(motion) : NextStep::take;
+    ends = next == NextStep::end;
+    report.interrupted = next == NextStep::interrupt;
+    report.converged = !report.interrupted && (ends || motion.step());
+    if (report.converged && !ends && on_step) on_step(motion);
+    const bool is_output = n % settings.output_every == 0 || n == steps || ends || !report.converged;
     if (is_output && motion.time() > of_motion.rows.back().time) output();
     if (is_output && report.converged) ball = motion.ball_inside();
     report.converged = report.converged && !ball;
   }
   report.solve_seconds = solve.seconds();
-  report_motion(motion, settings, ball, report);
+  report_motion(motion, settings, ends, ball, report);
   motion.explain(report.effects);
   const Motion::Counts& counts = motion.counts();
   NewtonReport newton;

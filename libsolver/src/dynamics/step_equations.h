@@ -18,6 +18,9 @@ public:
   /// @param predictor  the step to search first, of the first Newton step; must outlive the substep
   void begin(double h, const NodeVector& predictor);
 
+  /// The potential has other terms than before.
+  void forget_preconditioner() { multigrid_.forget(); }
+
   NodeVector make_field() const override { return {}; }  // sized when it is first written to
   bool is_linear() const override { return potential_.is_linear(); }
   bool is_conservative() const override { return potential_.is_conservative(); }

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "dynamics/time_integrator.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 
+#include "dynamics/check_motion.h"
 #include "dynamics/start_state.h"
-#include "level/checks.h"
 
 namespace hexsolver {
 namespace {
@@ -125,13 +122,53 @@ void TimeIntegrator::set_state(const NodeVector& u, const NodeVector& v) {
   support_force_.setZero(u.size());
 }
 
+bool TimeIntegrator::grab(std::size_t point, const Vec3& place, double reach) {
+  Grabs* grabs = problem_.grabs();
+  if (!grabs || !grabs->holds(point)) {
+    if (!problem_.grasp(point, lattice_.surface, reach, u_)) return false;
+    grabs = problem_.grabs();
+    grabbed_at_[point] = lattice_.surface.points[point] + grabs->displacement(point);
+    equations_->forget_preconditioner();
+  }
+  grabs->pull(point, place - grabbed_at_[point]);
+  return true;
+}
+
+/// What the hand has stretched goes with it.
+void TimeIntegrator::let_go(std::optional<std::size_t> point) {
+  Grabs* grabs = problem_.grabs();
+  if (!grabs || !grabs->holds_any() || (point && !grabs->holds(*point))) return;
+  if (point)
+    grabs->let_go(*point);
+  else
+    grabs->let_go();
+  equations_->forget_preconditioner();
+  const double stored = std::exchange(energies_.contact, problem_.contact_energy(u_));
+  work_ += energies_.contact - stored;
+}
+
+/// Where hands ask what cannot be solved they let go.
+bool TimeIntegrator::lets_go() {
+  Grabs* grabs = problem_.grabs();
+  if (!grabs || !grabs->holds_any()) return false;
+  let_go({});
+  ++counts_.let_go;
+  return true;
+}
+
 bool TimeIntegrator::step() {
   ++counts_.steps;
-  most_linear_ = counts_.linear + (settings_.solver == StepSolver::multigrid ? most_cycles : most_plain_iterations);
+  const auto most = settings_.solver == StepSolver::multigrid ? most_cycles : most_plain_iterations;
+  most_linear_ = counts_.linear + most;
+  if (Grabs* grabs = problem_.grabs()) grabs->begin_step(time(), time() + settings_.step);
   int done = 0, substep = most_substeps;
   while (done < most_substeps) {
     if (!take_substep(settings_.step * substep / most_substeps)) {
-      if (substep == smallest_substep() || counts_.linear > most_linear_) return false;
+      if (substep == smallest_substep() || counts_.linear > most_linear_) {
+        if (!lets_go()) return false;
+        most_linear_ = counts_.linear + most;
+        continue;
+      }
       substep /= 2;
       continue;
     }
@@ -166,38 +203,7 @@ void TimeIntegrator::be_at_rest_if_failed() {
   inertia_->set_step(u_ - settings_.step * v_, v_, settings_.step);
 }
 
-void TimeIntegrator::check(std::vector<std::string>& warnings) {
-  constexpr std::size_t most_times = 100;
-  constexpr double jump = 1;  // mm
-  const auto add = [&](const std::vector<std::string>& more) {
-    for (const std::string& w : more)
-      if (std::find(warnings.begin(), warnings.end(), w) == warnings.end()) warnings.push_back(w);
-  };
-  std::set<double> times = {settings_.duration};
-  for (const Condition& c : scene_.conditions)
-    if (c.history)
-      for (const History::Row& row : c.history->rows)
-        if (row.time < settings_.duration && times.size() < most_times) times.insert(row.time);
-  for (const double t : times) {
-    problem_.set_progress({std::min(1.0, t / settings_.duration), t});
-    add(check_conflicts(problem_.constraints(), problem_.level(), scene_));
-  }
-  problem_.set_progress(progress());
-  add(check_contacts_at(problem_, u_));
-  std::vector<double> miss(scene_.conditions.size());
-  for (const ConstraintPoint& p : problem_.constraints().points()) {
-    double& worst = miss[static_cast<std::size_t>(p.condition)];
-    const Vec3 off = p.value - problem_.constraints().displacement(p, u_);
-    for (int d = 0; d < 3; ++d)
-      if (p.axes[static_cast<std::size_t>(d)]) worst = std::max(worst, std::abs(off[d]));
-  }
-  for (std::size_t c = 0; c < miss.size(); ++c)
-    if (miss[c] > jump)
-      add(
-          {fmt::format("condition '{}' ({}) puts points {:.3g} mm from where the start has them: they jump there in "
-                       "the first step",
-                       scene_.conditions[c].name, scene_.conditions[c].where, miss[c])});
-}
+std::vector<std::string> TimeIntegrator::check() { return check_motion(problem_, u_, progress()); }
 
 std::optional<std::size_t> TimeIntegrator::num_rotating() const {
   if (!rotating_) return {};
@@ -312,7 +318,8 @@ bool TimeIntegrator::try_substep(double h, Form form) {
   } else {
     difference_.begin_euler(h);
   }
-  if (!problem_.contacts().empty()) problem_.set_progress(now);  // a substep that failed left them ahead
+  if (!problem_.contacts().empty() || problem_.grabs())
+    problem_.set_progress(now);  // a substep that failed left them ahead
   obstacle_work_ = problem_.work_of_obstacles(u_, now, then);
   problem_.set_progress(then);
   begin_terms();

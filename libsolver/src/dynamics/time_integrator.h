@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,13 +29,14 @@ public:
   bool step();  ///< see Motion::step()
   void set_state(const NodeVector& u, const NodeVector& v);
 
+  // As Motion's:
+  bool grab(std::size_t point, const Vec3& place, double reach);
+  void let_go(std::optional<std::size_t> point);
+
   /// After a substep that failed the terms are in the midst of it: reactions are then those without acceleration.
   void be_at_rest_if_failed();
 
-  /// Add warnings, each once. Conditions may be incompatible at any time: at the corners of their tables and at the
-  /// end. Obstacles and conditions at the start are held against the state that it is.
-  /// @throws Error{geometry}
-  void check(std::vector<std::string>& warnings);
+  std::vector<std::string> check();  ///< see check_motion()
 
   double time() const;  ///< [s]
   const NodeVector& displacement() const noexcept { return u_; }
@@ -62,6 +64,7 @@ private:
   void start();
   Progress progress(double ahead = 0) const;
   NewtonOptions newton_options() const;
+  bool lets_go();
   bool fail(const char* why);
   enum class Form { euler, bdf2, start_of_bdf2 };
   bool take_substep(double h);
@@ -95,6 +98,7 @@ private:
   NodeVector u_, v_;
   Energies energies_;
   double work_ = 0, work_uncertainty_ = 0, friction_work_ = 0, obstacle_work_ = 0;
+  std::map<std::size_t, Vec3> grabbed_at_;  ///< where hands took hold [mm]
   Motion::Counts counts_;
   const char* reason_ = "";
   std::int64_t ticks_ = 0;        ///< smallest substeps done

@@ -23,13 +23,6 @@ std::vector<bool> cells_rotated_by(double angle, const ElasticCells& parents, co
 
 }  // namespace
 
-double LocalLevel::diameter() const {
-  const Mesh& mesh = problem_.mesh();
-  Vec3 extent = Vec3::Zero();
-  for (const Index3& n : mesh.nodes()) extent = extent.cwiseMax(Vec3(n[0], n[1], n[2]));
-  return (mesh.edges().cwiseAbs() * extent).norm();
-}
-
 RotatingCells LocalLevel::build(Elasticity elasticity, const CoarseStart<LocalLevel>* start, NodeVector& u) {
   if (!start) {
     problem_.build_potential(elasticity);

@@ -24,7 +24,7 @@ public:
   int level_of_largest() const { return problem_.cells().levels().back().level; }
   std::size_t num_cells() const { return problem_.mesh().num_cells(); }
   std::size_t num_nodes() const { return problem_.mesh().num_nodes(); }
-  double diameter() const;
+  double diameter() const { return problem_.mesh().diameter(); }
   std::vector<std::string> check(const Scene& scene) const { return check_level(problem_, scene); }
   RotatingCells build(Elasticity elasticity, const CoarseStart<LocalLevel>* start, NodeVector& u);
   NodeVector make_zero() const { return NodeVector::Zero(static_cast<Eigen::Index>(problem_.mesh().num_dofs())); }

@@ -33,6 +33,10 @@ constexpr double round_of_size = 0.3, least_carrying = 2e-3;
 /// iterations in few cells that share both, 234 in double precision; 1e6 times stiffer it had no end, and 68.
 constexpr double most_contrast_in_single = 1e3;
 
+/// A hand moves the body by little in a step, and its springs are so much stiffer than the body that the points follow
+/// it to a few per cent.
+constexpr double hand_step_of_size = 0.02, hand_over_young = 100;
+
 /// A body is pulled softly first: what it is to lie on is found better from near.
 constexpr double match_load_step = 1.0 / 4;
 
@@ -194,6 +198,7 @@ void LevelProblem::set_loads(const Progress& progress) {
   if (potential_) grow_prestress();
   for (PenaltyContact* c : contacts_) c->set_progress(progress);
   for (MatchTerm* m : matches_) m->set_progress(progress);
+  if (grabs_) grabs_->set_time(progress.time);
 }
 
 std::vector<LevelProblem::LoadTotal> LevelProblem::loads(const NodeVector& u) const {
@@ -238,20 +243,45 @@ Vec3 LevelProblem::spring_force(const NodeVector& u) const { return springs_ ? s
 
 double LevelProblem::strain_energy(const NodeVector& u) const { return elastic_->energy(potential_->at_all(u)); }
 
+double LevelProblem::energy_of_springs(const NodeVector& u) const {
+  return (springs_ ? springs_->energy(u) : 0) + (grabs_ ? grabs_->energy(potential_->at_all(u)) : 0);
+}
+
 double LevelProblem::contact_energy(const NodeVector& u) const {
-  double sum = springs_ ? springs_->energy(u) : 0;
+  double sum = energy_of_springs(u);
   for (const PenaltyContact* c : contacts_) sum += c->stored_energy(u);
   return sum;
 }
 
 double LevelProblem::work_of_obstacles(const NodeVector& u, const Progress& begin, const Progress& end) const {
-  double work = 0;
+  double work = grabs_ ? grabs_->work_of_motion(potential_->at_all(u), begin.time, end.time) : 0;
   for (const PenaltyContact* c : contacts_) work += c->work_of_motion(potential_->at_all(u), begin, end);
   return work;
 }
 
+bool LevelProblem::grasp(std::size_t hand, const hexmesh::TriangleSurface& surface, double reach, const NodeVector& u) {
+  const Vec3& middle = surface.points[hand];
+  std::vector<Vec3> places = {middle};
+  for (std::size_t p = 0; p < surface.points.size(); ++p)
+    if (p != hand && (surface.points[p] - middle).norm() <= reach) places.push_back(surface.points[p]);
+  std::vector<SurfacePoint> points = Selector(cells_, mesh()).embed(places);
+  if (points.front().cell < 0) return false;
+  std::erase_if(points, [](const SurfacePoint& p) { return p.cell < 0; });
+  double shear = 0, edge = 0;
+  for (const SurfacePoint& p : points) {
+    const auto cell = hexmesh::as_size(p.cell);
+    shear = std::max(shear, elastic_->model(cell).shear);
+    edge = std::max(edge, mesh().edges(cell).colwise().norm().maxCoeff());
+  }
+  if (!grabs_) grabs_ = &add_term(std::make_unique<Grabs>(mesh(), hand_step_of_size * mesh().diameter()));
+  constexpr double young_over_shear = 3;
+  grabs_->grasp(hand, points, hand_over_young * young_over_shear * shear * std::max(reach, edge),
+                potential_->at_all(u));
+  return true;
+}
+
 double LevelProblem::contact_potential(const NodeVector& u) const {
-  double sum = springs_ ? springs_->energy(u) : 0;
+  double sum = energy_of_springs(u);
   for (const PenaltyContact* c : contacts_) sum += c->energy(u);
   return sum;
 }

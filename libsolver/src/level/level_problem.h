@@ -12,6 +12,7 @@
 #include "terms/contact.h"
 #include "terms/dead_load.h"
 #include "terms/elastic.h"
+#include "terms/grabs.h"
 #include "terms/ground_springs.h"
 #include "terms/match_term.h"
 #include "terms/potential.h"
@@ -74,11 +75,20 @@ public:
   std::size_t num_island_cells() const;
   Vec3 spring_force(const NodeVector& u) const;      ///< of what holds the islands [N]
   double strain_energy(const NodeVector& u) const;   ///< [N mm]
-  double contact_energy(const NodeVector& u) const;  ///< of obstacles and springs [N mm]
+  double contact_energy(const NodeVector& u) const;  ///< of obstacles, springs and hands [N mm]
   /// The same with what friction takes in the step, an energy while it lasts [N mm].
   double contact_potential(const NodeVector& u) const;
-  /// What obstacles do to the body on their way, with the forces at u where they are at its begin or end [N mm].
+  /// What obstacles and hands do to the body on their way, with the forces at u where they are at its begin or end [N
+  /// mm].
   double work_of_obstacles(const NodeVector& u, const Progress& begin, const Progress& end) const;
+  /// Take hold of a picture surface around one of its points.
+  /// @param hand   the number of that point
+  /// @param reach  of the points that are held with it [mm]
+  /// @returns false where no cell moves the point
+  bool grasp(std::size_t hand, const hexmesh::TriangleSurface& surface, double reach, const NodeVector& u);
+  Grabs* grabs() noexcept { return grabs_; }  ///< null before the first grasp
+  const Grabs* grabs() const noexcept { return grabs_; }
+
   double load_energy(const NodeVector& u) const;  ///< of forces and gravity [N mm]
   double largest_load_step() const;               ///< from rest, as its contacts allow
 
@@ -112,6 +122,7 @@ public:
 
 private:
   void set_loads(const Progress& progress);
+  double energy_of_springs(const NodeVector& u) const;  ///< and of hands [N mm]
   void balance_lattice();
   void grow_prestress();  ///< with the load, where it is not the lattice that is balanced
   std::vector<std::pair<std::int32_t, double>> carrying_springs() const;
@@ -138,6 +149,7 @@ private:
   ElasticCells* elastic_ = nullptr;         ///< in the potential
   const GroundSprings* springs_ = nullptr;  ///< likewise, if it has any
   GroundSprings* carrying_ = nullptr;       ///< likewise
+  Grabs* grabs_ = nullptr;                  ///< likewise
 };
 
 /// How large a part of the load a step may be for what turns: half a turn has two ways there, a quarter one.

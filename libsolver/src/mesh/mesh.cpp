@@ -75,6 +75,12 @@ Mesh::Batch Mesh::make_batch(std::size_t first, std::size_t count) const {
   return batch;
 }
 
+double Mesh::diameter() const {
+  Vec3 extent = Vec3::Zero();
+  for (const Index3& n : nodes()) extent = extent.cwiseMax(Vec3(n[0], n[1], n[2]));
+  return (edges().cwiseAbs() * extent).norm();
+}
+
 std::size_t Mesh::bytes() const {
   return bytes_of(cells_) + bytes_of(numbering_.cell_nodes) + bytes_of(numbering_.nodes) + bytes_of(batches_) +
          bytes_of(batch_of_) + bytes_of(hanging_begin_) + bytes_of(support_nodes_) + bytes_of(support_weights_);

@@ -188,6 +188,8 @@ public:
     for (int a = 0; a < 8; ++a) y.template segment<3>(3 * node(cell, a)) += v.template segment<3>(3 * a);
   }
 
+  double diameter() const;  ///< of the box of the cells, from the lattice's corner on [mm]
+
   std::size_t bytes() const;  ///< of memory
 
 private:

@@ -34,6 +34,12 @@ public:
   /// z = M^-1 r by the cycle there is, or a new one; false if that is not positive.
   bool apply(const NodeVector& r, NodeVector& z);
 
+  /// The cycle there is, if any, is of no use: other cells share Hessians now.
+  void forget() {
+    multigrid_.reset();
+    age_.wear_out();
+  }
+
   bool is_there() const noexcept { return multigrid_ != nullptr; }
   int times_made() const noexcept { return times_made_; }
   double set_up_seconds() const noexcept { return set_up_seconds_; }

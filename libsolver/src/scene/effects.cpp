@@ -33,6 +33,8 @@ const char* name_of(EffectKind kind) {
       return "inertia";
     case EffectKind::damping:
       return "damping";
+    case EffectKind::grab:
+      return "grabs";
     case EffectKind::error_estimate:
       return "error estimate";
   }

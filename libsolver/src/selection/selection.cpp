@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <optional>
 
 #include "hexmesh/core/error.h"
 
@@ -305,9 +306,16 @@ std::array<NodeWeights, 4> Selector::gauss_points(const SurfacePoint& face) cons
 }
 
 std::vector<SurfacePoint> Selector::embed(const std::vector<Vec3>& places) {
+  // Graded cells hold whole cells of their finest level.
+  const hexmesh::Level& finest = lattice().level(cells_.level());
+  std::optional<const hexmesh::CellLocator> of_finest;
+  if (mesh_.is_graded()) of_finest.emplace(lattice().voxels, finest.voxels_per_cell, finest.cells);
   std::vector<SurfacePoint> out;
   for (const Vec3& place : places) {
-    const Embedding e = locator().locate_position(place);
+    Embedding e = (of_finest ? *of_finest : locator()).locate_position(place);
+    if (of_finest && e.cell >= 0)
+      e = embed(hexmesh::first_in(finest.cells[hexmesh::as_size(e.cell)], finest.voxels_per_cell),
+                lattice().voxels.continuous_index(place));
     out.emplace_back();
     if (e.cell >= 0) out.back() = {e.cell, hexmesh::shape_functions(e.local), Vec3::Zero()};
   }

@@ -67,7 +67,6 @@ public:
   std::vector<SurfacePoint> centers_of(const std::vector<hexmesh::ExposedFace>& faces);
 
   /// Any places at rest, each in the cell that holds it or the nearest one; cell -1 where none is near.
-  /// @pre cells alike
   std::vector<SurfacePoint> embed(const std::vector<Vec3>& places);
 
 private:

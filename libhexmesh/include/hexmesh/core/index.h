@@ -56,6 +56,11 @@ constexpr Index3 coarser_index(const Index3& finer, const Index3& factor) {
   return {finer[0] / factor[0], finer[1] / factor[1], finer[2] / factor[2]};
 }
 
+/// The first of the finer ones that a cell holds.
+constexpr Index3 first_in(const Index3& cell, const Index3& factor) {
+  return {cell[0] * factor[0], cell[1] * factor[1], cell[2] * factor[2]};
+}
+
 /// How many cells of `factor` finer ones cover a box of finer ones, axis by axis.
 /// @pre factor >= 1
 constexpr Index3 coarser_extent(const Index3& finer, const Index3& factor) {

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -64,11 +65,22 @@ public:
   /// Go on from another state, at the time reached.
   void set_state(const NodeVector& displacement, const NodeVector& velocity);
 
+  /// Take hold of a point of the lattice's picture surface, or move on the hand that holds it: springs pull it and what
+  /// is near it to the place, from the next step on and by at most a fiftieth of the body's size in a step. Where no
+  /// step can be solved under what hands ask they let go.
+  /// @param point  number in lattice.surface.points
+  /// @param place  [mm]
+  /// @param reach  of the points that are held with it [mm], of a new hold
+  /// @returns false where no cell moves the point
+  bool grab(std::size_t point, const Vec3& place, double reach = 0);
+  void let_go(std::optional<std::size_t> point = {});  ///< nothing: of all
+
   struct Counts {
     int steps = 0;     ///< of the size asked
     int substeps = 0;  ///< solved, at least one per step
     int failed = 0;    ///< not accepted
     int slowed = 0;    ///< of the substeps solved
+    int let_go = 0;    ///< how often what hands asked could not be solved
     int newton = 0, linear = 0;
     int preconditioners = 0;       ///< made
     double relative_residual = 0;  ///< of the last substep
@@ -77,9 +89,10 @@ public:
   };
   const Counts& counts() const;
 
-  std::vector<ContactReport> contacts() const;       ///< of each obstacle, without moments
-  const std::string* ball_inside() const;            ///< name of an obstacle that has gone through the surface, or null
-  void explain(std::vector<Effect>& effects) const;  ///< with strain = "auto": how many cells rotate
+  std::vector<ContactReport> contacts() const;  ///< of each obstacle, without moments
+  const std::string* ball_inside() const;       ///< name of an obstacle that has gone through the surface, or null
+  /// With strain = "auto": how many cells rotate; of a body that hands held: that they did.
+  void explain(std::vector<Effect>& effects) const;
 
   /// Warnings of conditions that are incompatible at any time, and of obstacles that overlap the body and
   /// conditions that are not met at the start.
@@ -96,14 +109,21 @@ private:
   mutable NodeVector displacement_, velocity_;  ///< as told of graded cells
 };
 
+/// What a motion is to do next.
+enum class NextStep {
+  take,
+  end,       ///< it ends as asked, with its last state as an output
+  interrupt  ///< likewise, and counts as not converged
+};
+
 /// The whole motion of a scene.
 /// @param on_output  called with the start, after every output_every steps, and with the end
 /// @param on_step    called after every step
-/// @param goes_on    asked before every step; if not, the motion ends there, with its last state as an output
+/// @param next_step  asked before every step, and may grab and let go
 /// @throws Error as Motion
 Outcome solve_dynamics(const hexmesh::Lattice& lattice, const Scene& scene, int level,
                        const std::function<void(const Motion&)>& on_output = {},
                        const std::function<void(const Motion&)>& on_step = {},
-                       const std::function<bool()>& goes_on = {});
+                       const std::function<NextStep(Motion&)>& next_step = {});
 
 }  // namespace hexsolver

@@ -22,6 +22,7 @@ enum class EffectKind {
   islands,     ///< springs that hold them
   inertia,
   damping,
+  grab,  ///< of points that are held from outside while the body moves, in no scene
   error_estimate
 };
 

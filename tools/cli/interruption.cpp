@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "interruption.h"
+#include "cli/interruption.h"
 
 #include <csignal>
 
