@@ -34,6 +34,33 @@ def line(name, rows, key):
           f"{within[0]:.0f} % | {within[1]:.0f} % | {sum(r < 1 / 3 for r in known)} |")
 
 
+def equations(rows):
+    """What solve.tolerance = "auto" leaves of the equations beside the errors of the cells."""
+    parts, parts_of_reactions, estimates = [], [], []
+    for row in rows:
+        for level in row["levels"]:
+            left = level.get("equations_mm")
+            if not left or level["mean_mm"]["error"] < NEGLIGIBLE * row["mean_displacement_mm"]:
+                continue
+            parts.append(left["error"] / level["mean_mm"]["error"])
+            force = max((r["error"] for r in level["reactions_n"]), default=0)
+            if force > 1e-3 * row["largest_reaction_n"]:  # else they follow from balance
+                parts_of_reactions.append(max(left["reactions_n"]) / force)
+            if left["estimate"] and left["error"] > 0:
+                estimates.append(left["estimate"] / left["error"])
+    if not parts:
+        return
+    print("| error of the equations | levels | median | 95 % | largest | above 0.1 |")
+    print("|---|---|---|---|---|---|")
+    for name, values in (("over the true mean error of the cells", parts), ("largest of reactions, likewise", parts_of_reactions)):
+        values.sort()
+        print(f"| {name} | {len(values)} | {statistics.median(values):.2g} | {values[int(0.95 * (len(values) - 1))]:.2g} | {values[-1]:.2g} | "
+              f"{sum(v > 0.1 for v in values)} |")
+    if estimates:
+        print(f"\nIt is estimated at {min(estimates):.2g} to {max(estimates):.2g} times what it is, median {statistics.median(estimates):.2g}.")
+    print()
+
+
 def main():
     rows = [json.loads(l) for l in open(sys.argv[1])]
     done = [r for r in rows if "levels" in r]
@@ -48,6 +75,7 @@ def main():
                 for value in dict.fromkeys(r[what] for r in done):
                     line(f"{what}: {value}", [r for r in done if r[what] == value], key)
         print()
+    equations(done)
     print("| accuracy | asked | kept within 1.2 | told to be missed | broken |")
     print("|---|---|---|---|---|")
     asked = [(r["name"], a) for r in done for a in r["accuracies"]]

@@ -351,6 +351,7 @@ TEST_F(Tools, AMotionIsKeptStreamedAndGoesOnFromAResult) {
 TEST_F(Tools, SolvesWithTheMatricesOfTheLatticeFile) {
   write_text(*folder / "push.toml", R"([solve]
 strain = "cauchy"
+tolerance = 1e-8
 [[fix]]
 point_mm = [-101, -6, -8]
 radius_mm = 20

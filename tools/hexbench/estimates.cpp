@@ -23,6 +23,11 @@ Row to_row(const Estimated& e) { return {{"estimate", e.estimate ? Row(*e.estima
 Row to_row(const LevelErrors& errors) {
   Row reactions = Row::array();
   for (const Estimated& e : errors.reactions) reactions.push_back(to_row(e));
+  Row equations;  // null where there are none to tell
+  if (errors.equations) {
+    equations = to_row(*errors.equations);
+    equations["reactions_n"] = errors.reactions_of_equations;
+  }
   return {{"level", errors.level},
           {"cells", errors.cells},
           {"unknowns", errors.unknowns},
@@ -30,7 +35,8 @@ Row to_row(const LevelErrors& errors) {
           {"mean_mm", to_row(errors.mean)},
           {"max_mm", to_row(errors.largest)},
           {"strain_energy_n_mm", to_row(errors.energy)},
-          {"reactions_n", reactions}};
+          {"reactions_n", reactions},
+          {"equations_mm", equations}};
 }
 
 std::string words(const Estimated& e) {
@@ -60,8 +66,10 @@ int run_estimates(const EstimatesOptions& o, const CommonOptions& common, const 
     row["missed"] = errors.accuracy_missed;
     accuracies.push_back(std::move(row));
   }
-  output.write(json_text(
-      Row{{"mean_displacement_mm", meter.mean_displacement()}, {"levels", levels}, {"accuracies", accuracies}}));
+  output.write(json_text(Row{{"mean_displacement_mm", meter.mean_displacement()},
+                             {"largest_reaction_n", meter.largest_reaction()},
+                             {"levels", levels},
+                             {"accuracies", accuracies}}));
   files.commit();
   return 0;
 }

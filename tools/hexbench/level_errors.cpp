@@ -27,6 +27,7 @@ LevelErrorMeter::LevelErrorMeter(const hexmesh::Lattice& lattice, hexsolver::Sce
   hexsolver::Scene finest = scene_;
   finest.error_estimation = hexsolver::ErrorEstimation::off;
   finest.grading = hexsolver::Grading::off;
+  finest.finds_tolerance = false;
   const hexsolver::Outcome outcome = hexsolver::solve_equilibrium(lattice, finest, 0);
   if (!outcome.report.converged)
     throw hexmesh::Error(
@@ -39,6 +40,12 @@ LevelErrorMeter::LevelErrorMeter(const hexmesh::Lattice& lattice, hexsolver::Sce
 
 double LevelErrorMeter::mean_displacement() const {
   return distances(truth_, std::vector<Vec3>(truth_.size(), Vec3::Zero())).mean;
+}
+
+double LevelErrorMeter::largest_reaction() const {
+  double largest = 0;
+  for (const Vec3& r : reactions_) largest = std::max(largest, r.norm());
+  return largest;
 }
 
 LevelErrors LevelErrorMeter::measure(const hexsolver::Scene& scene, int level) const {
@@ -58,7 +65,22 @@ LevelErrors LevelErrorMeter::measure(const hexsolver::Scene& scene, int level) c
   for (std::size_t c = 0; c < reactions_.size(); ++c)
     row.reactions.push_back({c < last.error.reactions_n.size() ? last.error.reactions_n[c] : std::nullopt,
                              (report.conditions[c].reaction_n - reactions_[c]).norm()});
+  if (scene.finds_tolerance && row.converged && !scene.is_open_ended()) measure_equations(scene, outcome, row);
   return row;
+}
+
+void LevelErrorMeter::measure_equations(hexsolver::Scene scene, const hexsolver::Outcome& outcome,
+                                        LevelErrors& row) const {
+  scene.finds_tolerance = false;
+  scene.tolerance = 1e-10;
+  scene.error_estimation = hexsolver::ErrorEstimation::off;
+  const hexsolver::Outcome sharp = hexsolver::solve_equilibrium(lattice_, scene, row.level);
+  if (!sharp.report.converged) return;
+  row.equations = {outcome.report.levels.back().error.algebraic_mm,
+                   distances(displacement_at(outcome.result, points_), displacement_at(sharp.result, points_)).mean};
+  for (std::size_t c = 0; c < reactions_.size(); ++c)
+    row.reactions_of_equations.push_back(
+        (outcome.report.conditions[c].reaction_n - sharp.report.conditions[c].reaction_n).norm());
 }
 
 LevelErrors LevelErrorMeter::of_level(int level) const { return measure(scene_, level); }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hexmesh/lattice/lattice.h"
+#include "hexsolver/report/outcome.h"
 #include "hexsolver/scene/scene.h"
 
 namespace hextools {
@@ -24,6 +25,10 @@ struct LevelErrors {
   Estimated mean, largest;           ///< of the displacement of the voxels' centres [mm]
   Estimated energy;                  ///< [N mm]
   std::vector<Estimated> reactions;  ///< of each condition [N]
+  /// Of the equations, from the same level solved to the end, where the scene's tolerance is "auto": mean [mm], and of
+  /// each condition [N].
+  std::optional<Estimated> equations;
+  std::vector<double> reactions_of_equations;
 };
 
 /// The finest level of a lattice under a scene, its cells alike, and other levels against it, graded if the scene is.
@@ -39,9 +44,11 @@ public:
   LevelErrors of_accuracy(double accuracy) const;
 
   double mean_displacement() const;  ///< of the finest level [mm]
+  double largest_reaction() const;   ///< of its conditions [N]
 
 private:
   LevelErrors measure(const hexsolver::Scene& scene, int level) const;
+  void measure_equations(hexsolver::Scene scene, const hexsolver::Outcome& outcome, LevelErrors& row) const;
 
   const hexmesh::Lattice& lattice_;
   hexsolver::Scene scene_;

@@ -243,7 +243,10 @@ json to_json(const SolveReport& r, const hexsolver::Scene& as_written) {
   out["held_cells"] = r.held_cells;
   out["held_force_n"] = to_json(r.held_force_n);
   out["accuracy_missed"] = r.accuracy_missed;
-  out["tolerance"] = scene.tolerance;
+  if (scene.finds_tolerance)
+    out["tolerance"] = "auto";
+  else
+    out["tolerance"] = scene.tolerance;
   out["rotation"] = scene.rotation == hexsolver::Rotation::polar ? "polar" : "edges";
   out["effects"] = to_json(r.effects);
   out["warnings"] = r.warnings;

@@ -7,7 +7,8 @@
 namespace hextools {
 
 SolveWork work_of(const hexmesh::Lattice& lattice, const hexsolver::Scene& scene, int finest) {
-  SolveWork work{{}, finest, scene.tolerance};
+  constexpr double usual_of_auto = 1e-3;
+  SolveWork work{{}, finest, scene.finds_tolerance ? usual_of_auto : scene.tolerance};
   if (!scene.is_open_ended())
     for (const hexmesh::Level& level : lattice.levels) work.cells.push_back(level.cells.size());
   return work;

@@ -55,6 +55,11 @@ public:
   void linearize(const OwnedVec& u, double projection, bool is_near) override;
   void apply(const OwnedVec& x, OwnedVec& y) const override { level_.apply_unheld(x, y); }
   LinearOutcome solve(const OwnedVec& right_side, const LinearGoal<OwnedVec>& goal, OwnedVec& step) override;
+  double unbalanced(const OwnedVec& projected_gradient) const override {
+    const double loads = level_.size_of_loads();
+    return loads == 0 ? 0 : level_.total(projected_gradient).norm() / loads;
+  }
+  double size(const OwnedVec& u) const override { return level_.size_in_material(u).mean; }
   bool precondition(const OwnedVec& u, double projection, const OwnedVec& residual, OwnedVec& step) override;
 
   NewtonSeconds seconds() const noexcept { return seconds_; }  ///< cycles with products

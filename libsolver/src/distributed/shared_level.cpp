@@ -316,6 +316,21 @@ double SharedLevel::mean_deformation(Vec u) const {
   return mean_of_all(mesh().num_cells() > 0 ? elastic_->deformation_in_material(x_, fit) : 0);
 }
 
+Vec3 SharedLevel::total(Vec forces) const {
+  const NodeVector mine = part_of(forces);
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t n = 0; n < mesh().num_nodes(); ++n)
+    if (nodes_->owns(nodes_->numbers()[n])) sum += mine.segment<3>(3 * static_cast<Eigen::Index>(n));
+  all_.add_up({sum.data(), 3});
+  return sum;
+}
+
+double SharedLevel::size_of_loads() const {
+  double largest = 0;
+  for (const auto& load : loads_) largest = std::max(largest, std::abs(load_factor_) * total(load).norm());
+  return largest;
+}
+
 std::vector<BalanceReport::Row> SharedLevel::loads(Vec u, const Arms& arms) const {
   std::vector<bool> own;
   for (const PetscInt number : nodes_->numbers()) own.push_back(nodes_->owns(number));

@@ -119,9 +119,11 @@ public:
   ElasticCells::Size size_in_material(Vec field) const;                  ///< see there
   double mean_deformation(Vec u) const;                                  ///< see EquilibriumLevel
   std::vector<BalanceReport::Row> loads(Vec u, const Arms& arms) const;  ///< forces of the scene, then gravity, matches
-  std::size_t num_loads() const noexcept { return loads_.size(); }       ///< of these, without matches
-  std::string limit_reached(Vec u, bool nearly) const;                   ///< ElasticCells::limit_reached of some cell
-  double diameter() const;                                               ///< of the box of the body [mm]
+  double size_of_loads() const;  ///< the largest resultant of these, without matches [N]
+  Vec3 total(Vec forces) const;  ///< of forces on the nodes [N]
+  std::size_t num_loads() const noexcept { return loads_.size(); }  ///< of these, without matches
+  std::string limit_reached(Vec u, bool nearly) const;              ///< ElasticCells::limit_reached of some cell
+  double diameter() const;                                          ///< of the box of the body [mm]
 
   /// Form the elements anew for another law, or for cells of which only some rotate.
   /// @param rotating  of the part; empty = all

@@ -51,6 +51,14 @@ std::optional<double> largest_part(const std::vector<std::optional<double>>& err
 
 }  // namespace
 
+double unseen_by_cycle(const hexmesh::Lattice& lattice) {
+  constexpr double seen = 50;
+  double ratio = 0;
+  for (const hexmesh::VoxelMaterial& m : lattice.materials)
+    ratio = std::max(ratio, m.material.bulk_modulus() / m.material.shear_modulus());
+  return std::max(1.0, ratio / seen);
+}
+
 void ErrorEstimator::add(std::vector<std::optional<ElasticCells::Size>> differences, LevelMeasures measures,
                          int finer) {
   if (differences.empty()) {

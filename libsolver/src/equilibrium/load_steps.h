@@ -97,6 +97,7 @@ LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std
     const double target = steps.target();
     options.estimate_error = estimates && target == 1;
     const bool from_start = steps.from_start();
+    if (!from_start) options.part_of_way = 0;  // which is from a coarser level's solution
     Vector trial = from_start ? std::move(*start) : good ? copy_of(*good) : level.make_start();
     level.set_progress({target});
     const NewtonProgress tell = [&](int iteration, double residual, int linear) {

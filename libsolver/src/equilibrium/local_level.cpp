@@ -5,6 +5,7 @@
 
 #include "core/rotation.h"
 #include "level/condition_reports.h"
+#include "newton/level_equations.h"
 
 namespace hexsolver {
 namespace {
@@ -71,7 +72,12 @@ LevelMeasures LocalLevel::measures(const NodeVector& u) {
 }
 
 NewtonOutcome LocalLevel::minimize(const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress) {
-  return hexsolver::minimize(problem_.hierarchy(), problem_.potential(), problem_.constraints(), options, u, progress);
+  LevelEquations equations(problem_.hierarchy(), problem_.potential(), problem_.constraints());
+  double loads = 0;
+  if (options.part_of_way > 0)
+    for (const LevelProblem::LoadTotal& load : problem_.loads(u)) loads = std::max(loads, load.total.norm());
+  equations.set_measures([this](const NodeVector& field) { return size_in_material(field, false).mean; }, loads);
+  return minimize_on(equations, options, u, progress);
 }
 
 ElasticCells::Size LocalLevel::size_in_material(const NodeVector& field, bool with_islands) const {

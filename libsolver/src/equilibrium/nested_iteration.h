@@ -30,6 +30,7 @@ public:
   struct Levels {
     std::vector<std::size_t> num_cells;  ///< of each level of the lattice
     std::vector<double> mixture;         ///< likewise, see hexmesh::count_mixture()
+    double unseen = 1;                   ///< see unseen_by_cycle()
     /// A level under a scene. @throws Error{geometry} for selections and missing supports
     std::function<std::unique_ptr<Level>(int, const Scene&)> make;
     int finest_there_is = 0;                                           ///< of the levels that make() can make
@@ -60,7 +61,6 @@ private:
     return levels_.make(level, level == finest_ ? scene_ : coarse_scene_);
   }
   std::size_t num_cells(int level) const { return levels_.num_cells[static_cast<std::size_t>(level)]; }
-
   bool has_time_for(int next) const;
   bool replaces(const Solved<Level>& next, const Solved<Level>& best);
   bool carries_less(Solved<Level>& last);
@@ -221,6 +221,7 @@ void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level
     start = std::move(here);
   else if (levels_.start && !coarser.level)
     start = copy_of(*levels_.start);
+  if (scene_.finds_tolerance && !scene_.asks_accuracy() && start) options.part_of_way = deserved_part / levels_.unseen;
   if (aim == Aim::look)  // as many as the solution took, or what easy ones take
     options.most_linear_iterations_in_all = std::max(500, coarser.state.newton.linear_iterations);
   next.state = solve(*next.level, options, std::move(start), aim);
@@ -276,7 +277,7 @@ void NestedIteration<Level>::explain_rotation(const std::string& why, std::optio
 template <EquilibriumLevel Level>
 std::optional<double> NestedIteration<Level>::algebraic_error(const Solved<Level>& solved) const {
   if (!solved.state.algebraic_error) return {};
-  return solved.level->size_in_material(*solved.state.algebraic_error, true).mean;
+  return levels_.unseen * solved.level->size_in_material(*solved.state.algebraic_error, true).mean;
 }
 
 /// The solutions that were compared with the coarser level, here; those of more than two levels before are left behind.

@@ -72,13 +72,15 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
   const RoundLimits limits =
       is_look ? RoundLimits{1e-2, level.round_limits().first_tolerance, 10} : level.round_limits();
   if (!level.attach(u, {0, lets_go == LetsGo::at_once})) return level.minimize(options, u, progress);
+  NewtonOptions sharply = options;
+  sharply.part_of_way = 0;  // a round moves by little
   const Vector begin = level.make_start();
   Vector last = copy_of(u), displacement = copy_of(u), move = level.make_zero(), move_before = level.make_zero();
   NewtonReport before;
   Rounds rounds(limits, lets_go);
   int halvings = 0;
   for (int round = 0; round < limits.most && !rounds.at_rest(); ++round) {
-    NewtonOptions roughly = options;
+    NewtonOptions roughly = sharply;
     roughly.tolerance = std::max(rounds.tolerance(), options.tolerance);
     roughly.estimate_error = false;
     const NewtonOutcomeOf<Vector> outcome = level.minimize(roughly, u, progress);
@@ -98,7 +100,7 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
     set_to(last, u);
     rounds.add(moved / (size + nothing * level.diameter()), back);
   }
-  NewtonOutcomeOf<Vector> outcome = level.minimize(options, u, progress);
+  NewtonOutcomeOf<Vector> outcome = level.minimize(sharply, u, progress);
   add_work(outcome, before);
   outcome.moving = rounds.moving();
   return outcome;

@@ -33,6 +33,15 @@ double LevelEquations::rounding(const NodeVector& u) const {
          (potential_.adds_displacements_alone() ? std::min(1.0, in_half_edges) * rounding_ : rounding_);
 }
 
+double LevelEquations::unbalanced(const NodeVector& projected_gradient) const {
+  if (size_of_loads_ == 0) return 0;
+  return Eigen::Map<const Eigen::Matrix3Xd>(projected_gradient.data(), 3, projected_gradient.size() / 3)
+             .rowwise()
+             .sum()
+             .norm() /
+         size_of_loads_;
+}
+
 bool LevelEquations::lift(const NodeVector& u, NodeVector& step) {
   constraints_.lift(u, step);
   return constraints_.hold(step, u);

@@ -13,6 +13,13 @@ public:
   /// All must outlive this.
   LevelEquations(const Hierarchy& hierarchy, Potential& potential, const Constraints& constraints);
 
+  /// @param measure  in place of the norm, see size(); must live as long
+  /// @param loads    how large they are, see unbalanced() [N]
+  void set_measures(std::function<double(const NodeVector&)> measure, double loads) {
+    measure_ = std::move(measure);
+    size_of_loads_ = loads;
+  }
+
   /// How linear solutions are to end; see NewtonOptions.
   void set_limits(int max_linear_iterations, std::function<bool()> interrupt);
 
@@ -24,6 +31,8 @@ public:
   double rounding() const override { return rounding_; }
   double rounding(const NodeVector& u) const override;
   double energy_rounding() const override { return potential_.energy_rounding(); }
+  double size(const NodeVector& u) const override { return measure_ ? measure_(u) : u.norm(); }
+  double unbalanced(const NodeVector& projected_gradient) const override;
   void project(NodeVector& v) const override { constraints_.project(v); }
   bool lift(const NodeVector& u, NodeVector& step) override;
   double longest_step(const NodeVector& u, const NodeVector& step) override { return potential_.longest_step(u, step); }
@@ -44,6 +53,8 @@ private:
   ConjugateGradients conjugate_gradients_;
   int max_linear_iterations_ = 500;
   std::function<bool()> interrupt_;
+  std::function<double(const NodeVector&)> measure_;
+  double size_of_loads_ = 0;  ///< [N]
   NodeVector magnitude_;
   NewtonSeconds seconds_;
 };

@@ -33,14 +33,16 @@ NewtonOutcomeOf<Vector> minimize(NewtonProblem<Vector>& problem, const NewtonOpt
   const NewtonEnd end = newton.run(u, progress);
   NewtonOutcomeOf<Vector> out;
   out.end = end;
-  out.converged = end == NewtonEnd::converged;
+  out.converged = is_good(end);
   out.reason = reason_of(end, problem.is_conservative());
   out.interrupted = end == NewtonEnd::interrupted;
   out.iterations = newton.iterations();
   out.linear_iterations = newton.linear_iterations();
   out.relative_residual = newton.relative_residual();
   out.seconds.forces = newton.force_seconds();
-  if (out.converged && options.estimate_error) {
+  if (end == NewtonEnd::accurate) {
+    out.algebraic_error = copy_of(newton.error());
+  } else if (out.converged && options.estimate_error) {
     Vector error = problem.make_field();
     if (problem.precondition(u, newton.projection(), newton.projected_gradient(), error))
       out.algebraic_error = std::move(error);

@@ -7,6 +7,8 @@ const char* reason_of(NewtonEnd end, bool is_conservative) {
   switch (end) {
     case NewtonEnd::converged:
       return "residual below tolerance";
+    case NewtonEnd::accurate:
+      return "the error of the equations is small beside that of the cells";
     case NewtonEnd::interrupted:
       return "interrupted";
     case NewtonEnd::start_is_inside_out:

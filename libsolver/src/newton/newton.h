@@ -12,6 +12,9 @@
 namespace hexsolver {
 
 struct NewtonOptions {
+  /// The run ends too once what one more step would add is at most so small a part of the way from the start, both in
+  /// the problem's measure of fields, and supports carry the loads; 0: the tolerance alone.
+  double part_of_way = 0;
   double tolerance = 1e-8;          ///< on the relative residual |P g| / |sum of absolute cell forces and loads|
   int max_iterations = 25;          ///< what converges takes 4 to 12; four times as many where a body buckles
   int max_linear_iterations = 500;  ///< per Newton step
@@ -35,6 +38,7 @@ struct NewtonOptions {
 /// Why Newton's method ended.
 enum class NewtonEnd {
   converged,
+  accurate,  ///< converged, in part_of_way
   interrupted,
   start_is_inside_out,
   too_many_iterations,
@@ -45,6 +49,9 @@ enum class NewtonEnd {
   not_finite,
   not_accepted
 };
+
+/// Whether the solution is there.
+constexpr bool is_good(NewtonEnd end) { return end == NewtonEnd::converged || end == NewtonEnd::accurate; }
 
 /// In words, for reports.
 const char* reason_of(NewtonEnd end, bool is_conservative);
@@ -79,6 +86,8 @@ public:
   double relative_residual() const noexcept { return relative_; }
   double force_seconds() const noexcept { return force_seconds_; }  ///< for gradients and energies
   const Vector& projected_gradient() const noexcept { return gradient_; }
+  /// What one more step would add, of a run that ended accurate.
+  const Vector& error() const noexcept { return step_; }
   double projection() const noexcept { return projection_.now(); }  ///< of the Hessian, for a next step
 
 private:
@@ -87,6 +96,8 @@ private:
     return is_to_tolerance() ? supports_hold && relative_ <= options_.tolerance
                              : iterations_ >= options_.fixed_iterations;
   }
+  bool is_accurate(const Vector& u, bool supports_hold);
+  bool solves_in_one_step() const { return options_.solves_linear_in_one_step && options_.part_of_way == 0; }
   double residual(const Vector& u, Vector& projected, bool forgives_rounding = true);
   void start_from_rounding(const Vector& u);
   double energy(const Vector& u);
@@ -96,6 +107,7 @@ private:
   std::optional<double> search_line(Vector& u);
   double extend(Vector& u, double energy_here, double slope_before);
 
+  static constexpr double unbalanced_to_part_ = 1e-4;
   static constexpr double near_ = 3e-2;  ///< residual, below which steps turn cells by little
 
   NewtonProblem<Vector>& problem_;
@@ -107,7 +119,8 @@ private:
   bool is_start_rounding_ = false;  ///< and a step is to be taken from it all the same
   double relative_ = 0, force_seconds_ = 0;
   int iterations_ = 0, linear_iterations_ = 0;
-  bool buckles_ = false;  ///< a step was extended
+  bool buckles_ = false;                  ///< a step was extended
+  Vector start_ = problem_.make_field();  ///< of the run, for part_of_way
 };
 
 /// |P g| over the sum of absolute cell forces and loads; forces of the size of rounding errors count as balanced.
@@ -148,7 +161,7 @@ LinearGoal<Vector> Newton<Vector>::goal(const Vector& u, bool supports_hold) {
   goal.is_first = iterations_ == 1;
   if (!is_to_tolerance()) {
     goal.relative_tolerance = 0.1 * options_.tolerance;
-  } else if (problem_.is_linear() && options_.solves_linear_in_one_step) {
+  } else if (problem_.is_linear() && solves_in_one_step()) {
     goal.relative_tolerance = 0.1;
     goal.excess = [this, &u, supports_hold](const Vector& step) {
       set_sum(trial_, u, 1, step);
@@ -158,7 +171,7 @@ LinearGoal<Vector> Newton<Vector>::goal(const Vector& u, bool supports_hold) {
   } else if (is_start_rounding_ && goal.is_first) {
     goal.relative_tolerance = options_.tolerance;  // there may be no other step
   } else {
-    goal.relative_tolerance = forcing(options_.tolerance, relative_, supports_hold);
+    goal.relative_tolerance = forcing(options_.tolerance, relative_, supports_hold || options_.part_of_way > 0);
   }
   return goal;
 }
@@ -256,6 +269,16 @@ double Newton<Vector>::extend(Vector& u, double energy_here, double slope_before
   return length;
 }
 
+/// Asked where it may be true only: it takes a linearization and one application of the preconditioner.
+template <class Vector>
+bool Newton<Vector>::is_accurate(const Vector& u, bool supports_hold) {
+  if (options_.part_of_way == 0 || !supports_hold || iterations_ == 0 || !(relative_ < near_)) return false;
+  if (problem_.unbalanced(gradient_) > unbalanced_to_part_) return false;
+  if (!problem_.precondition(u, projection_.now(), gradient_, step_)) return false;
+  set_sum(trial_, u, -1, start_);
+  return problem_.size(step_) <= options_.part_of_way * problem_.size(trial_);
+}
+
 template <class Vector>
 NewtonEnd Newton<Vector>::run(Vector& u, const NewtonProgress& progress, const Accept& accept) {
   projection_ = HessianProjection(options_.projection);
@@ -266,12 +289,14 @@ NewtonEnd Newton<Vector>::run(Vector& u, const NewtonProgress& progress, const A
     return NewtonEnd::start_is_inside_out;
   relative_ = residual(u, gradient_);
   start_from_rounding(u);
+  if (options_.part_of_way > 0) set_to(start_, u);
   while (true) {
     const bool supports_hold = problem_.lift(u, support_step_);
     if (may_end(supports_hold)) {
       if (!accept || accept(u, gradient_)) return NewtonEnd::converged;
       if (is_to_tolerance()) return NewtonEnd::not_accepted;
     }
+    if (is_accurate(u, supports_hold)) return NewtonEnd::accurate;
     if (!std::isfinite(relative_)) return NewtonEnd::not_finite;
     if (iterations_ >= (buckles_ ? 4 : 1) * options_.max_iterations) return NewtonEnd::too_many_iterations;
     ++iterations_;

@@ -53,6 +53,12 @@ public:
   /// By what a line search of forces without energy is to make a projected gradient smaller.
   virtual double measure(const Vector& projected_gradient) const { return norm(projected_gradient); }
 
+  /// How large a displacement is, to compare two of them.
+  virtual double size(const Vector& displacement) const { return norm(displacement); }
+
+  /// The resultant of a projected gradient, which is that of all forces on the body, beside the loads; 0 without any.
+  virtual double unbalanced(const Vector& /*projected_gradient*/) const { return 0; }
+
   virtual void project(Vector& v) const = 0;  ///< v <- P v, onto fields that leave the supports alone
 
   /// step = the smallest that brings the supports to their places. @returns whether it is nothing beside u

@@ -114,7 +114,8 @@ std::string example_scene(const Lattice& lattice) {
       "# Positions are patient LPS in mm. radius_mm = 0 takes the one nearest point, as in the paper.\n"
       "[solve]\nkind = \"equilibrium\"\nstrain = \"corotational\"   # or \"cauchy\", \"green-lagrange\", \"auto\"; or "
       "law = \"neo-hookean\"\n"
-      "volumetric = \"mean\"        # or \"full\", the paper's\ntolerance = 1e-8\n",
+      "volumetric = \"mean\"        # or \"full\", the paper's\ntolerance = \"auto\"         # as its cells deserve; "
+      "or a residual, e.g. 1e-8\n",
       pull);
   if (others > 0)
     text += fmt::format("islands = \"drop\"           # of the {} smaller parts those that nothing holds\n", others);

@@ -84,7 +84,9 @@ SolveTable read_solve(TomlReader table, Scene& scene) {
           "error_estimate",
           {{"auto", ErrorEstimation::automatic}, {"look", ErrorEstimation::look}, {"off", ErrorEstimation::off}}))
     scene.error_estimation = *v;
-  if (auto v = table.number("tolerance", 1e-13, 0.1, "1e-13 to 0.1")) scene.tolerance = *v;
+  const auto tolerance = table.number_unless("auto", "tolerance", 1e-13, 0.1, "1e-13 to 0.1, or \"auto\"");
+  scene.finds_tolerance = !tolerance;
+  scene.tolerance = tolerance.value_or(scene.tolerance);
   if (auto v = table.choice<Islands>("islands",
                                      {{"error", Islands::error}, {"drop", Islands::drop}, {"hold", Islands::hold}}))
     scene.islands = *v;

@@ -124,6 +124,7 @@ void check_prestresses(Scene& scene) {
 
 void check_loaded(Scene& scene) {
   if (!scene.loaded) return;
+  scene.finds_tolerance = false;  // where a body is at rest follows from forces that balance
   const std::string what = "solve.reference = \"loaded\"";
   const auto expect = [&](bool holds, const char* expected) {
     if (!holds) throw Error(ErrorKind::input, what + " " + expected);
@@ -195,6 +196,7 @@ Scene read_scene(toml::table root, const std::string& display_name, const std::v
   for (const TomlReader& table : reader.tables("match")) scene.matches.push_back(read_match(table, folder, ++number));
   for (const TomlReader& table : reader.tables("prestress")) scene.prestresses.push_back(read_prestress(table));
   check_names(scene);
+  if (scene.dynamics) scene.finds_tolerance = false;
   check_matches(scene);
   check_prestresses(scene);
   check_forces(scene);
@@ -287,6 +289,7 @@ bool follows(const Scene& scene) {
 
 void check_matches(Scene& scene) {
   if (scene.matches.empty()) return;
+  scene.finds_tolerance = false;  // each round starts from the one before
   const std::string what = with_place("match", scene.matches.front());
   if (scene.dynamics)
     throw Error(ErrorKind::input, what + " goes with an equilibrium, expected solve.kind = \"equilibrium\"");

@@ -55,6 +55,15 @@ public:
     return value;
   }
 
+  /// Likewise, or a word in place of a number.
+  std::optional<double> number_unless(const std::string& word, const std::string& key, double low, double high,
+                                      const std::string& expected) {
+    const toml::node* node = table_.get(key);
+    if (!node || !node->is_string() || node->as_string()->get() != word) return number(key, low, high, expected);
+    take(key);
+    return std::nullopt;
+  }
+
   std::optional<int> integer(const std::string& key, int low, int high, const std::string& expected) {
     const toml::node* node = take(key);
     if (!node) return std::nullopt;

@@ -232,6 +232,10 @@ struct Scene {
   Grading grading = Grading::off;
   int coarser_by = 2;  ///< levels that graded cells may be coarser than the finest
   double tolerance = 1e-8;
+  /// tolerance = "auto": a level that starts from a coarser one's solution ends once its equations are solved as well
+  /// as its cells deserve; `tolerance` holds for all others. Not of a motion, a
+  /// [[match]] or a [loaded].
+  bool finds_tolerance = false;
   Islands islands = Islands::error;
   bool saves_memory = false;  ///< rather than time; not a key of the file
   bool compromise = false;    ///< incompatible conditions are met by least squares
