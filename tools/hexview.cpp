@@ -38,6 +38,11 @@ std::vector<std::string> solver_arguments(const ViewOptions& o, const hexsolver:
   return out;
 }
 
+std::deque<ScriptLine> script_of(const ViewOptions& o, RunFiles& files) {
+  const Input* file = files.input_if_named(o.script, Content::text);
+  return file ? read_script(file->path(), file->known_as()) : std::deque<ScriptLine>();
+}
+
 std::map<std::string, Output*> declare_pictures(const std::deque<ScriptLine>& script, RunFiles& files) {
   std::map<std::string, Output*> out;
   for (const ScriptLine& line : script)
@@ -60,9 +65,7 @@ int look_at_result(const ViewOptions& o, const CommonOptions& common, const Cons
   RunFiles files(common);
   const Input& input = files.input(o.input);
   const Input* scan_file = files.input_if_named(o.scan);
-  const Input* script_file = files.input_if_named(o.script, Content::text);
-  std::deque<ScriptLine> script;
-  if (script_file) script = read_script(script_file->path(), script_file->known_as());
+  std::deque<ScriptLine> script = script_of(o, files);
   const auto of_solver = std::find_if(script.begin(), script.end(), is_of_solver);
   if (of_solver != script.end())
     throw Error(ErrorKind::usage, fmt::format("{}:{}: '{}' goes with a scene, expected hexview LATTICE SCENE", o.script,
@@ -86,9 +89,7 @@ int move_body(const ViewOptions& o, const CommonOptions& common, const Console& 
   files.input(o.input);
   const hexsolver::Scene scene = read_scene(files.input(o.scene, Content::text), files, o.settings);
   const Input* scan_file = files.input_if_named(o.scan);
-  const Input* script_file = files.input_if_named(o.script, Content::text);
-  std::deque<ScriptLine> script;
-  if (script_file) script = read_script(script_file->path(), script_file->known_as());
+  std::deque<ScriptLine> script = script_of(o, files);
   auto pictures = declare_pictures(script, files);
   expect_display();
 

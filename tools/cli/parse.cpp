@@ -23,6 +23,20 @@ std::vector<std::string> split_list(std::string_view text, char separator) {
   return parts;
 }
 
+std::vector<std::string> words_of(std::string_view text) {
+  std::vector<std::string> words = split(text, ' ');
+  std::erase(words, "");
+  return words;
+}
+
+std::optional<double> take_time(std::vector<std::string>& words) {
+  if (words.size() < 3 || words[0] != "at") return std::nullopt;
+  const std::optional<double> time = parse_number<double>(words[1]);
+  if (!time || !std::isfinite(*time)) return std::nullopt;
+  words.erase(words.begin(), words.begin() + 2);
+  return time;
+}
+
 std::pair<std::string, std::string> key_and_value(std::string_view text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string_view::npos) return {std::string(text), ""};

@@ -19,6 +19,9 @@ std::vector<std::string> split(std::string_view text, char separator);
 /// Likewise, but a separator at the end adds no part, and an empty text has none.
 std::vector<std::string> split_list(std::string_view text, char separator);
 
+/// Words between blanks.
+std::vector<std::string> words_of(std::string_view text);
+
 /// The whole text as a number; blanks around it and a leading + are allowed. Nothing where it is no number, or one out
 /// of range.
 /// @tparam Number  double: also inf and nan; or an integer
@@ -49,6 +52,10 @@ std::optional<std::array<double, count>> parse_numbers(std::string_view text) {
   }
   return numbers;
 }
+
+/// Takes "at SECONDS" from the front of the words of a command. @returns the time; nothing where no time and command
+/// stand there
+std::optional<double> take_time(std::vector<std::string>& words);
 
 /// What stands before and after the first = of a text; all of it and nothing where there is none.
 std::pair<std::string, std::string> key_and_value(std::string_view text);

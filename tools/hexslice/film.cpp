@@ -3,17 +3,15 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cerrno>
 #include <fstream>
 #include <vector>
 
+#include "cli/child_process.h"
 #include "hexmesh/core/error.h"
 
 namespace hextools {
@@ -35,22 +33,13 @@ constexpr int no_program = 127;
 /// Runs a program found on the PATH, with what it says in a file.
 /// @returns its exit code; no_program where there is none
 int run_program(std::vector<std::string> words, const std::filesystem::path& said) {
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, said.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
+  const int file = open(said.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+  if (file < 0) return no_program;
   pid_t process = 0;
-  const int failed = posix_spawnp(&process, arguments.front(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (failed != 0) return no_program;
-  int status = 0;
-  while (waitpid(process, &status, 0) < 0)
-    if (errno != EINTR) return no_program;
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  const int failed = begin_program(std::move(words), {-1, file, file}, process);
+  close(file);
+  const int code = failed == 0 ? wait_for_program(process) : -1;
+  return code < 0 ? no_program : code;
 }
 
 }  // namespace

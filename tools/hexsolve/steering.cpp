@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <poll.h>
 #include <unistd.h>
 
@@ -24,24 +25,12 @@ using std::chrono::milliseconds;
 
 constexpr std::size_t longest_line = 1000;
 constexpr milliseconds turn(100);  ///< between two looks at whether the run is to end
-constexpr const char* commands =
+constexpr const char* all_commands =
     "grab POINT X Y Z [REACH], release [POINT], pause, resume, pace RATE or end, after 'at SECONDS' if not at once";
-
-std::vector<std::string> words_of(const std::string& line) {
-  std::vector<std::string> out;
-  for (const std::string& word : split(line, ' '))
-    if (!word.empty()) out.push_back(word);
-  return out;
-}
 
 std::optional<double> finite(const std::string& word) {
   const auto value = parse_number<double>(word);
   return value && std::isfinite(*value) ? value : std::nullopt;
-}
-
-/// The time of "at SECONDS ...".
-std::optional<double> time_of(const std::vector<std::string>& words) {
-  return words.size() > 2 && words[0] == "at" ? finite(words[1]) : std::nullopt;
 }
 
 }  // namespace
@@ -117,45 +106,43 @@ void Steering::receive(milliseconds wait) {
 
 void Steering::take_lines(bool is_at_end) {
   for (std::size_t end = bytes_.find('\n'); end != std::string::npos; end = bytes_.find('\n')) {
-    lines_.push_back(bytes_.substr(0, end));
+    take_line(bytes_.substr(0, end));
     bytes_.erase(0, end + 1);
   }
-  if ((is_at_end && !bytes_.empty()) || bytes_.size() > longest_line) lines_.push_back(std::exchange(bytes_, ""));
+  if ((is_at_end && !bytes_.empty()) || bytes_.size() > longest_line) take_line(std::exchange(bytes_, ""));
 }
 
-bool Steering::is_due(const std::string& line, double time) const {
-  const std::optional<double> at = time_of(words_of(line));
-  return !at || time >= *at;
+void Steering::take_line(std::string line) {
+  Command command{std::move(line), {}, {}};
+  command.words = words_of(command.line);
+  if (command.words.empty() || command.words[0].starts_with('#')) return;
+  command.time = take_time(command.words);
+  commands_.push_back(std::move(command));
 }
 
 void Steering::carry_out(hexsolver::Motion& motion) {
-  while (!lines_.empty() && !ends_ && is_due(lines_.front(), motion.time())) {
-    obey(lines_.front(), motion);
-    lines_.pop_front();
+  const auto is_due = [&] { return motion.time() >= commands_.front().time.value_or(0); };
+  while (!commands_.empty() && !ends_ && is_due()) {
+    obey(commands_.front(), motion);
+    commands_.pop_front();
   }
   // What waits for a time that does not pass while it is paused would wait for ever.
-  if (is_paused_ && !lines_.empty() && !is_due(lines_.front(), motion.time())) {
+  if (is_paused_ && !commands_.empty() && !is_due()) {
     console_.warning(fmt::format("{}: '{}' is asked of a later time while the motion is paused, which goes on", name_,
-                                 lines_.front()));
+                                 commands_.front().line));
     is_paused_ = false;
   }
 }
 
-void Steering::obey(const std::string& line, hexsolver::Motion& motion) {
-  std::vector<std::string> words = words_of(line);
-  if (words.empty() || words[0].starts_with('#')) return;
-  if (time_of(words)) words.erase(words.begin(), words.begin() + 2);
-  const std::string command = fmt::format("{}", fmt::join(words, " "));
-  if (const std::string why = refusal(command, motion); !why.empty()) {
-    console_.warning(fmt::format("{}: '{}' {}", name_, line.substr(0, longest_line), why));
-    return;
-  }
-  record_ += fmt::format("at {} {}\n", motion.time(), command);
+void Steering::obey(const Command& command, hexsolver::Motion& motion) {
+  if (const std::string why = refusal(command.words, motion); !why.empty())
+    console_.warning(fmt::format("{}: '{}' {}", name_, command.line.substr(0, longest_line), why));
+  else
+    record_ += fmt::format("at {} {}\n", motion.time(), fmt::join(command.words, " "));
 }
 
 /// Carries out a command. @returns what is wrong with it, where it cannot be
-std::string Steering::refusal(const std::string& line, hexsolver::Motion& motion) {
-  const std::vector<std::string> words = words_of(line);
+std::string Steering::refusal(const std::vector<std::string>& words, hexsolver::Motion& motion) {
   const std::string& verb = words[0];
   std::vector<double> numbers;
   for (std::size_t n = 1; n < words.size(); ++n) {
@@ -184,7 +171,7 @@ std::string Steering::refusal(const std::string& line, hexsolver::Motion& motion
   } else if (verb == "end" && numbers.empty()) {
     ends_ = true;
   } else {
-    return fmt::format("is no command, expected {}", commands);
+    return fmt::format("is no command, expected {}", all_commands);
   }
   return "";
 }

@@ -6,6 +6,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "cli/tool.h"
 #include "hexsolver/dynamics/motion.h"
@@ -34,12 +35,17 @@ public:
 
 private:
   using Clock = std::chrono::steady_clock;
+  struct Command {
+    std::string line;            ///< as it came
+    std::optional<double> time;  ///< of the motion, not before [s]
+    std::vector<std::string> words;
+  };
   void receive(std::chrono::milliseconds wait);
   void take_lines(bool is_at_end);
   void carry_out(hexsolver::Motion& motion);
-  bool is_due(const std::string& line, double time) const;
-  void obey(const std::string& line, hexsolver::Motion& motion);
-  std::string refusal(const std::string& line, hexsolver::Motion& motion);
+  void take_line(std::string line);
+  void obey(const Command& command, hexsolver::Motion& motion);
+  std::string refusal(const std::vector<std::string>& words, hexsolver::Motion& motion);
   std::chrono::milliseconds time_left(double time);
 
   std::string name_;
@@ -48,7 +54,7 @@ private:
   std::function<bool()> is_to_end_;
   int file_ = -1;  ///< -1: nothing more comes
   std::string bytes_;
-  std::deque<std::string> lines_;
+  std::deque<Command> commands_;
   bool is_paused_ = false, ends_ = false;
   double pace_ = 0;                         ///< seconds of the motion in one [1]; 0: as fast as it can
   std::optional<Clock::time_point> since_;  ///< the pace holds

@@ -24,19 +24,15 @@ using hexmesh::Vec3;
 
 constexpr int num_colors = 256;
 
-void set_vertices(vtkPolyData& data, const std::vector<Vec3>& places, const std::vector<hexmesh::Rgb>& colors) {
+void set_vertices(vtkPolyData& data, const std::vector<Vec3>& places) {
   vtkNew<vtkPoints> points;
   vtkNew<vtkCellArray> vertices;
-  vtkNew<vtkUnsignedCharArray> values;
-  values->SetNumberOfComponents(3);
-  for (std::size_t n = 0; n < places.size(); ++n) {
-    const vtkIdType id = points->InsertNextPoint(places[n].data());
+  for (const Vec3& place : places) {
+    const vtkIdType id = points->InsertNextPoint(place.data());
     vertices->InsertNextCell(1, &id);
-    values->InsertNextTypedTuple(colors[n].data());
   }
   data.SetPoints(points);
   data.SetVerts(vertices);
-  data.GetPointData()->SetScalars(values);
 }
 
 }  // namespace
@@ -99,7 +95,6 @@ BodyView::BodyView(const hexmesh::Result& result, vtkRenderer& renderer) : rende
   add_held_points(result);
   vtkNew<vtkPolyDataMapper> hand_mapper;
   hand_mapper->SetInputData(hand_);
-  hand_mapper->ScalarVisibilityOff();
   hand_actor_->SetMapper(hand_mapper);
   hand_actor_->GetProperty()->SetColor(1, 0.9, 0.1);
   hand_actor_->GetProperty()->SetPointSize(12);
@@ -114,21 +109,18 @@ BodyView::BodyView(const hexmesh::Result& result, vtkRenderer& renderer) : rende
   show(result);
 }
 
-/// Blue what is held, red what a scene moves, where it is at rest.
+/// What is held and not moved, in blue.
 void BodyView::add_held_points(const hexmesh::Result& result) {
   const std::set<std::string> moved = moved_by(result);
   std::vector<Vec3> places;
-  std::vector<hexmesh::Rgb> colors;
-  for (const hexmesh::ConditionPoints& c : result.conditions) {
-    if (moved.contains(c.name)) continue;
-    places.insert(places.end(), c.points.begin(), c.points.end());
-    colors.resize(places.size(), {60, 120, 255});
-  }
-  set_vertices(*held_, places, colors);
+  for (const hexmesh::ConditionPoints& c : result.conditions)
+    if (!moved.contains(c.name)) places.insert(places.end(), c.points.begin(), c.points.end());
+  set_vertices(*held_, places);
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputData(held_);
   vtkNew<vtkActor> actor;
   actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(60 / 255.0, 120 / 255.0, 1);
   actor->GetProperty()->SetPointSize(5);
   actor->GetProperty()->LightingOff();
   actor->PickableOff();
@@ -218,7 +210,7 @@ void BodyView::hide_hand() {
 void BodyView::draw_hand() {
   hand_actor_->SetVisibility(held_point_.has_value());
   if (!held_point_) return;
-  set_vertices(*hand_, {place(*held_point_), hand_at_}, {{}, {}});
+  set_vertices(*hand_, {place(*held_point_), hand_at_});
   vtkNew<vtkCellArray> line;
   line->InsertNextCell({0, 1});
   hand_->SetLines(line);

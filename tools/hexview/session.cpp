@@ -52,7 +52,6 @@ WindowActions Session::actions() {
     out.grab = [this](std::size_t point, const Vec3& place) { grab(point, place); };
     out.let_go = [this](std::size_t point) {
       send_hand();
-      held_.reset();
       solver_->send(fmt::format("release {}", point));
     };
   }
@@ -70,7 +69,6 @@ void Session::run() {
 }
 
 void Session::grab(std::size_t point, const Vec3& place) {
-  held_ = point;
   hand_ = {point, place};
   needs_render_ = true;
 }
@@ -143,10 +141,9 @@ void Session::count_pictures() {
 
 std::string Session::line() const {
   if (!solver_) {
-    const std::string note = state_note(states_->now());
     if (states_->count() > 1)
       return fmt::format("{:.4g} s, state {} of {}", states_->time(), states_->number() + 1, states_->count());
-    return note;
+    return state_note(states_->now());
   }
   std::string out = fmt::format("{:.2f} s", states_->time());
   if (is_paused_) out += ", paused";
@@ -164,7 +161,6 @@ void Session::next_color() {
 }
 
 void Session::key(char key) {
-  constexpr char left = 28, right = 29;  // as Tk's characters of no arrow keys: , and . do the same
   switch (key) {
     case ' ':
       if (solver_) {
@@ -181,11 +177,9 @@ void Session::key(char key) {
       next_color();
       break;
     case ',':
-    case left:
       if (states_->number() > 0) go_to(states_->number() - 1);
       break;
     case '.':
-    case right:
       go_to(states_->number() + 1);
       break;
     default:

@@ -69,8 +69,7 @@ private:
     std::size_t point;
     hexmesh::Vec3 place;
   };
-  std::optional<Hand> hand_;  ///< moved since it was sent
-  std::optional<std::size_t> held_;
+  std::optional<Hand> hand_;         ///< moved since it was sent
   std::array<int, 2> pressed_at_{};  ///< by a script [pixels]
   bool is_paused_ = false, plays_ = false, ends_ = false, needs_render_ = false;
   Clock::time_point began_ = Clock::now(), counted_since_ = began_, last_step_ = began_;

@@ -9,7 +9,9 @@
 #include <cstring>
 
 namespace hextools {
+namespace {
 
+/// Puts a picture into an image of VTK's, whose first row is the lowest.
 void set_image(const hexmesh::Canvas& picture, vtkImageData& image) {
   const int width = picture.width(), height = picture.height();
   if (image.GetDimensions()[0] != width || image.GetDimensions()[1] != height) {
@@ -20,6 +22,8 @@ void set_image(const hexmesh::Canvas& picture, vtkImageData& image) {
     std::memcpy(image.GetScalarPointer(0, height - 1 - y, 0), &picture.at(0, y), 3 * static_cast<std::size_t>(width));
   image.Modified();
 }
+
+}  // namespace
 
 SliceView::SliceView(hexmesh::SliceAxis axis, const hexmesh::Result& result, const hexmesh::IntensityVolume* scan)
     : axis_(axis), scan_(scan), frame_(hexmesh::bounds_of(result)) {

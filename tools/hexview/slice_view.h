@@ -11,9 +11,6 @@
 
 namespace hextools {
 
-/// Puts a picture into an image of VTK's, whose first row is the lowest.
-void set_image(const hexmesh::Canvas& picture, vtkImageData& image);
-
 /// A slice of the deformed scan along one axis, in a renderer of its own.
 class SliceView {
 public:

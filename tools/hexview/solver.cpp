@@ -3,8 +3,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
@@ -13,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 
+#include "cli/child_process.h"
 #include "cli/streams.h"
 #include "hexmesh/core/error.h"
 
@@ -33,34 +32,11 @@ std::string path_of_hexsolve() {
 /// @param input, output  become its standard input and output; -1: none
 pid_t begin(std::vector<std::string> words, int input, int output) {
   words.insert(words.begin(), path_of_hexsolve());
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  if (input < 0)
-    posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  else
-    posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
-  if (output < 0)
-    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  else
-    posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
-  posix_spawn_file_actions_adddup2(&actions, file_of_messages(), STDERR_FILENO);
   pid_t process = 0;
-  const int failed = posix_spawnp(&process, arguments.front(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (failed != 0)
+  if (const int failed = begin_program(words, {input, output, file_of_messages()}, process); failed != 0)
     throw Error(ErrorKind::output, fmt::format("cannot run '{}': {}, expected hexsolve beside hexview or on the PATH",
                                                words.front(), std::strerror(failed)));
   return process;
-}
-
-int exit_code_of(pid_t process) {
-  int status = 0;
-  while (waitpid(process, &status, 0) < 0)
-    if (errno != EINTR) return -1;
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
 std::array<int, 2> make_pipe() {
@@ -72,7 +48,7 @@ std::array<int, 2> make_pipe() {
 
 }  // namespace
 
-int run_hexsolve(std::vector<std::string> arguments) { return exit_code_of(begin(std::move(arguments), -1, -1)); }
+int run_hexsolve(std::vector<std::string> arguments) { return wait_for_program(begin(std::move(arguments), -1, -1)); }
 
 Solver::Solver(std::vector<std::string> arguments) {
   arguments.insert(arguments.end(), {"--stream=nodes", "--steer", "-"});
@@ -150,7 +126,7 @@ std::optional<Frame> Solver::newest() {
 int Solver::wait() {
   for (int* file : {&commands_, &frames_})
     if (*file >= 0) close(std::exchange(*file, -1));
-  return exit_code_of(std::exchange(process_, 0));
+  return wait_for_program(std::exchange(process_, 0));
 }
 
 }  // namespace hextools

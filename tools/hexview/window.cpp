@@ -144,7 +144,7 @@ Window::Window(const std::string& title, std::array<int, 2> size, const hexmesh:
   help_->GetTextProperty()->SetColor(0.7, 0.7, 0.7);
   help_->SetInput(actions_.grab ? "drag the body: pull it   drag beside it: turn   wheel: zoom\n"
                                   "space: pause   s: slices   c: colours   r: whole body   q: end"
-                                : "drag: turn   wheel: zoom   space: play   left, right: step\n"
+                                : "drag: turn   wheel: zoom   space: play   , and .: step\n"
                                   "s: slices   c: colours   r: whole body   q: end");
 
   interactor_->SetRenderWindow(window_);

@@ -127,10 +127,9 @@ bool TimeIntegrator::grab(std::size_t point, const Vec3& place, double reach) {
   if (!grabs || !grabs->holds(point)) {
     if (!problem_.grasp(point, lattice_.surface, reach, u_)) return false;
     grabs = problem_.grabs();
-    grabbed_at_[point] = lattice_.surface.points[point] + grabs->displacement(point);
     equations_->forget_preconditioner();
   }
-  grabs->pull(point, place - grabbed_at_[point]);
+  grabs->pull(point, place - (lattice_.surface.points[point] + grabs->displacement(point)));
   return true;
 }
 

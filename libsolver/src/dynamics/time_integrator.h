@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -98,7 +97,6 @@ private:
   NodeVector u_, v_;
   Energies energies_;
   double work_ = 0, work_uncertainty_ = 0, friction_work_ = 0, obstacle_work_ = 0;
-  std::map<std::size_t, Vec3> grabbed_at_;  ///< where hands took hold [mm]
   Motion::Counts counts_;
   const char* reason_ = "";
   std::int64_t ticks_ = 0;        ///< smallest substeps done
