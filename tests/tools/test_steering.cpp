@@ -141,9 +141,10 @@ TEST_F(Steering, WhatIsNoCommandIsToldAndTheMotionGoesOn) {
 TEST_F(Steering, AViewerThatLeavesEndsTheMotionWhichIsKept) {
   const CommandResult r = run(
       "(echo pace 1; sleep 3) | hexsolve liver.hexmesh held.toml --set dynamics.duration_s=50 --steer - --stream=nodes "
-      "-o left.hexresult | head -c 20000 > /dev/null; wait");
+      "-o left.hexresult --record left | head -c 20000 > /dev/null; wait");
   EXPECT_NE(r.errors.find("the motion ends there"), std::string::npos) << r.errors;
   EXPECT_TRUE(std::filesystem::exists(*folder / "left.hexresult"));
+  EXPECT_TRUE(read_text(*folder / "left").ends_with(" end\n")) << "which a replay does again";
 }
 
 }  // namespace test_steering

@@ -64,6 +64,7 @@ NextStep Steering::next_step(hexsolver::Motion& motion) {
     receive(std::min(left, turn));
     carry_out(motion);
   }
+  record_ += fmt::format("at {} end\n", motion.time());
   return NextStep::end;
 }
 
@@ -137,7 +138,7 @@ void Steering::carry_out(hexsolver::Motion& motion) {
 void Steering::obey(const Command& command, hexsolver::Motion& motion) {
   if (const std::string why = refusal(command.words, motion); !why.empty())
     console_.warning(fmt::format("{}: '{}' {}", name_, command.line.substr(0, longest_line), why));
-  else
+  else if (!ends_)
     record_ += fmt::format("at {} {}\n", motion.time(), fmt::join(command.words, " "));
 }
 

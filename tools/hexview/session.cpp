@@ -83,7 +83,6 @@ void Session::send_hand() {
 
 void Session::end() {
   if (std::exchange(ends_, true)) return;
-  if (solver_) solver_->send("end");
   window_.stop();
 }
 

@@ -69,14 +69,12 @@ Solver::~Solver() {
   wait();
 }
 
-void Solver::send(const std::string& command) {
-  if (commands_ < 0) return;
+bool Solver::send(const std::string& command) {
+  if (commands_ < 0) return false;
   const std::string line = command + "\n";
-  // Short, so whole or not at all: what a full pipe refuses is old when there is room.
-  if (write(commands_, line.data(), line.size()) < 0 && errno == EPIPE) {
-    close(commands_);
-    commands_ = -1;
-  }
+  if (write(commands_, line.data(), line.size()) >= 0) return true;  // short, so whole or not at all
+  if (errno == EPIPE) close(std::exchange(commands_, -1));
+  return false;
 }
 
 bool Solver::read_more() {
@@ -124,6 +122,10 @@ std::optional<Frame> Solver::newest() {
 }
 
 int Solver::wait() {
+  if (frames_ >= 0 && send("end")) {  // one whose reader leaves ends too, but says so
+    fcntl(frames_, F_SETFL, 0);
+    while (read_more()) bytes_.clear();
+  }
   for (int* file : {&commands_, &frames_})
     if (*file >= 0) close(std::exchange(*file, -1));
   return wait_for_program(std::exchange(process_, 0));

@@ -31,9 +31,10 @@ public:
   std::size_t num_frames() const { return num_frames_; }  ///< that have come
   bool has_ended() const { return frames_ < 0; }          ///< none will come any more
 
-  void send(const std::string& command);
+  /// @returns whether it was taken: what a full pipe refuses is old when there is room
+  bool send(const std::string& command);
 
-  /// After the end of its output. @returns its exit code
+  /// Waits for its end, which it is asked for where it goes on. @returns its exit code
   int wait();
 
 private:

@@ -90,6 +90,8 @@ public:
       window->actions_.key(key);
     }
   }
+  /// Not an observer of the window's: while the view is turned the style alone gets its events.
+  void OnTimer() override { window->actions_.turn(); }
   void OnKeyPress() override {}
   void OnKeyDown() override {}
 
@@ -152,7 +154,6 @@ Window::Window(const std::string& title, std::array<int, 2> size, const hexmesh:
   style->window = this;
   style->SetDefaultRenderer(nullptr);
   interactor_->SetInteractorStyle(style);
-  on_event(*interactor_, vtkCommand::TimerEvent, &actions_.turn);
   on_event(*interactor_, vtkCommand::ExitEvent, &actions_.close);
   interactor_->Initialize();
   look({0.3, 1, -0.35}, {0, 0, 1});
