@@ -88,8 +88,9 @@ std::string data_file_of_header(const fs::path& path) {
   file.read(start.data(), few);
   if (std::any_of(start.begin(), start.begin() + file.gcount(), [](unsigned char c) { return c >= 127 || c == 0; }))
     return "";
-  start.resize(most);
-  file.read(start.data() + few, most - few);
+  std::error_code failed;
+  start.resize(std::clamp<std::size_t>(fs::file_size(path, failed), few, most));
+  file.read(start.data() + few, std::ssize(start) - few);
   start.resize(file.gcount() > 0 ? static_cast<std::size_t>(few + file.gcount()) : 0);
   std::istringstream lines(start);
   for (std::string line; std::getline(lines, line);)

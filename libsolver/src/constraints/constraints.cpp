@@ -209,8 +209,8 @@ void Constraints::for_each_held_entry(const std::function<void(Index, Index, dou
     }
 }
 
-void Constraints::lift(const NodeVector& u, NodeVector& d) const {
-  d.setZero(u.size());
+template <class F>
+void Constraints::for_each_lifted(const NodeVector& u, F&& f) const {
   for (int axis = 0; axis < 3; ++axis)
     for (const auto& cluster : clusters_[axis]) {
       auto nodal = work_->nodal.head(cluster->h.cols());
@@ -220,8 +220,13 @@ void Constraints::lift(const NodeVector& u, NodeVector& d) const {
       for (std::size_t p = 0; p < cluster->points.size(); ++p)
         misfit[p] = cluster->scale[p] * held_[cluster->points[p]].value[axis] - misfit[p];
       cluster->displacement_for(misfit, work_->coefficients.head(cluster->kept.vectors.cols()), nodal);
-      for (std::size_t n = 0; n < cluster->nodes.size(); ++n) d[3 * Index{cluster->nodes[n]} + axis] += nodal[n];
+      for (std::size_t n = 0; n < cluster->nodes.size(); ++n) f(3 * Index{cluster->nodes[n]} + axis, nodal[n]);
     }
+}
+
+void Constraints::lift(const NodeVector& u, NodeVector& d) const {
+  d.setZero(u.size());
+  for_each_lifted(u, [&](Index dof, double by) { d[dof] = by; });
 }
 
 std::vector<Vec3> Constraints::multipliers(const NodeVector& residual) const {
@@ -289,6 +294,10 @@ bool Constraints::hold(const NodeVector& d, const NodeVector& u) const {
   return d.lpNorm<Eigen::Infinity>() <= nothing * largest;
 }
 
-double Constraints::violation(const NodeVector& u) const { return lift(u).lpNorm<Eigen::Infinity>(); }
+double Constraints::violation(const NodeVector& u) const {
+  double largest = 0;
+  for_each_lifted(u, [&](Index, double by) { largest = std::max(largest, std::abs(by)); });
+  return largest;
+}
 
 }  // namespace hexsolver

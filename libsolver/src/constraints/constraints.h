@@ -117,6 +117,10 @@ private:
   template <class Vector>
   void project_out(Vector& v) const;
 
+  /// f(dof, displacement) of every node of the clusters, which share none.
+  template <class F>
+  void for_each_lifted(const NodeVector& u, F&& f) const;
+
   void hold_large_clusters_by_nodes();
   void make_clusters(double cutoff);
 

@@ -72,11 +72,13 @@ void Motion::explain(std::vector<Effect>& effects) const {
   if (integrator_->problem().grabs())
     effects.push_back(
         {EffectKind::grab, name_of(EffectKind::grab), true, "points of the surface were held from outside"});
-  const std::optional<std::size_t> rotating = integrator_->num_rotating();
-  if (!rotating) return;
+  if (!integrator_->finds_rotation()) return;
+  const std::optional<double> since = integrator_->rotates_since();
   for (Effect& e : effects)
-    if (e.kind == EffectKind::rotation)
-      e.why += fmt::format("; at the end {} of {} cells rotate", *rotating, mesh().num_cells());
+    if (e.kind == EffectKind::rotation) {
+      e.active = since.has_value();
+      e.why += since ? fmt::format("; they did from {:.6g} s on", *since) : "; none had to";
+    }
 }
 
 std::vector<std::string> Motion::check() const { return integrator_->check(); }

@@ -31,8 +31,8 @@ constexpr int most_newton_iterations = 25;
 /// Of the linear equations of one step, all its parts together, where they are solved to the tolerance. Steps take some
 /// hundred; what takes so many more has stiffnesses that the solver cannot bear.
 constexpr std::int64_t most_cycles = 20'000, most_plain_iterations = 50'000;
-/// With solve.strain = "auto" cells rotate from the angle that leaves 1e-3 of strain, and no longer below half of it.
-constexpr double rotating_angle = 0.045;
+/// With solve.strain = "auto" cells rotate from where one of them would take so much of its rotation for strain.
+constexpr double allowed_strain_of_rotations = 2.5e-4;
 
 /// In the words of a motion.
 const char* reason_of_substep(NewtonEnd end) {
@@ -74,7 +74,7 @@ TimeIntegrator::TimeIntegrator(const hexmesh::Lattice& lattice, const Scene& sce
   const Mesh& mesh = problem_.mesh();
   rounding_of_places_ =
       10 * std::numeric_limits<double>::epsilon() * (mesh.position(0) - mesh.position(mesh.num_nodes() - 1)).norm();
-  if (scene.finds_strain) rotating_ = dynamic_cast<CorotationalCells*>(&problem_.elastic());
+  if (scene.finds_strain) straight_ = dynamic_cast<CorotationalCells*>(&problem_.elastic());
   equations_.emplace(problem_, settings_);
   newton_.emplace(*equations_, newton_options());
   accept_ = [this](const NodeVector& /*end*/, const NodeVector& projected) { return accept(projected); };
@@ -112,7 +112,7 @@ void TimeIntegrator::set_state(const NodeVector& u, const NodeVector& v) {
   u_ = u;
   v_ = v;
   problem_.set_progress(progress());
-  if (rotating_) rotating_->choose_rotating(u_, rotating_angle, rotating_angle / 2);
+  if (have_cells_to_rotate(u_)) let_cells_rotate();
   difference_.forget();
   lost_ = 0;
   difference_.begin_euler(settings_.step);
@@ -204,30 +204,30 @@ void TimeIntegrator::be_at_rest_if_failed() {
 
 std::vector<std::string> TimeIntegrator::check() { return check_motion(problem_, u_, progress()); }
 
-std::optional<std::size_t> TimeIntegrator::num_rotating() const {
-  if (!rotating_) return {};
-  const std::vector<bool>& rotating = rotating_->rotating();
-  return static_cast<std::size_t>(std::count(rotating.begin(), rotating.end(), true));
-}
-
 const std::string* TimeIntegrator::ball_inside() const {
   for (std::size_t c = 0; c < problem_.contacts().size(); ++c)
     if (problem_.contacts()[c]->state(u_).is_inside) return &scene_.contacts[c].name;
   return nullptr;
 }
 
-/// Cells begin to rotate, and cease to unless that adds to the energy. What beginning adds is taken from the motion.
-void TimeIntegrator::choose_rotating() {
-  if (!rotating_) return;
+bool TimeIntegrator::have_cells_to_rotate(const NodeVector& u) const {
+  return straight_ && straight_->strain_of_rotations(u) > allowed_strain_of_rotations;
+}
+
+/// For good.
+void TimeIntegrator::let_cells_rotate() {
+  straight_->set_rotating({});
+  straight_ = nullptr;
+  rotates_since_ = time();
+  equations_->forget_preconditioner();
+}
+
+/// The forces and the energy of cells that begin to rotate are others, if by little before they have to. What they gain
+/// is taken from the motion.
+void TimeIntegrator::let_cells_of_motion_rotate() {
+  let_cells_rotate();
   const double before = energies_.strain;
-  rotated_ = rotating_->rotating();
-  rotating_->choose_rotating(u_, rotating_angle, rotating_angle / 2);
   energies_.strain = problem_.strain_energy(u_);
-  if (energies_.strain > before) {
-    for (std::size_t c = 0; c < rotated_.size(); ++c) rotated_[c] = rotated_[c] || rotating_->rotating()[c];
-    rotating_->set_rotating(rotated_);
-    energies_.strain = problem_.strain_energy(u_);
-  }
   const double gain = energies_.strain - before;
   if (!(gain > 0)) return;
   difference_.forget();
@@ -334,12 +334,17 @@ bool TimeIntegrator::try_substep(double h, Form form) {
     counts_.largest_residual = std::max(counts_.largest_residual, counts_.relative_residual);
     return true;
   }
+  if (have_cells_to_rotate(end_)) {
+    let_cells_of_motion_rotate();
+    return take_substep(h);
+  }
   if (form == Form::euler && !is_to_tolerance() && is_smallest(h)) return slow_down();
   return fail(end);
 }
 
 /// Take end_ for the state at the end of the substep, unless it holds more energy than it had and was given.
 bool TimeIntegrator::accept(const NodeVector& projected) {
+  if (have_cells_to_rotate(end_)) return fail("cells have to rotate");
   velocity_ = (end_ - difference_.u(u_)) / difference_.length();
   const Energies now = energies_of(problem_, *inertia_, end_, velocity_);
   if (!std::isfinite(now.total())) return fail("points of the body would turn inside out");
@@ -369,7 +374,6 @@ bool TimeIntegrator::accept(const NodeVector& projected) {
   u_.swap(end_);
   v_.swap(velocity_);
   energies_ = now;
-  choose_rotating();
   reason_ = "";
   return true;
 }

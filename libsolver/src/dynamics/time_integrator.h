@@ -53,7 +53,9 @@ public:
   const Scene& scene() const noexcept { return scene_; }
   const hexmesh::Lattice& lattice() const noexcept { return lattice_; }
   std::size_t preconditioner_bytes() const { return equations_->preconditioner_bytes(); }
-  std::optional<std::size_t> num_rotating() const;  ///< cells; nothing unless they are chosen in each step
+  /// Whether cells are straight until one has to rotate, and when they began [s].
+  bool finds_rotation() const { return scene_.finds_strain && (straight_ || rotates_since_); }
+  std::optional<double> rotates_since() const { return rotates_since_; }
   const std::string* ball_inside() const;           ///< see Motion
 
 private:
@@ -78,7 +80,9 @@ private:
   bool accept(const NodeVector& projected);
   bool slow_down();
   Work work_of_supports(const NodeVector& projected) const;
-  void choose_rotating();
+  bool have_cells_to_rotate(const NodeVector& u) const;
+  void let_cells_rotate();
+  void let_cells_of_motion_rotate();
 
   const hexmesh::Lattice& lattice_;
   const Scene scene_;
@@ -87,7 +91,8 @@ private:
   std::optional<const OnLevel> on_level_;  ///< of graded cells
   Inertia* inertia_ = nullptr;             ///< in the potential
   StiffnessDamping* damping_ = nullptr;    ///< likewise
-  CorotationalCells* rotating_ = nullptr;  ///< likewise, where cells are chosen that rotate
+  CorotationalCells* straight_ = nullptr;  ///< likewise, while no cell rotates but may have to
+  std::optional<double> rotates_since_;    ///< [s], of cells that were straight before
   std::optional<StepEquations> equations_;
   std::optional<Newton<NodeVector>> newton_;
   Newton<NodeVector>::Accept accept_;
@@ -109,7 +114,6 @@ private:
   double h_ = 0;
   Energies before_;  ///< at its begin, under the loads of its end
   NodeVector end_, velocity_, predictor_, support_step_, projected_;
-  std::vector<bool> rotated_;
 };
 
 }  // namespace hexsolver

@@ -48,7 +48,7 @@ Effect effect(EffectKind kind, bool active, const std::string& why) { return {ki
 Effect rotation_effect(const Scene& scene) {
   Effect e = effect(EffectKind::rotation, scene.elasticity != Elasticity::cauchy, "");
   if (scene.finds_strain && scene.dynamics)
-    e.why = "solve.strain = \"auto\": cells rotate from 2.6 degrees, and no longer below 1.3";
+    e.why = "solve.strain = \"auto\": cells rotate from where one would take 2.5e-4 of its rotation for strain";
   else if (scene.finds_strain)
     e.why = "solve.strain = \"auto\": if rotating cells on a coarse level changes more than the accuracy";
   else if (is_hyperelastic(scene.elasticity))

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <numeric>
 
 #include "core/rotation.h"
@@ -102,16 +103,13 @@ CorotationalFrame CorotationalCells::unrotated_frame(std::size_t cell, const Nod
   return {one, one, none, none, unstressed(cell) + v, times(model(cell).stiffness, v), Vec3::Zero()};
 }
 
-std::size_t CorotationalCells::choose_rotating(const NodeVector& u, double on, double off) {
-  forget_state();
-  rotating_.resize(mesh_.num_cells());
-  std::size_t count = 0;
-  for (std::size_t c = 0; c < rotating_.size(); ++c) {
+double CorotationalCells::strain_of_rotations(const NodeVector& u) const {
+  double largest = 0;
+  for (std::size_t c = 0; c < mesh_.num_cells(); ++c) {
     const double angle = rotation_angle(polar_decomposition(mean_gradient(c, u)).rotation);
-    rotating_[c] = angle > (rotating_[c] ? off : on);
-    count += rotating_[c];
+    largest = std::max(largest, angle * angle * (model(c).bulk / (2 * model(c).shear) + 1.0 / 6));
   }
-  return count;
+  return largest;
 }
 
 /// Of the mean gradient F = R S: the first Piola-Kirchhoff stress of W(S) is R T, T = dW/dS, and Cauchy's R T S R^T /

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "terms/corotational_frame.h"
@@ -27,12 +28,11 @@ public:
         saves_memory_(saves_memory) {}
   explicit CorotationalCells(const ElasticCells& same) : ElasticCells(same) {}
 
-  /// Let cells rotate that are rotated by more than `on` [rad], and no longer those rotated by less than `off`.
-  /// @returns how many rotate
-  std::size_t choose_rotating(const NodeVector& u, double on, double off);
-  const std::vector<bool>& rotating() const noexcept { return rotating_; }
-  void set_rotating(const std::vector<bool>& rotating) {
-    rotating_ = rotating;
+  /// The largest strain that a cell at u would take its rotation for if it did not rotate: w^2 (kappa / (2 mu) + 1/6)
+  /// for an angle w, the stress of straight cells over 2 mu (THEORY.md, "Automatic strain").
+  double strain_of_rotations(const NodeVector& u) const;
+  void set_rotating(std::vector<bool> rotating) {
+    rotating_ = std::move(rotating);
     forget_state();
   }
 
