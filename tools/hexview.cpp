@@ -76,7 +76,7 @@ int look_at_result(const ViewOptions& o, const CommonOptions& common, const Cons
   warn_of_state(states->now(), console);
   const std::optional<hexmesh::IntensityVolume> scan = read_scan_of(states->now(), scan_file, console);
   Session session(o, std::move(states), nullptr, nullptr, scan ? &*scan : nullptr, std::move(script),
-                  std::move(pictures));
+                  std::move(pictures), console);
   session.run();
   return finish(session, files, console);
 }
@@ -112,9 +112,13 @@ int move_body(const ViewOptions& o, const CommonOptions& common, const Console& 
   for (const ScriptLine& line : script)  // hexsolve waits for their times itself, to the step
     if (is_of_solver(line)) solver.send(fmt::format("at {} {}", line.time.value_or(0), fmt::join(line.words, " ")));
   std::erase_if(script, is_of_solver);
-  Session session(o, std::move(states), live, &solver, scan ? &*scan : nullptr, std::move(script), std::move(pictures));
+  Session session(o, std::move(states), live, &solver, scan ? &*scan : nullptr, std::move(script), std::move(pictures),
+                  console);
   session.run();
   const int code = solver.wait();
+  if (code > 128 && session.signal() == 0)
+    console.error(fmt::format("hexsolve was ended by signal {}: {} not written", code - 128,
+                              o.output.empty() ? "the motion is" : "'" + o.output + "' is"));
   const int own = finish(session, files, console);
   return code != 0 ? code : own;
 }

@@ -128,7 +128,36 @@ TEST_F(Steering, WhatIsNoCommandIsToldAndTheMotionGoesOn) {
             std::string::npos);
   EXPECT_NE(commands("pause").errors.find("it ends while the motion is paused"), std::string::npos);
   EXPECT_EQ(commands("pause\\nresume\\nend").exit_code, 0);
-  EXPECT_EQ(commands(std::string(5000, 'x')).exit_code, 0);
+
+  // Lines as other systems and programs write them; of one that is too long no piece is carried out.
+  const CommandResult other = commands("\\357\\273\\277pause\\r\nat\t0.1  resume\nresume\r\nend");
+  EXPECT_EQ(other.errors.find("is no command"), std::string::npos) << other.errors;
+  EXPECT_EQ(other.exit_code, 0);
+  const CommandResult longer = commands(std::string(5000, 'x') + " end " + std::string(5000, 'y') + "\nend");
+  EXPECT_NE(longer.errors.find("a line of more than 1000 characters, 'xxx"), std::string::npos);
+  EXPECT_EQ(longer.errors.find("yyy"), std::string::npos) << longer.errors;
+  std::string many;
+  for (int n = 0; n < 100; ++n) many += "foo\n";
+  const CommandResult told = commands(many + "end");
+  EXPECT_NE(told.errors.find("what is wrong from here on is not told"), std::string::npos);
+  EXPECT_LT(std::count(told.errors.begin(), told.errors.end(), '\n'), 60);
+
+  // What never ends does not take the memory, and a pipe is waited for.
+  EXPECT_EQ(run("yes '# nothing' | hexsolve liver.hexmesh held.toml --set dynamics.duration_s=0.1 --steer - "
+                "--max-memory 200 --force -o told.hexresult")
+                .exit_code,
+            0);
+  EXPECT_EQ(run("hexsolve liver.hexmesh held.toml --set dynamics.duration_s=0.1 --steer /dev/zero --max-memory 200 "
+                "--force -o told.hexresult")
+                .exit_code,
+            0);
+  EXPECT_EQ(run("mkfifo late.pipe; { sleep 1; echo end > late.pipe; } & sleep 0.2; hexsolve liver.hexmesh held.toml "
+                "--steer "
+                "late.pipe --record late --force -o told.hexresult && grep -qx 'at 0 end' late")
+                .exit_code,
+            0);
+  expect_failure("hexsolve liver.hexmesh held.toml --steer . -o x.hexresult", 3, {"'.' is a folder"});
+  expect_failure("hexsolve liver.hexmesh held.toml --steer '' -o x.hexresult", 2, {"--steer", "is empty"});
 
   expect_failure("hexsolve liver.hexmesh held.toml --steer nowhere -o x.hexresult", 3, {"no such file 'nowhere'"});
   expect_failure("hexsolve liver.hexmesh liver.toml --steer commands -o x.hexresult", 2,

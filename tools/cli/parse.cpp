@@ -24,8 +24,13 @@ std::vector<std::string> split_list(std::string_view text, char separator) {
 }
 
 std::vector<std::string> words_of(std::string_view text) {
-  std::vector<std::string> words = split(text, ' ');
-  std::erase(words, "");
+  constexpr const char* blanks = " \t\r\n\f\v";
+  std::vector<std::string> words;
+  for (std::size_t at = text.find_first_not_of(blanks); at != text.npos;) {
+    const std::size_t end = std::min(text.find_first_of(blanks, at), text.size());
+    words.emplace_back(text.substr(at, end - at));
+    at = text.find_first_not_of(blanks, end);
+  }
   return words;
 }
 

@@ -81,6 +81,7 @@ void add_options(CLI::App& app, SolveOptions& o) {
              "--steer", o.steer,
              "Commands to a motion while it is solved, from a file, a pipe or - (standard input): points of the "
              "surface that are grabbed and pulled, pause, end (FORMATS.md, \"Steering\")")
+          ->check([](const std::string& name) { return name.empty() ? "is empty, expected a name" : ""; })
           ->excludes(check)
           ->excludes(plan);
   app.add_option("--record", o.record, "Write the commands that were carried out, with their times, for --steer")

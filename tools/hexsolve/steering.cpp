@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 
 #include "cli/parse.h"
 #include "hexmesh/core/error.h"
@@ -24,9 +25,25 @@ using hexsolver::NextStep;
 using std::chrono::milliseconds;
 
 constexpr std::size_t longest_line = 1000;
-constexpr milliseconds turn(100);  ///< between two looks at whether the run is to end
+constexpr std::size_t most_waiting = 10'000;  ///< commands; what comes beyond stays where it is
+constexpr int most_warnings = 20;             ///< of commands
+constexpr milliseconds turn(100);             ///< between two looks at whether the run is to end
 constexpr const char* all_commands =
     "grab POINT X Y Z [REACH], release [POINT], pause, resume, pace RATE or end, after 'at SECONDS' if not at once";
+
+/// Waits for a writer where it is a pipe, as every reader of one does, but not for what is written.
+int open_commands(const std::string& name, const std::string& told, const std::function<bool()>& is_to_end) {
+  if (name == "-") return STDIN_FILENO;
+  if (std::filesystem::is_directory(name))
+    throw Error(ErrorKind::input, fmt::format("'{}' is a folder, expected a file or a pipe with commands", told));
+  int file = -1;
+  do file = open(name.c_str(), O_RDONLY | O_CLOEXEC);
+  while (file < 0 && errno == EINTR && !is_to_end());
+  if (file < 0 && errno != EINTR)
+    throw Error(ErrorKind::input, fmt::format("cannot read '{}': {}", told, std::strerror(errno)));
+  if (file >= 0) fcntl(file, F_SETFL, O_NONBLOCK);
+  return file;
+}
 
 std::optional<double> finite(const std::string& word) {
   const auto value = parse_number<double>(word);
@@ -41,8 +58,10 @@ Steering::Steering(const std::string& name, std::size_t num_points, const Consol
       num_points_(num_points),
       console_(console),
       is_to_end_(std::move(is_to_end)),
-      file_(name == "-" ? STDIN_FILENO : open(name.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {
-  if (file_ < 0) throw Error(ErrorKind::input, fmt::format("cannot read '{}': {}", name_, std::strerror(errno)));
+      file_(open_commands(name, name_, is_to_end_)) {
+  if (num_points_ == 0)
+    throw Error(ErrorKind::input,
+                "--steer is of a lattice without a surface, expected one whose points can be grabbed");
 }
 
 Steering::~Steering() {
@@ -55,7 +74,7 @@ NextStep Steering::next_step(hexsolver::Motion& motion) {
   while (!ends_) {
     const milliseconds left = is_paused_ ? turn : time_left(motion.time());
     if (is_paused_ && file_ < 0) {
-      console_.warning(fmt::format("{}: it ends while the motion is paused, which goes on", name_));
+      warn("it ends while the motion is paused, which goes on");
       is_paused_ = false;
       continue;
     }
@@ -90,8 +109,11 @@ void Steering::receive(milliseconds wait) {
     if (wait.count() > 0) poll(nullptr, 0, static_cast<int>(wait.count()));
     return;
   }
+  constexpr int most_reads = 256;  // what writes without end does not keep the motion from going on
   std::array<char, 4096> buffer{};
-  for (int timeout = static_cast<int>(wait.count());; timeout = 0) {
+  int timeout = static_cast<int>(wait.count());
+  for (int reads = 0; reads < most_reads; ++reads, timeout = 0) {
+    if (commands_.size() >= most_waiting) return;
     pollfd of_file{file_, POLLIN, 0};
     if (poll(&of_file, 1, timeout) <= 0) return;
     const ssize_t count = of_file.revents & (POLLIN | POLLHUP) ? read(file_, buffer.data(), buffer.size()) : 0;
@@ -106,19 +128,33 @@ void Steering::receive(milliseconds wait) {
 }
 
 void Steering::take_lines(bool is_at_end) {
-  for (std::size_t end = bytes_.find('\n'); end != std::string::npos; end = bytes_.find('\n')) {
-    take_line(bytes_.substr(0, end));
-    bytes_.erase(0, end + 1);
+  std::size_t begin = 0;
+  for (std::size_t end = bytes_.find('\n'); end != std::string::npos; end = bytes_.find('\n', begin)) {
+    take_line(bytes_.substr(begin, end - begin));
+    begin = end + 1;
   }
-  if ((is_at_end && !bytes_.empty()) || bytes_.size() > longest_line) take_line(std::exchange(bytes_, ""));
+  bytes_.erase(0, begin);
+  if (is_at_end && !bytes_.empty()) take_line(std::exchange(bytes_, ""));
+  if (bytes_.size() > longest_line) bytes_.resize(longest_line + 1);  // enough to know that it is too long
 }
 
 void Steering::take_line(std::string line) {
+  constexpr const char* byte_order_mark = "\xEF\xBB\xBF";
+  if (std::exchange(is_first_line_, false) && line.starts_with(byte_order_mark)) line.erase(0, 3);
+  if (line.ends_with('\r')) line.pop_back();
+  if (line.size() > longest_line)
+    return warn(
+        fmt::format("a line of more than {} characters, '{}...', is no command", longest_line, line.substr(0, 40)));
   Command command{std::move(line), {}, {}};
   command.words = words_of(command.line);
   if (command.words.empty() || command.words[0].starts_with('#')) return;
   command.time = take_time(command.words);
   commands_.push_back(std::move(command));
+}
+
+void Steering::warn(const std::string& what) {
+  if (++warnings_ <= most_warnings) console_.warning(fmt::format("{}: {}", name_, what));
+  if (warnings_ == most_warnings) console_.warning(fmt::format("{}: what is wrong from here on is not told", name_));
 }
 
 void Steering::carry_out(hexsolver::Motion& motion) {
@@ -129,15 +165,15 @@ void Steering::carry_out(hexsolver::Motion& motion) {
   }
   // What waits for a time that does not pass while it is paused would wait for ever.
   if (is_paused_ && !commands_.empty() && !is_due()) {
-    console_.warning(fmt::format("{}: '{}' is asked of a later time while the motion is paused, which goes on", name_,
-                                 commands_.front().line));
+    warn(
+        fmt::format("'{}' is asked of a later time while the motion is paused, which goes on", commands_.front().line));
     is_paused_ = false;
   }
 }
 
 void Steering::obey(const Command& command, hexsolver::Motion& motion) {
   if (const std::string why = refusal(command.words, motion); !why.empty())
-    console_.warning(fmt::format("{}: '{}' {}", name_, command.line.substr(0, longest_line), why));
+    warn(fmt::format("'{}' {}", command.line, why));
   else if (!ends_)
     record_ += fmt::format("at {} {}\n", motion.time(), fmt::join(command.words, " "));
 }

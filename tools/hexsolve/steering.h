@@ -44,6 +44,7 @@ private:
   void take_lines(bool is_at_end);
   void carry_out(hexsolver::Motion& motion);
   void take_line(std::string line);
+  void warn(const std::string& what);  ///< the first ones
   void obey(const Command& command, hexsolver::Motion& motion);
   std::string refusal(const std::vector<std::string>& words, hexsolver::Motion& motion);
   std::chrono::milliseconds time_left(double time);
@@ -52,8 +53,10 @@ private:
   std::size_t num_points_;
   const Console& console_;
   std::function<bool()> is_to_end_;
-  int file_ = -1;  ///< -1: nothing more comes
-  std::string bytes_;
+  int file_ = -1;      ///< -1: nothing more comes
+  std::string bytes_;  ///< of the line that comes
+  bool is_first_line_ = true;
+  int warnings_ = 0;
   std::deque<Command> commands_;
   bool is_paused_ = false, ends_ = false;
   double pace_ = 0;                         ///< seconds of the motion in one [1]; 0: as fast as it can

@@ -31,8 +31,9 @@ double size_of(const hexmesh::Result& result) {
 
 Session::Session(const ViewOptions& options, std::unique_ptr<States> states, LiveStates* live, Solver* solver,
                  const hexmesh::IntensityVolume* scan, std::deque<ScriptLine> script,
-                 std::map<std::string, Output*> pictures)
+                 std::map<std::string, Output*> pictures, const Console& console)
     : options_(options),
+      console_(console),
       states_(std::move(states)),
       live_(live),
       solver_(solver),
@@ -116,6 +117,10 @@ void Session::turn() {
   play();
   if (take_frame()) {
     window_.show(states_->now(), states_->number());
+    needs_render_ = true;
+  }
+  if (solver_ && solver_->has_ended() && !std::exchange(knows_end_, true)) {
+    window_.body().hide_hand();
     needs_render_ = true;
   }
   follow_script();
@@ -213,6 +218,9 @@ void Session::obey(const ScriptLine& line) {
     window_.render();
     pressed_at_ = window_.pixel_of(point);
     window_.mouse(vtkCommand::LeftButtonPressEvent, pressed_at_[0], pressed_at_[1]);
+    if (solver_ && !hand_)
+      console_.warning(fmt::format("{}:{}: point {} is hidden or outside of the window: the view is turned",
+                                   options_.script, line.number, line.words[1]));
   } else if (verb == "drag") {
     window_.mouse(vtkCommand::MouseMoveEvent, pressed_at_[0] + number(1), pressed_at_[1] + number(2));
     send_hand();

@@ -28,7 +28,8 @@ public:
   /// @param script    without what the solver carries out
   /// @param pictures  that a script takes, by name
   Session(const ViewOptions& options, std::unique_ptr<States> states, LiveStates* live, Solver* solver,
-          const hexmesh::IntensityVolume* scan, std::deque<ScriptLine> script, std::map<std::string, Output*> pictures);
+          const hexmesh::IntensityVolume* scan, std::deque<ScriptLine> script, std::map<std::string, Output*> pictures,
+          const Console& console);
 
   /// Until the window is closed, the solver ends while a script runs, or a signal asks for it.
   void run();
@@ -56,6 +57,7 @@ private:
   void count_pictures();
 
   const ViewOptions& options_;
+  const Console& console_;
   std::unique_ptr<States> states_;
   LiveStates* live_;
   Solver* solver_;
@@ -71,7 +73,7 @@ private:
   };
   std::optional<Hand> hand_;         ///< moved since it was sent
   std::array<int, 2> pressed_at_{};  ///< by a script [pixels]
-  bool is_paused_ = false, plays_ = false, ends_ = false, needs_render_ = false;
+  bool is_paused_ = false, plays_ = false, ends_ = false, needs_render_ = false, knows_end_ = false;
   Clock::time_point began_ = Clock::now(), counted_since_ = began_, last_step_ = began_;
   std::size_t counted_from_ = 0;
   double pictures_per_second_ = 0;

@@ -60,14 +60,17 @@ public:
     const auto hit = window->actions_.grab && !turns ? window->body_->pick(x, y) : std::nullopt;
     if (!hit) return vtkInteractorStyleTrackballCamera::OnLeftButtonDown();
     held_ = hit->point;
-    depth_ = on_screen(*window->renderer_, hit->place)[2];
+    under_mouse_ = hit->place;
     from_hit_ = window->body_->place(*held_) - hit->place;
     OnMouseMove();
   }
   void OnMouseMove() override {
     const auto [x, y] = at();
     if (!held_) return vtkInteractorStyleTrackballCamera::OnMouseMove();
-    const Vec3 hand = from_hit_ + from_screen(*window->renderer_, {double(x), double(y), depth_});
+    // As far from the camera as it was: what a depth means changes with what there is to draw.
+    const double depth = on_screen(*window->renderer_, under_mouse_)[2];
+    under_mouse_ = from_screen(*window->renderer_, {double(x), double(y), depth});
+    const Vec3 hand = from_hit_ + under_mouse_;
     window->actions_.grab(*held_, hand);
     window->body_->show_hand(*held_, hand);
   }
@@ -115,7 +118,7 @@ private:
   }
 
   std::optional<std::size_t> held_;
-  double depth_ = 0;
+  Vec3 under_mouse_ = Vec3::Zero();  ///< of what is held [mm]
   Vec3 from_hit_ = Vec3::Zero();
 };
 

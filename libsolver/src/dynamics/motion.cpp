@@ -72,8 +72,8 @@ void Motion::explain(std::vector<Effect>& effects) const {
   if (integrator_->problem().grabs())
     effects.push_back(
         {EffectKind::grab, name_of(EffectKind::grab), true, "points of the surface were held from outside"});
-  if (!integrator_->finds_rotation()) return;
-  const std::optional<double> since = integrator_->rotates_since();
+  if (!integrator_->rotations().finds()) return;
+  const std::optional<double> since = integrator_->rotations().since();
   for (Effect& e : effects)
     if (e.kind == EffectKind::rotation) {
       e.active = since.has_value();
@@ -154,6 +154,11 @@ void report_motion(const Motion& motion, const Dynamics& settings, bool ends, co
   if (counts.let_go > 0)
     report.warnings.push_back(
         fmt::format("grabbed points were let go {} times: no step could be solved with them", counts.let_go));
+  if (counts.held > 0)
+    report.warnings.push_back(fmt::format(
+        "up to {} cells were nearly inside out and kept their rotation over a step, without which it had no "
+        "solution: there the motion has no meaning",
+        counts.held));
   report.load_fraction = std::min(1.0, motion.time() / settings.duration);
   report.relative_residual = counts.relative_residual;
 }

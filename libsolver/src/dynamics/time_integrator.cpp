@@ -31,8 +31,6 @@ constexpr int most_newton_iterations = 25;
 /// Of the linear equations of one step, all its parts together, where they are solved to the tolerance. Steps take some
 /// hundred; what takes so many more has stiffnesses that the solver cannot bear.
 constexpr std::int64_t most_cycles = 20'000, most_plain_iterations = 50'000;
-/// With solve.strain = "auto" cells rotate from where one of them would take so much of its rotation for strain.
-constexpr double allowed_strain_of_rotations = 2.5e-4;
 
 /// In the words of a motion.
 const char* reason_of_substep(NewtonEnd end) {
@@ -74,7 +72,7 @@ TimeIntegrator::TimeIntegrator(const hexmesh::Lattice& lattice, const Scene& sce
   const Mesh& mesh = problem_.mesh();
   rounding_of_places_ =
       10 * std::numeric_limits<double>::epsilon() * (mesh.position(0) - mesh.position(mesh.num_nodes() - 1)).norm();
-  if (scene.finds_strain) straight_ = dynamic_cast<CorotationalCells*>(&problem_.elastic());
+  rotations_.emplace(problem_.elastic(), scene.finds_strain);
   equations_.emplace(problem_, settings_);
   newton_.emplace(*equations_, newton_options());
   accept_ = [this](const NodeVector& /*end*/, const NodeVector& projected) { return accept(projected); };
@@ -112,7 +110,7 @@ void TimeIntegrator::set_state(const NodeVector& u, const NodeVector& v) {
   u_ = u;
   v_ = v;
   problem_.set_progress(progress());
-  if (have_cells_to_rotate(u_)) let_cells_rotate();
+  if (rotations_->have_to_begin(u_)) rotations_->begin(time());
   difference_.forget();
   lost_ = 0;
   difference_.begin_euler(settings_.step);
@@ -163,6 +161,7 @@ bool TimeIntegrator::step() {
   int done = 0, substep = most_substeps;
   while (done < most_substeps) {
     if (!take_substep(settings_.step * substep / most_substeps)) {
+      if (end_.allFinite() && hold_rotations(end_)) continue;
       if (substep == smallest_substep() || counts_.linear > most_linear_) {
         if (!lets_go()) return false;
         most_linear_ = counts_.linear + most;
@@ -171,6 +170,7 @@ bool TimeIntegrator::step() {
       substep /= 2;
       continue;
     }
+    if (rotations_->num_held() > 0) hold_rotations(u_);  // as the state that was reached asks
     done += substep;
     ticks_ += substep;
     while (substep < most_substeps && done % (2 * substep) == 0 && done + 2 * substep <= most_substeps) substep *= 2;
@@ -210,22 +210,23 @@ const std::string* TimeIntegrator::ball_inside() const {
   return nullptr;
 }
 
-bool TimeIntegrator::have_cells_to_rotate(const NodeVector& u) const {
-  return straight_ && straight_->strain_of_rotations(u) > allowed_strain_of_rotations;
-}
-
-/// For good.
-void TimeIntegrator::let_cells_rotate() {
-  straight_->set_rotating({});
-  straight_ = nullptr;
-  rotates_since_ = time();
+/// What a step could not be solved for, or the state that was reached, says which cells keep their rotations.
+/// @returns whether more do than before
+bool TimeIntegrator::hold_rotations(const NodeVector& tried) {
+  const std::size_t before = rotations_->num_held();
+  const bool are_more = rotations_->hold(u_, tried);
+  if (rotations_->num_held() == 0 && before == 0) return false;
+  counts_.held = std::max(counts_.held, rotations_->num_held());
+  energies_.strain = problem_.strain_energy(u_);
   equations_->forget_preconditioner();
+  return are_more;
 }
 
 /// The forces and the energy of cells that begin to rotate are others, if by little before they have to. What they gain
 /// is taken from the motion.
-void TimeIntegrator::let_cells_of_motion_rotate() {
-  let_cells_rotate();
+void TimeIntegrator::begin_to_rotate() {
+  rotations_->begin(time());
+  equations_->forget_preconditioner();
   const double before = energies_.strain;
   energies_.strain = problem_.strain_energy(u_);
   const double gain = energies_.strain - before;
@@ -300,10 +301,10 @@ bool TimeIntegrator::fail(NewtonEnd end) { return fail(*reason_ == 0 ? reason_of
 
 bool TimeIntegrator::try_substep(double h, Form form) {
   const Progress now = progress(), then = progress(h);
+  end_ = u_;
   for (const PenaltyContact* c : problem_.contacts())
     if (!is_smallest(h) && c->goes_too_far(now, then)) return fail("an obstacle would go through the surface");
   reason_ = "";
-  end_ = u_;
   if (form == Form::start_of_bdf2) {
     const double part = BackwardDifference::first_stage(h);
     problem_.set_progress(progress(part));
@@ -334,8 +335,8 @@ bool TimeIntegrator::try_substep(double h, Form form) {
     counts_.largest_residual = std::max(counts_.largest_residual, counts_.relative_residual);
     return true;
   }
-  if (have_cells_to_rotate(end_)) {
-    let_cells_of_motion_rotate();
+  if (rotations_->have_to_begin(end_)) {
+    begin_to_rotate();
     return take_substep(h);
   }
   if (form == Form::euler && !is_to_tolerance() && is_smallest(h)) return slow_down();
@@ -344,7 +345,7 @@ bool TimeIntegrator::try_substep(double h, Form form) {
 
 /// Take end_ for the state at the end of the substep, unless it holds more energy than it had and was given.
 bool TimeIntegrator::accept(const NodeVector& projected) {
-  if (have_cells_to_rotate(end_)) return fail("cells have to rotate");
+  if (rotations_->have_to_begin(end_)) return fail("cells have to rotate");
   velocity_ = (end_ - difference_.u(u_)) / difference_.length();
   const Energies now = energies_of(problem_, *inertia_, end_, velocity_);
   if (!std::isfinite(now.total())) return fail("points of the body would turn inside out");

@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "dynamics/backward_difference.h"
+#include "dynamics/cell_rotations.h"
 #include "dynamics/step_equations.h"
 #include "dynamics/table_corners.h"
 #include "hexsolver/dynamics/motion.h"
 #include "level/on_level.h"
 #include "newton/newton.h"
-#include "terms/corotational.h"
 #include "terms/inertia.h"
 #include "terms/stiffness_damping.h"
 
@@ -53,10 +53,8 @@ public:
   const Scene& scene() const noexcept { return scene_; }
   const hexmesh::Lattice& lattice() const noexcept { return lattice_; }
   std::size_t preconditioner_bytes() const { return equations_->preconditioner_bytes(); }
-  /// Whether cells are straight until one has to rotate, and when they began [s].
-  bool finds_rotation() const { return scene_.finds_strain && (straight_ || rotates_since_); }
-  std::optional<double> rotates_since() const { return rotates_since_; }
-  const std::string* ball_inside() const;           ///< see Motion
+  const CellRotations& rotations() const { return *rotations_; }
+  const std::string* ball_inside() const;  ///< see Motion
 
 private:
   struct Work {
@@ -80,9 +78,8 @@ private:
   bool accept(const NodeVector& projected);
   bool slow_down();
   Work work_of_supports(const NodeVector& projected) const;
-  bool have_cells_to_rotate(const NodeVector& u) const;
-  void let_cells_rotate();
-  void let_cells_of_motion_rotate();
+  bool hold_rotations(const NodeVector& tried);
+  void begin_to_rotate();
 
   const hexmesh::Lattice& lattice_;
   const Scene scene_;
@@ -91,8 +88,7 @@ private:
   std::optional<const OnLevel> on_level_;  ///< of graded cells
   Inertia* inertia_ = nullptr;             ///< in the potential
   StiffnessDamping* damping_ = nullptr;    ///< likewise
-  CorotationalCells* straight_ = nullptr;  ///< likewise, while no cell rotates but may have to
-  std::optional<double> rotates_since_;    ///< [s], of cells that were straight before
+  std::optional<CellRotations> rotations_;
   std::optional<StepEquations> equations_;
   std::optional<Newton<NodeVector>> newton_;
   Newton<NodeVector>::Accept accept_;

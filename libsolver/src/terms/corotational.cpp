@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "terms/corotational.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
@@ -72,13 +73,17 @@ std::optional<CellVector> CorotationalCells::force_on_lattice(std::size_t cell, 
   return force(frame, mean_gradient);
 }
 
+double CorotationalCells::energy_in(const CorotationalFrame& f, std::size_t cell) const {
+  return 0.5 * (f.y - unstressed(cell)).dot(f.f);
+}
+
 double CorotationalCells::cell_energy(std::size_t cell, const NodeVector& u) const {
-  if (!rotates(cell)) {
+  if (is_straight(cell)) {
     const CellVector v = moved(cell, u);
     return 0.5 * v.dot(times(model(cell).stiffness, v));
   }
-  const CorotationalFrame f = frame(cell, u);
-  return 0.5 * (f.y - unstressed(cell)).dot(f.f);
+  const CorotationalFrame f = rotates(cell) ? frame(cell, u) : unrotated_frame(cell, u, kept_rotation(cell));
+  return energy_in(f, cell);
 }
 
 double CorotationalCells::energy(const NodeVector& u) const {
@@ -97,10 +102,39 @@ double CorotationalCells::energy(const NodeVector& u) const {
   return sum_of_energies();
 }
 
-CorotationalFrame CorotationalCells::unrotated_frame(std::size_t cell, const NodeVector& u) const {
-  const CellVector v = moved(cell, u);
-  const Mat3 one = Mat3::Identity(), none = Mat3::Zero();
-  return {one, one, none, none, unstressed(cell) + v, times(model(cell).stiffness, v), Vec3::Zero()};
+Mat3 CorotationalCells::kept_rotation(std::size_t cell) const {
+  const auto held = held_.find(cell);
+  return held == held_.end() ? Mat3(Mat3::Identity()) : held->second;
+}
+
+CorotationalFrame CorotationalCells::unrotated_frame(std::size_t cell, const NodeVector& u, const Mat3& r) const {
+  const Mat3 none = Mat3::Zero();
+  const CellVector at_rest = unstressed(cell), v = moved(cell, u);
+  // R^T (x - X) + (R^T - 1) X, the second 0 of straight cells
+  const CellVector strained = rotate(r.transpose(), v) + (rotate(r.transpose(), at_rest) - at_rest);
+  return {r, Mat3::Identity(), none, none, at_rest + strained, times(model(cell).stiffness, strained), Vec3::Zero()};
+}
+
+std::size_t CorotationalCells::hold_rotations(const NodeVector& u, const NodeVector& tried, double least) {
+  const auto is_below = [&](const Polar& polar) {
+    const Vec3 s = Eigen::SelfAdjointEigenSolver<Mat3>(polar.stretch, Eigen::EigenvaluesOnly).eigenvalues();
+    return s[0] + s[1] < least;
+  };
+  std::vector<bool> rotating;
+  std::map<std::size_t, Mat3> held;
+  for (std::size_t c = 0; c < mesh_.num_cells(); ++c) {
+    const Polar polar = polar_decomposition(mean_elastic_gradient(c, u));
+    const auto before = held_.find(c);
+    if (before != held_.end() && energy_in(unrotated_frame(c, u, polar.rotation), c) > cell_energy(c, u))
+      held.insert(*before);
+    else if (is_below(polar) || is_below(polar_decomposition(mean_elastic_gradient(c, tried))))
+      held.emplace(c, polar.rotation);
+  }
+  if (!held.empty()) rotating.assign(mesh_.num_cells(), true);
+  for (const auto& [cell, rotation] : held) rotating[cell] = false;
+  set_rotating(std::move(rotating));
+  held_ = std::move(held);
+  return held_.size();
 }
 
 double CorotationalCells::strain_of_rotations(const NodeVector& u) const {
@@ -116,7 +150,7 @@ double CorotationalCells::strain_of_rotations(const NodeVector& u) const {
 /// J. T and S have the same axes. A cell that does not rotate has T by sym F, whose part that turns is left out.
 Mat3 CorotationalCells::stress(std::size_t cell, const NodeVector& u) const {
   const Mat3 f = mean_elastic_gradient(cell, u);
-  if (!rotates(cell)) {
+  if (is_straight(cell)) {
     const Mat3 kirchhoff = hooke_stress(model(cell), (f + f.transpose()) / 2 - Mat3::Identity()) * f.transpose();
     return cauchy_stress((kirchhoff + kirchhoff.transpose()) / 2, f.determinant());
   }
@@ -141,13 +175,14 @@ void CorotationalCells::add_gradient(const NodeVector& u, NodeVector& gradient, 
     return;
   }
   mesh_.for_each_cell([&](std::size_t c) {
-    if (!rotates(c)) {
+    if (is_straight(c)) {
       const CellVector linear = times(model(c).stiffness, moved(c, u));
       mesh_.scatter_add(c, linear, gradient);
       mesh_.scatter_add(c, linear.cwiseAbs(), magnitude);
       return;
     }
-    const CellVector force = this->force(frame(c, u), model(c).mean_gradient);
+    const CellVector force =
+        this->force(rotates(c) ? frame(c, u) : unrotated_frame(c, u, kept_rotation(c)), model(c).mean_gradient);
     mesh_.scatter_add(c, force, gradient);
     mesh_.scatter_add(c, force.cwiseAbs(), magnitude);
   });
@@ -204,7 +239,7 @@ void CorotationalCells::project() {
 }
 
 CorotationalFrame CorotationalCells::frame_of_state(std::size_t cell) const {
-  if (!rotates(cell)) return unrotated_frame(cell, state_);
+  if (!rotates(cell)) return unrotated_frame(cell, state_, kept_rotation(cell));
   CorotationalFrame f = frame(cell, state_);
   if (is_stressed_) f.a = stress_matrix(f);
   return f;
@@ -313,17 +348,17 @@ std::size_t CorotationalCells::bytes() const {
 }
 
 void CorotationalCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const {
-  hexsolver::add_diagonal(rotates(cell) ? kept_frame(cell).r : Mat3(Mat3::Identity()), model(cell).stiffness, blocks);
+  hexsolver::add_diagonal(rotates(cell) ? kept_frame(cell).r : kept_rotation(cell), model(cell).stiffness, blocks);
 }
 
 /// b . Q v = b . R^T v: the part of Q from the change of R has no trace.
 Dilatation CorotationalCells::dilatation(std::size_t cell) const {
-  return rotated_dilatation(cell, rotates(cell) ? kept_frame(cell).r : Mat3(Mat3::Identity()));
+  return rotated_dilatation(cell, rotates(cell) ? kept_frame(cell).r : kept_rotation(cell));
 }
 
 void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) const {
   const CellMatrix& k = model(cell).stiffness;
-  if (!rotates(cell)) {
+  if (is_straight(cell)) {
     hessian += k;
     return;
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -16,7 +17,8 @@ namespace hexsolver {
 /// Gradient and Hessian are exact, with R a function of x, so the forces of a cell have no net force and no net torque.
 /// The Hessian is Q^T K Q + E with E of rank 6, three of its eigenvalues negative or zero; projected keeps E's positive
 /// part. Derivation: THEORY.md, "Co-rotational cells". Source of W with R held: Nesme, Faure, Payan 2010.
-/// Cells that do not rotate, if so chosen, keep R = 1 and cost what Cauchy's do.
+/// Cells that do not rotate, if so chosen, keep R = 1 and cost what Cauchy's do. Where F is flat or turns inside out, R
+/// may have no derivative; there a cell can keep an R, and has the W and the forces of that.
 class CorotationalCells final : public ElasticCells {
 public:
   /// @param rotating      which cells rotate; empty = all
@@ -33,8 +35,14 @@ public:
   double strain_of_rotations(const NodeVector& u) const;
   void set_rotating(std::vector<bool> rotating) {
     rotating_ = std::move(rotating);
+    held_.clear();
     forget_state();
   }
+  /// Cells keep the R that they have at u where a sum of two of F's singular values, the least negative where F is
+  /// inverted, is below `least` there or at `tried`, and where they kept an R in which they hold less; all others
+  /// rotate.
+  /// @returns how many keep theirs
+  std::size_t hold_rotations(const NodeVector& u, const NodeVector& tried, double least);
 
   bool set_rest(const NodeVector& to_rest) override;
   double energy(const NodeVector& u) const override;
@@ -49,7 +57,9 @@ public:
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   void add_diagonal(std::size_t cell, NodeBlocks& blocks) const override;  ///< that of R K R^T
   Dilatation dilatation(std::size_t cell) const override;
-  std::int32_t shared_hessian(std::size_t cell) const override { return rotates(cell) ? own_hessian : elements_[cell]; }
+  std::int32_t shared_hessian(std::size_t cell) const override {
+    return is_straight(cell) ? elements_[cell] : own_hessian;
+  }
   std::size_t bytes() const override;
 
 private:
@@ -65,6 +75,8 @@ private:
   }
   void project();
   bool rotates(std::size_t cell) const { return rotating_.empty() || rotating_[cell]; }
+  bool is_straight(std::size_t cell) const { return !rotates(cell) && !held_.contains(cell); }  ///< R = 1
+  Mat3 kept_rotation(std::size_t cell) const;  ///< of a cell that does not rotate
   bool rotates_somewhere(std::size_t batch) const;
   /// Of a cell whose corners, at rest at `rest`, are displaced by `moved`, before its forces are known.
   static CorotationalFrame place(const NodeGradients& mean_gradient, const CellVector& rest, const CellVector& moved);
@@ -74,9 +86,10 @@ private:
   std::optional<CellVector> force_on_lattice(std::size_t cell, const CellVector& to_unstressed) const override;
   Reshaping reshaping() const override { return Reshaping::stiffness; }
   RestOfLanes rest_of_batch(std::size_t batch) const;
-  CorotationalFrame unrotated_frame(std::size_t cell,
-                                    const NodeVector& u) const;  ///< of a cell that does not rotate, R = 1 and M^-1 = 0
-  CorotationalFrame kept_frame(std::size_t cell) const;          ///< at the state, without s
+  /// Of a cell that does not rotate but has R = r, M^-1 = 0.
+  CorotationalFrame unrotated_frame(std::size_t cell, const NodeVector& u, const Mat3& r) const;
+  double energy_in(const CorotationalFrame& frame, std::size_t cell) const;  ///< [N mm]
+  CorotationalFrame kept_frame(std::size_t cell) const;                      ///< at the state, without s
   CorotationalFrame frame_of_state(std::size_t cell) const;
   void rotate_batch(std::size_t batch, RotatedCells<double>& cells) const;
   void keep_single_frames() const;
@@ -95,6 +108,7 @@ private:
   void add_product_of(const Vector& x, Vector& y) const;
 
   std::vector<bool> rotating_;
+  std::map<std::size_t, Mat3> held_;  ///< R of cells that keep one
   NodeVector state_;         ///< of the last move_to() or linearize(): energy and forces there follow from its frames
   NodeVector moved_;         ///< from rest, at the state, where that is not on the lattice
   bool is_stressed_ = true;  ///< frames have A

@@ -176,6 +176,55 @@ TEST(Elastic, WhatIsKeptIsThatOfTheState) {
   }
 }
 
+TEST(Elastic, CellsThatKeepARotationHaveItsEnergyAndItsForces) {
+  // Cells half of which are turned inside out: two singular values of these sum to nothing.
+  const Lattice lattice = bitten_ball({1, 1, 1});
+  const Body body(lattice, 1, Elasticity::corotational);
+  CorotationalCells cells(*body.elastic);
+  const double middle = (body.mesh.position(0)[0] + body.mesh.position(body.mesh.num_nodes() - 1)[0]) / 2;
+  NodeVector u = sample(body.mesh, [&](const Vec3& p) {
+    return p[0] > middle ? Vec3(0.5 * p[0], -0.3 * p[1], -1.7 * p[2]) : Vec3(0.1 * p[1], 0, 0);
+  });
+  u += noise(body.mesh.num_dofs(), 1e-3, 5);
+  const double before = cells.energy(u);
+  const std::size_t held = cells.hold_rotations(u, u, 0.25);
+  EXPECT_GT(held, 0U);
+  EXPECT_LT(held, body.mesh.num_cells());
+  EXPECT_NEAR(cells.energy(u), before, 1e-12 * before) << "of the state that they are held at";
+
+  const NodeVector direction = noise(body.mesh.num_dofs(), 1, 9);
+  const auto gradient = [&](const NodeVector& at) {
+    NodeVector g = NodeVector::Zero(at.size()), sizes = g;
+    cells.add_gradient(at, g, sizes);
+    return g;
+  };
+  const NodeVector near = u + 1e-2 * direction;  // where the rotations of the cells held would be others
+  const double h = 1e-6;
+  const double slope = (cells.energy(near + h * direction) - cells.energy(near - h * direction)) / (2 * h);
+  EXPECT_NEAR(gradient(near).dot(direction), slope, 1e-7 * std::abs(slope));
+  for (const bool at_state : {false, true}) {
+    if (at_state) cells.move_to(near);
+    EXPECT_NEAR(gradient(near).dot(direction), slope, 1e-7 * std::abs(slope)) << at_state;
+  }
+  const NodeVector change = (gradient(near + h * direction) - gradient(near - h * direction)) / (2 * h);
+  NodeVector product = NodeVector::Zero(u.size()), by_cells = product;
+  cells.linearize(near, Hessian::exact);
+  cells.add_product(direction, product);
+  EXPECT_LT((product - change).norm(), 1e-6 * change.norm());
+  for (std::size_t c = 0; c < body.mesh.num_cells(); ++c) {
+    CellMatrix hessian = CellMatrix::Zero();
+    cells.add_cell_hessian(c, hessian);
+    body.mesh.scatter_add(c, hessian * body.mesh.gather(c, direction), by_cells);
+    EXPECT_EQ(cells.shared_hessian(c), Term::own_hessian);
+  }
+  EXPECT_LT((by_cells - product).norm(), 1e-12 * product.norm());
+
+  EXPECT_EQ(cells.hold_rotations(NodeVector::Zero(u.size()), NodeVector::Zero(u.size()), 0.25), 0U);
+  NodeVector rotating = NodeVector::Zero(u.size()), sizes = rotating;
+  CorotationalCells(*body.elastic).add_gradient(near, rotating, sizes);
+  EXPECT_EQ(gradient(near), rotating);
+}
+
 TEST(Elastic, BothHessiansAgreeWithCauchyAtRest) {
   const Lattice lattice = bitten_ball({1, 1, 1});
   Body linear(lattice, 1, Elasticity::cauchy), rotated(lattice, 1, Elasticity::corotational);

@@ -76,11 +76,12 @@ public:
   void let_go(std::optional<std::size_t> point = {});  ///< nothing: of all
 
   struct Counts {
-    int steps = 0;     ///< of the size asked
-    int substeps = 0;  ///< solved, at least one per step
-    int failed = 0;    ///< not accepted
-    int slowed = 0;    ///< of the substeps solved
-    int let_go = 0;    ///< how often what hands asked could not be solved
+    int steps = 0;         ///< of the size asked
+    int substeps = 0;      ///< solved, at least one per step
+    int failed = 0;        ///< not accepted
+    int slowed = 0;        ///< of the substeps solved
+    int let_go = 0;        ///< how often what hands asked could not be solved
+    std::size_t held = 0;  ///< cells at most that kept their rotation over a step
     int newton = 0, linear = 0;
     int preconditioners = 0;       ///< made
     double relative_residual = 0;  ///< of the last substep
@@ -91,7 +92,7 @@ public:
 
   std::vector<ContactReport> contacts() const;  ///< of each obstacle, without moments
   const std::string* ball_inside() const;       ///< name of an obstacle that has gone through the surface, or null
-  /// With strain = "auto": how many cells rotate; of a body that hands held: that they did.
+  /// With strain = "auto": since when cells rotate; of a body that hands held: that they did.
   void explain(std::vector<Effect>& effects) const;
 
   /// Warnings of conditions that are incompatible at any time, and of obstacles that overlap the body and
