@@ -38,10 +38,10 @@ typename Image::Pointer make_itk_image(const Grid& grid) {
   return image;
 }
 
-/// Write an image (compressed) as what its name ends in: NIfTI, MetaImage or else NRRD.
-/// @throws Error{output}
+/// Write an image as what its name ends in: NIfTI, MetaImage or else NRRD.
+/// @param compresses  names in .gz do anyway. @throws Error{output}
 template <class Image>
-void write_itk_image(Image& image, const std::filesystem::path& path) {
+void write_itk_image(Image& image, const std::filesystem::path& path, bool compresses = true) {
   const std::string name = path.string();
   itk::ImageIOBase::Pointer io = itk::NrrdImageIO::New();
   if (name.ends_with(".nii") || name.ends_with(".nii.gz")) io = itk::NiftiImageIO::New();
@@ -51,7 +51,7 @@ void write_itk_image(Image& image, const std::filesystem::path& path) {
     writer->SetImageIO(io);
     writer->SetFileName(name);
     writer->SetInput(&image);
-    writer->SetUseCompression(true);
+    writer->SetUseCompression(compresses);
     writer->Update();
     if (dynamic_cast<itk::NrrdImageIO*>(io.GetPointer())) return;
     // The other two do not notice a full disk, neither when they write nor when they read.

@@ -12,16 +12,26 @@
 namespace hexmesh {
 namespace {
 
-/// Where what is at a voxel of `grid` was: in the body by its exact field, around it by the warp's; nothing where the
-/// warp folds so that the body would be seen a second time.
-std::optional<Vec3> rest_of(const Result& result, const Solid& solid, const Grid& grid, std::size_t n,
-                            const DisplacementField& exact, const DisplacementField& to_rest) {
-  const Index3 v = grid.index(n);
-  const Vec3 x = grid.center(v);
-  if (const Vec3 step = exact.values[n].cast<double>(); !std::isnan(step[0])) return x + step;
-  const Vec3 rest = x + to_rest.at(x);
-  if (solid.at(nearest_voxel(result.voxels.continuous_index(rest)))) return std::nullopt;
-  return rest;
+/// Calls f(voxel's offset, where what is at it was) of each voxel of `grid`, several at once: in the body by its exact
+/// field, around it by the warp's; nothing where the warp folds so that the body would be seen a second time.
+template <class F>
+void for_each_voxel_to_rest(const Result& result, const Grid& grid, const DisplacementField& to_rest, F&& f) {
+  const Solid solid(result);
+  for_each_slab_to_rest(result, grid, 0, [&](const FieldSlab& slab) {
+    for_each_row(slab, [&](const Index3& first, const Eigen::Vector3f* exact) {
+      Index3 v = first;
+      for (std::size_t n = grid.offset(first); v[0] < first[0] + slab.extent[0]; ++v[0], ++n, ++exact) {
+        const Vec3 x = grid.center(v);
+        if (const Vec3 step = exact->cast<double>(); !std::isnan(step[0])) {
+          f(n, std::optional<Vec3>(x + step));
+          continue;
+        }
+        const Vec3 rest = x + to_rest.at(x);
+        const bool is_second = solid.at(nearest_voxel(result.voxels.continuous_index(rest)));
+        f(n, is_second ? std::nullopt : std::optional<Vec3>(rest));
+      }
+    });
+  });
 }
 
 }  // namespace
@@ -34,14 +44,10 @@ IntensityVolume deform(const Result& result, const IntensityVolume& scan, const 
   for (const float value : scan.values)
     if (std::isfinite(value)) lowest = std::min(lowest, value);
   if (!std::isfinite(lowest)) lowest = 0;
-  const DisplacementField exact = displacement_to_rest(result, grid);
-  const Solid solid(result);
-#pragma omp parallel for schedule(dynamic, 4096)
-  for (std::size_t n = 0; n < out.values.size(); ++n) {
-    const std::optional<Vec3> rest = rest_of(result, solid, grid, n, exact, to_rest);
+  for_each_voxel_to_rest(result, grid, to_rest, [&](std::size_t n, const std::optional<Vec3>& rest) {
     const double value = rest ? value_at(scan, *rest) : std::numeric_limits<double>::quiet_NaN();
     out.values[n] = std::isfinite(value) ? static_cast<float>(value) : lowest;
-  }
+  });
   return out;
 }
 
@@ -49,12 +55,9 @@ LabelVolume deformed_labels(const Result& result, const DisplacementField& to_re
   expect_memory(grid.num_voxels() * sizeof(std::uint16_t), "the deformed segmentation");
   LabelVolume out{grid, std::vector<std::uint16_t>(grid.num_voxels()), {}};
   for (const LatticeSegment& s : result.segments) out.segments.push_back(s.segment);
-  const DisplacementField exact = displacement_to_rest(result, grid);
-  const Solid solid(result);
-#pragma omp parallel for schedule(dynamic, 4096)
-  for (std::size_t n = 0; n < out.labels.size(); ++n)
-    if (const std::optional<Vec3> rest = rest_of(result, solid, grid, n, exact, to_rest))
-      out.labels[n] = label_at(result.voxels, result.labels, *rest);
+  for_each_voxel_to_rest(result, grid, to_rest, [&](std::size_t n, const std::optional<Vec3>& rest) {
+    if (rest) out.labels[n] = label_at(result.voxels, result.labels, *rest);
+  });
   return out;
 }
 

@@ -13,6 +13,8 @@
 namespace hexmesh {
 namespace {
 
+const Eigen::Vector3f unknown = Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
+
 /// A cell's node positions and their inverse trilinear map.
 struct DeformedCell {
   Eigen::Matrix<double, 3, 8> corners;
@@ -63,13 +65,15 @@ public:
     }
   }
 
-  /// Set those values of the layers [first, last] along axis d that have
-  /// material, by cells in their order.
-  void sample(int d, std::int32_t first, std::int32_t last, std::vector<Eigen::Vector3f>& values) const {
-    Index3 slab = grid_.extent(), v;
-    slab[d] = last - first + 1;
+  /// The layers [first, last] along axis d: values that have material, by cells in their order.
+  FieldSlab sample(int d, std::int32_t first, std::int32_t last) const {
+    FieldSlab slab{{0, 0, 0}, grid_.extent(), {}};
+    slab.first[d] = first;
+    slab.extent[d] = last - first + 1;
+    slab.values.assign(count_in(slab.extent), unknown);
+    Index3 v;
     // In voxels, of what the values are from the material.
-    std::vector<float> distances(count_in(slab), std::numeric_limits<float>::infinity());
+    std::vector<float> distances(slab.values.size(), std::numeric_limits<float>::infinity());
     for (std::size_t c = 0; c < result_.cells.size(); ++c) {
       IndexBox b = boxes_[c];
       b.first[d] = std::max(b.first[d], first);
@@ -81,7 +85,8 @@ public:
           for (v[0] = b.first[0]; v[0] <= b.last[0]; ++v[0]) {
             Index3 local = v;
             local[d] -= first;
-            float& nearest = distances[offset_in(slab, local)];
+            const std::size_t n = offset_in(slab.extent, local);
+            float& nearest = distances[n];
             if (nearest == 0) continue;
             const Vec3 x = grid_.center(v);
             const std::optional<Vec3> s = cell.locate(x, margins_[c]);
@@ -91,9 +96,10 @@ public:
                 static_cast<float>(std::max({solid_.distance(index, reach_), beyond(*s), of_another(c, index)}));
             if (!(distance < nearest)) continue;
             nearest = distance;
-            values[grid_.offset(v)] = (result_.voxels.position(index) - x).cast<float>();
+            slab.values[n] = (result_.voxels.position(index) - x).cast<float>();
           }
     }
+    return slab;
   }
 
 private:
@@ -159,8 +165,7 @@ private:
 
 DisplacementField unknown_on(const Grid& grid) {
   expect_memory(grid.num_voxels() * sizeof(Eigen::Vector3f), "a displacement field on the grid");
-  return {grid, std::vector<Eigen::Vector3f>(grid.num_voxels(),
-                                             Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()))};
+  return {grid, std::vector<Eigen::Vector3f>(grid.num_voxels(), unknown)};
 }
 
 }  // namespace
@@ -186,15 +191,24 @@ Vec3 DisplacementField::at(const Vec3& position) const {
   return sum;
 }
 
-DisplacementField displacement_to_rest(const Result& result, const Grid& grid, double reach) {
-  DisplacementField field = unknown_on(grid);
+void for_each_slab_to_rest(const Result& result, const Grid& grid, double reach,
+                           const std::function<void(const FieldSlab&)>& f) {
   const DeformedCells cells(result, grid, reach);
   const int axis = grid.extent()[2] >= grid.extent()[1] ? 2 : 1;
   const std::int32_t layers = grid.extent()[axis];
   constexpr std::int32_t slab = 8;
 #pragma omp parallel for schedule(dynamic, 1)
   for (std::int32_t first = 0; first < layers; first += slab)
-    cells.sample(axis, first, std::min(first + slab, layers) - 1, field.values);
+    f(cells.sample(axis, first, std::min(first + slab, layers) - 1));
+}
+
+DisplacementField displacement_to_rest(const Result& result, const Grid& grid, double reach) {
+  DisplacementField field = unknown_on(grid);
+  for_each_slab_to_rest(result, grid, reach, [&](const FieldSlab& slab) {
+    for_each_row(slab, [&](const Index3& v, const Eigen::Vector3f* row) {
+      std::copy_n(row, slab.extent[0], field.values.begin() + static_cast<std::ptrdiff_t>(grid.offset(v)));
+    });
+  });
   return field;
 }
 

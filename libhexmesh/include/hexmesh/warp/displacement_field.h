@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include "hexmesh/result/result.h"
@@ -21,6 +22,26 @@ struct DisplacementField {
 /// trilinear map of the deformed cell that holds x. Where the body overlaps itself one of the two is taken.
 /// @param reach  how far outside the material the nearest cell's map is continued, in voxels; 0 = material only
 DisplacementField displacement_to_rest(const Result& result, const Grid& grid, double reach = 0);
+
+/// The same on some layers of a grid.
+struct FieldSlab {
+  Index3 first, extent;                 ///< in the grid
+  std::vector<Eigen::Vector3f> values;  ///< shape (extent), i fastest
+};
+
+/// f(index in the grid of its first sample, its values) of each row along i.
+template <class F>
+void for_each_row(const FieldSlab& slab, F&& f) {
+  const Eigen::Vector3f* row = slab.values.data();
+  for (std::int32_t k = 0; k < slab.extent[2]; ++k)
+    for (std::int32_t j = 0; j < slab.extent[1]; ++j, row += slab.extent[0])
+      f(Index3{slab.first[0], slab.first[1] + j, slab.first[2] + k}, row);
+}
+
+/// Calls f with the slabs of displacement_to_rest(result, grid, reach), several at once, so that it never is in memory
+/// as a whole.
+void for_each_slab_to_rest(const Result& result, const Grid& grid, double reach,
+                           const std::function<void(const FieldSlab&)>& f);
 
 /// From the body at rest to the deformed body: at X, u(X) = H u(q), continued likewise.
 DisplacementField displacement_from_rest(const Result& result, const Grid& grid, double reach = 0);
