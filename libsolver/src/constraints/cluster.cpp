@@ -177,10 +177,11 @@ std::shared_ptr<const ConstraintCluster> make_cluster(const Mesh& mesh, const st
   directions.leftCols(cluster->kept.vectors.cols()) = cluster->kept.vectors;
   if (cluster->pressure_direction.size() > 0) directions.rightCols(1) = cluster->pressure_direction;
   if (2 * directions.cols() > directions.rows()) {
-    cluster->single.are_free = true;
+    cluster->span.is_of_free = true;
     directions = complement(directions);
   }
-  cluster->single.directions = directions.cast<float>();
+  cluster->span.doubles.set(directions);
+  cluster->span.floats.set(directions);
   return cluster;
 }
 

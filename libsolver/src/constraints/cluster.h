@@ -4,15 +4,12 @@
 #include <Eigen/SparseCore>
 #include <array>
 #include <memory>
-#include <type_traits>
 #include <vector>
 
 #include "constraints/constraints.h"
+#include "kernels/span_product.h"
 
 namespace hexsolver {
-
-template <class Scalar>
-using MatrixOf = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>;
 
 /// Directions with sigma >= cutoff sigma_max of rows of h: of the columns of h S^-1 where these are scaled, S the sizes
 /// of the cells around the nodes. Then nodes of small cells count as much as those of large ones.
@@ -52,32 +49,23 @@ struct ConstraintCluster {
     for (std::size_t n = 0; n < nodes.size(); ++n) out[n] = static_cast<double>(v[3 * Eigen::Index{nodes[n]} + axis]);
   }
 
-  /// For V-cycles, in single precision: the directions held, or those that are free where these are fewer.
+  /// The directions held, or those that are free where these are fewer: what a projection takes out, or leaves.
   struct {
-    Eigen::MatrixXf directions;
-    bool are_free = false;
-  } single;
+    Span<double> doubles;
+    Span<float> floats;
+    bool is_of_free = false;
+    const Span<double>& in(double) const { return doubles; }
+    const Span<float>& in(float) const { return floats; }
+  } span;
 
-  /// Take out of each column of v its part in the span of the directions held. Each direction is read once.
-  /// @param part  of the size of v, space to work in
+  /// Take out of each column of v, whose rows are filled up as the span's, its part along the directions held.
+  /// @param v, part  shape (span rows, columns); part is space to work in
   template <class Scalar>
-  void take_out_held(Eigen::Ref<MatrixOf<Scalar>> v, Eigen::Ref<MatrixOf<Scalar>> part) const {
-    const auto add_along = [&](const auto& direction) {
-      for (Eigen::Index column = 0; column < v.cols(); ++column)
-        part.col(column) += direction.dot(v.col(column)) * direction;
-    };
-    part.setZero();
-    if constexpr (std::is_same_v<Scalar, float>) {
-      for (Eigen::Index n = 0; n < single.directions.cols(); ++n) add_along(single.directions.col(n));
-      if (single.are_free) {
-        v = part;
-        return;
-      }
-    } else {
-      for (Eigen::Index n = 0; n < kept.vectors.cols(); ++n) add_along(kept.vectors.col(n));
-      if (pressure_direction.size() > 0) add_along(pressure_direction);
-    }
-    v -= part;
+  void take_out_held(int columns, Scalar* v, Scalar* part) const {
+    const Span<Scalar>& of = span.in(Scalar{});
+    part_in_span(of, columns, v, part);
+    for (std::size_t n = 0; n < of.rows * static_cast<std::size_t>(columns); ++n)
+      v[n] = span.is_of_free ? part[n] : v[n] - part[n];
   }
 
   /// d = the smallest that changes H u by `misfit`, scaled, in the directions held.

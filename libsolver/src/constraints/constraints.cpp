@@ -106,10 +106,10 @@ void Constraints::make_clusters(double cutoff) {
 struct Constraints::Work {
   VectorXd nodal, coefficients, misfit;
   MatrixXd held;  ///< of one cluster, where it is asked for
-  /// Of the nodes of each cluster, axes as columns: clusters are worked on at once.
+  /// Of the nodes of each cluster, one axis after the other: clusters are worked on at once.
   template <class Scalar>
   struct ByAxis {
-    MatrixOf<Scalar> nodal, held;
+    std::vector<Scalar> nodal, held;
   };
   std::vector<ByAxis<double>> doubles;
   std::vector<ByAxis<float>> floats;
@@ -132,19 +132,18 @@ Constraints::Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points)
     for (const auto& cluster : axis) {
       most_nodes = std::max(most_nodes, cluster->h.cols());
       most_points = std::max(most_points, cluster->h.rows());
-      num_entries += cluster->kept.vectors.size();
+      num_entries += static_cast<Index>(cluster->span.doubles.values.size());
     }
   work_->nodal.resize(most_nodes);
   for (const auto& axis : clusters_) {
     work_->doubles.resize(std::max(work_->doubles.size(), axis.size()));
+    work_->floats.resize(work_->doubles.size());
     for (std::size_t n = 0; n < axis.size(); ++n) {
-      MatrixXd& nodal = work_->doubles[n].nodal;
-      nodal.setZero(std::max(nodal.rows(), axis[n]->h.cols()), 3);
-      work_->doubles[n].held = nodal;
+      const std::size_t size = std::max(work_->doubles[n].nodal.size(), 3 * axis[n]->span.doubles.rows);
+      for (auto* numbers : {&work_->doubles[n].nodal, &work_->doubles[n].held}) numbers->resize(size);
+      for (auto* numbers : {&work_->floats[n].nodal, &work_->floats[n].held}) numbers->resize(size);
     }
   }
-  for (const auto& of_cluster : work_->doubles)
-    work_->floats.push_back({of_cluster.nodal.cast<float>(), of_cluster.held.cast<float>()});
   work_->coefficients.resize(most_nodes);
   are_worth_threads_ = num_entries >= worth_threads;
   work_->misfit.resize(most_points);
@@ -164,22 +163,23 @@ void Constraints::project_out(Vector& v) const {
     if (std::find(clusters_.begin(), clusters_.begin() + first, clusters_[first]) != clusters_.begin() + first)
       continue;
     std::array<int, 3> axes{};
-    Index count = 0;
+    int count = 0;
     for (std::size_t axis = first; axis < 3; ++axis)
       if (clusters_[axis] == clusters_[first]) axes[count++] = static_cast<int>(axis);
     const auto num_clusters = static_cast<std::ptrdiff_t>(clusters_[first].size());
 #pragma omp parallel for schedule(dynamic) if (are_worth_threads_)
     for (std::ptrdiff_t c = 0; c < num_clusters; ++c) {
       const auto& cluster = clusters_[first][c];
-      auto nodal = work[c].nodal.topLeftCorner(cluster->h.cols(), count);
-      auto held = work[c].held.topLeftCorner(cluster->h.cols(), count);
-      const auto for_each_entry = [&](auto&& f) {
-        for (std::size_t n = 0; n < cluster->nodes.size(); ++n)
-          for (Index a = 0; a < count; ++a) f(v[3 * Index{cluster->nodes[n]} + axes[a]], static_cast<Index>(n), a);
-      };
-      for_each_entry([&](Scalar value, Index n, Index a) { nodal(n, a) = value; });
-      cluster->template take_out_held<Scalar>(nodal, held);
-      for_each_entry([&](Scalar& value, Index n, Index a) { value = nodal(n, a); });
+      const std::vector<std::int32_t>& nodes = cluster->nodes;
+      const std::size_t rows = cluster->span.doubles.rows;
+      Scalar* nodal = work[c].nodal.data();
+      for (int a = 0; a < count; ++a) {
+        for (std::size_t n = 0; n < nodes.size(); ++n) nodal[a * rows + n] = v[3 * Index{nodes[n]} + axes[a]];
+        std::fill(nodal + a * rows + nodes.size(), nodal + (a + 1) * rows, Scalar(0));
+      }
+      cluster->take_out_held(count, nodal, work[c].held.data());
+      for (int a = 0; a < count; ++a)
+        for (std::size_t n = 0; n < nodes.size(); ++n) v[3 * Index{nodes[n]} + axes[a]] = nodal[a * rows + n];
     }
   }
 }

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "terms/cell_measures.h"
 
-#include <Eigen/SVD>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "core/parallel.h"
@@ -63,10 +64,14 @@ CellMeasures measure_cells(const ElasticCells& cells, const NodeVector& u,
     values->resize(count);
   parallel_for(count, [&](std::ptrdiff_t cell) {
     const auto c = static_cast<std::size_t>(cell);
-    const Mat3 f = cells.mean_gradient(c, u);
-    const Vec3 stretches = Eigen::JacobiSVD<Mat3>(cells.mean_elastic_gradient(c, u)).singularValues();
+    const Mat3 f = cells.mean_gradient(c, u), elastic = cells.mean_elastic_gradient(c, u);
+    const Polar polar = polar_decomposition(elastic);
+    Vec3 stretches =
+        Eigen::SelfAdjointEigenSolver<Mat3>(polar.stretch, Eigen::EigenvaluesOnly).eigenvalues().cwiseAbs();
+    std::sort(stretches.data(), stretches.data() + 3, std::greater<>());
     for (std::size_t d = 0; d < 3; ++d) out.principal_stretch[d][c] = stretches[d];
-    out.rotation_degrees[c] = rotation_angle(polar_decomposition(f).rotation) * 180 / std::numbers::pi;
+    const Mat3 rotation = f == elastic ? polar.rotation : polar_decomposition(f).rotation;
+    out.rotation_degrees[c] = rotation_angle(rotation) * 180 / std::numbers::pi;
     const Mat3 stress = cells.stress(c, u);
     out.pressure[c] = -stress.trace() / 3;
     out.von_mises_stress[c] = std::sqrt(1.5) * (stress + out.pressure[c] * Mat3::Identity()).norm();
