@@ -16,7 +16,7 @@ while [ $# -gt 0 ]; do
 done
 mkdir -p "$folder"
 cd "$folder"
-rm -f machine.json machine.1.json solver.{cauchy,corotational}.*.json solve.{coarse,size}.*.json callgrind.{cauchy,corotational,json}
+rm -f machine.json machine.1.json solver.{cauchy,corotational}.*.json solve.{coarse,auto,size}.*.json callgrind.{cauchy,corotational,json}
 
 tissue='*:young_kpa=100,poisson=0.3,density_kg_m3=1000'
 threads=$(nproc)
@@ -43,12 +43,12 @@ for level in 0 2; do
   done
 done
 
-# The experiment from a cold start to the written result: NAME LEVEL CASE [RUNS]
+# The experiment from a cold start to the written result: NAME LEVEL TOLERANCE CASE [RUNS]
 solve() {
   local run
-  for ((run = 0; run < ${4:-1}; ++run)); do
-    hexsolve -q "$1.hexmesh" "$1.toml" --level "$2" --set solve.tolerance=1e-6 -o "$1.hexresult" --force \
-      --report "solve.$3.$run.json"
+  for ((run = 0; run < ${5:-1}; ++run)); do
+    hexsolve -q "$1.hexmesh" "$1.toml" --level "$2" --set "solve.tolerance=$3" -o "$1.hexresult" --force \
+      --report "solve.$4.$run.json"
   done
   rm "$1.hexresult"
 }
@@ -56,7 +56,7 @@ solve() {
 echo "== coarse levels, one thread" >&2
 make_liver coarse 2.2
 for level in 3 2 1; do
-  OMP_NUM_THREADS=1 solve coarse $level "coarse.$level" 5
+  OMP_NUM_THREADS=1 solve coarse $level 1e-6 "coarse.$level" 5
 done
 
 sizes=("0.13M 2.67 3" "1.0M 1.34 1")
@@ -65,7 +65,8 @@ for size in "${sizes[@]}"; do
   read -r name spacing runs <<<"$size"
   echo "== $name unknowns" >&2
   make_liver "$name" "$spacing"
-  solve "$name" 0 "size.$name" "$runs"
+  solve "$name" 0 '"auto"' "auto.$name" "$runs"
+  solve "$name" 0 1e-6 "size.$name" "$runs"
   rm "$name.hexmesh"
 done
 

@@ -93,24 +93,23 @@ def coarse(folder, rows, one_thread):
         rows.add(group, "memory", runs[0]["peak_memory_mb"], "MB")
 
 
-def sizes(folder, rows, linear_product):
-    aims = {"0.13M": "2", "1.0M": "10", "4.1M": "45", "7.9M": "90"}
+def sizes(folder, rows, linear_product, case, tolerance, aims, products):
     first = None
     for name, aim in aims.items():
-        runs = runs_of(folder, f"size.{name}")
+        runs = runs_of(folder, f"{case}.{name}")
         if not runs:
             continue
         r = runs[0]
         dofs, cells = r["lattice"]["dofs"], r["lattice"]["cells"]
         seconds = median_of(runs, lambda r: r["seconds"]["total"])
-        group = f"40 mm pull to 1e-6, {dofs / 1e6:.2f} M unknowns"
+        group = f"40 mm pull to {tolerance}, {dofs / 1e6:.2f} M unknowns"
         rows.add(group, "unknowns", dofs, "")
         rows.add(group, "cells", cells, "")
         rows.add(group, "cold start to written result", seconds, "s", aim)
         for phase in ("read", "setup", "solve", "write"):
             rows.add(group, f"of that {phase}", median_of(runs, lambda r: r["seconds"][phase]), "s")
         product = linear_product * cells
-        rows.add(group, "equilibrium, in linear products", median_of(runs, lambda r: r["seconds"]["solve"]) / product, "", "400")
+        rows.add(group, "equilibrium, in linear products", median_of(runs, lambda r: r["seconds"]["solve"]) / product, "", products)
         rows.add(group, "file to first residual, in linear products",
                  median_of(runs, lambda r: r["seconds"]["read"] + r["seconds"]["setup"]) / product, "", "100")
         for phase, part in r["levels"][-1].get("seconds_of", {}).items():
@@ -164,7 +163,8 @@ def main():
     one_thread, limits = machine(folder, rows)
     linear_product = operator(folder, rows, limits)
     coarse(folder, rows, one_thread)
-    sizes(folder, rows, linear_product)
+    sizes(folder, rows, linear_product, "auto", "\"auto\"", {"0.13M": "", "1.0M": "", "4.1M": "20", "7.9M": "35"}, "250")
+    sizes(folder, rows, linear_product, "size", "1e-6", {"0.13M": "2", "1.0M": "10", "4.1M": "45", "7.9M": "90"}, "400")
     instructions(folder, rows)
     with open(folder / "performance.csv", "w", newline="") as out:
         writer = csv.DictWriter(out, ["group", "what", "value", "unit", "aim"])

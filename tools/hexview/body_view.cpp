@@ -81,16 +81,21 @@ BodyView::BodyView(const hexmesh::Result& result, vtkRenderer& renderer) : rende
   legend_->SetWidth(0.15);
   legend_->SetHeight(0.5);
   legend_->SetBarRatio(0.2);
-  legend_->SetVerticalTitleSeparation(8);
   legend_->UnconstrainedFontSizeOn();
-  for (vtkTextProperty* text : {legend_->GetTitleTextProperty(), legend_->GetLabelTextProperty()}) {
+  vtkTextProperty& title = *legend_title_->GetTextProperty();  // the bar's own is cut at the border of a narrow view
+  title.SetJustificationToRight();
+  legend_title_->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+  legend_title_->SetPosition(0.985, 0.71);
+  for (vtkTextProperty* text : {&title, legend_->GetLabelTextProperty()}) {
     text->SetFontSize(13);
     text->BoldOff();
     text->ItalicOff();
     text->ShadowOff();
   }
   legend_->VisibilityOff();
+  legend_title_->VisibilityOff();
   renderer_.AddViewProp(legend_);
+  renderer_.AddViewProp(legend_title_);
 
   add_held_points(result);
   vtkNew<vtkPolyDataMapper> hand_mapper;
@@ -167,11 +172,12 @@ void BodyView::color_by(const std::string& field, const hexmesh::Result& now) {
     set_values(now);
     mapper_->SetScalarModeToUsePointData();
     const std::string unit = hexmesh::unit_of_field(field_);
-    legend_->SetTitle((unit.empty() ? field_ : fmt::format("{} [{}]", field_, unit)).c_str());
+    legend_title_->SetInput((unit.empty() ? field_ : fmt::format("{} [{}]", field_, unit)).c_str());
   } else {
     mapper_->SetScalarModeToUseCellData();
   }
   legend_->SetVisibility(is_field);
+  legend_title_->SetVisibility(is_field);
   surface_->Modified();
 }
 

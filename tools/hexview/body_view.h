@@ -10,6 +10,7 @@
 #include <vtkPolyDataMapper.h>
 #include <vtkRenderer.h>
 #include <vtkScalarBarActor.h>
+#include <vtkTextActor.h>
 
 #include <optional>
 #include <string>
@@ -60,6 +61,7 @@ private:
   vtkNew<vtkActor> actor_, hand_actor_;
   vtkNew<vtkLookupTable> colors_;
   vtkNew<vtkScalarBarActor> legend_;
+  vtkNew<vtkTextActor> legend_title_;
   vtkNew<vtkCellPicker> picker_;
   std::optional<std::size_t> held_point_;
   hexmesh::Vec3 hand_at_ = hexmesh::Vec3::Zero();  ///< [mm]

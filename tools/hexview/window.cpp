@@ -203,6 +203,7 @@ void Window::lay_out() {
   if (auto* bar = dynamic_cast<vtkSliderRepresentation2D*>(slider_->GetRepresentation())) {
     bar->GetPoint1Coordinate()->SetValue(0.3 * right, 0.1);
     bar->GetPoint2Coordinate()->SetValue(0.7 * right, 0.1);
+    bar->Modified();  // which its points are not told to do
   }
 }
 

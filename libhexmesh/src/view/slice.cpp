@@ -102,6 +102,10 @@ ColorRange color_range(const Result& result, const std::string& color_by, double
   std::vector<double> sorted = field->second;
   std::sort(sorted.begin(), sorted.end());
   const double low = sorted[sorted.size() / 100], high = sorted[sorted.size() - 1 - sorted.size() / 100];
+  // Where values differ by rounding alone they are in the middle of a range.
+  const double size = std::max(std::abs(sorted.front()), std::abs(sorted.back()));
+  if (sorted.back() - sorted.front() <= 1e-9 * size)
+    return {low - 0.05 * size, low + 0.05 * size, sorted.front(), sorted.back()};
   if (low == high) return {sorted.front(), sorted.back(), sorted.front(), sorted.back()};  // of few cells
   return {low, high, sorted.front(), sorted.back()};
 }

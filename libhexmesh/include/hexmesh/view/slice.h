@@ -42,7 +42,7 @@ struct ColorRange {
 };
 
 /// The range that shows a field well: displacements from 0 to the largest; of a field of the cells, all but the lowest
-/// and highest hundredth.
+/// and highest hundredth; of one that is the same everywhere, 5 % to both sides.
 /// @param color_by   "displacement" or a cell field
 /// @param magnified  what the result's displacement was multiplied by
 /// @throws Error{usage} where there is no such field, naming those that there are
