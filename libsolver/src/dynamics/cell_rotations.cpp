@@ -28,4 +28,9 @@ bool CellRotations::hold(const NodeVector& u, const NodeVector& tried) {
   return num_held_ > before;
 }
 
+void CellRotations::let_go() {
+  if (num_held_ > 0) cells_->set_rotating({});
+  num_held_ = 0;
+}
+
 }  // namespace hexsolver

@@ -21,6 +21,7 @@ public:
   /// Cells that are nearly flat or inside out at u, or at what a step came to that could not be solved, keep their R.
   /// @returns whether more do than before
   bool hold(const NodeVector& u, const NodeVector& tried);
+  void let_go();  ///< of every R that a cell kept
   std::size_t num_held() const noexcept { return num_held_; }
 
   bool finds() const noexcept { return finds_; }

@@ -110,6 +110,7 @@ void TimeIntegrator::set_state(const NodeVector& u, const NodeVector& v) {
   u_ = u;
   v_ = v;
   problem_.set_progress(progress());
+  rotations_->let_go();
   if (rotations_->have_to_begin(u_)) rotations_->begin(time());
   difference_.forget();
   lost_ = 0;
@@ -227,8 +228,7 @@ bool TimeIntegrator::hold_rotations(const NodeVector& tried) {
 void TimeIntegrator::begin_to_rotate() {
   rotations_->begin(time());
   equations_->forget_preconditioner();
-  const double before = energies_.strain;
-  energies_.strain = problem_.strain_energy(u_);
+  const double before = std::exchange(energies_.strain, problem_.strain_energy(u_));
   const double gain = energies_.strain - before;
   if (!(gain > 0)) return;
   difference_.forget();

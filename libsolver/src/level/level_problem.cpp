@@ -182,8 +182,7 @@ void LevelProblem::set_progress(const Progress& progress) {
   progress_ = progress;
   const std::vector<ConstraintPoint>& points = constraints_->points();
   prescribed_.resize(points.size());
-  for (std::size_t p = 0; p < points.size(); ++p)
-    prescribed_[p] = prescribed(points[p]);
+  for (std::size_t p = 0; p < points.size(); ++p) prescribed_[p] = prescribed(points[p]);
   constraints_->prescribe(prescribed_);
   if (!scene_.dynamics)
     prescribed_ = std::vector<Vec3>();  // a motion prescribes at every step and asks for no memory then

@@ -326,9 +326,8 @@ TEST(Motion, WithAutoCellsAreStraightWhereThatIsEnough) {
   for (int n = 0; n < 20; ++n) ASSERT_TRUE(all.step() && none.step());
   std::vector<Effect> effects = list_effects(chosen);
   none.explain(effects);
-  EXPECT_TRUE(std::none_of(effects.begin(), effects.end(), [](const Effect& e) {
-    return e.kind == EffectKind::rotation && e.active;
-  }));
+  EXPECT_TRUE(std::none_of(effects.begin(), effects.end(),
+                           [](const Effect& e) { return e.kind == EffectKind::rotation && e.active; }));
   EXPECT_LT((all.displacement() - none.displacement()).lpNorm<Eigen::Infinity>(),
             1e-3 * all.displacement().lpNorm<Eigen::Infinity>());
 }
