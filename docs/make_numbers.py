@@ -71,10 +71,10 @@ def cells():
 
 
 def about():
-    program, date = (KEPT / "about.txt").read_text().splitlines()
+    program, date, *newer = (KEPT / "about.txt").read_text().splitlines()
     peak = read("motion")["peak_gflops_of_a_thread"]
-    return (f"Measured with {program} on {date}, on one thread of {peak:.0f} GFLOP/s where nothing else is said. "
-            "Ratios carry over to another machine, seconds do not.")
+    return (f"Measured with {program} on {date}, on one thread of {peak:.0f} GFLOP/s where nothing else is said"
+            + (f"; {newer[0]}" if newer else "") + ". Ratios carry over to another machine, seconds do not.")
 
 
 def accuracy():
