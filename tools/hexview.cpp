@@ -110,7 +110,7 @@ int move_body(const ViewOptions& o, const CommonOptions& common, const Console& 
   Solver solver(arguments);
   if (o.pace > 0) solver.send(fmt::format("pace {}", o.pace));
   for (const ScriptLine& line : script)  // hexsolve waits for their times itself, to the step
-    if (is_of_solver(line)) solver.send(fmt::format("at {} {}", line.time.value_or(0), fmt::join(line.words, " ")));
+    if (is_of_solver(line)) solver.send_for(line.time.value_or(0), fmt::format("{}", fmt::join(line.words, " ")));
   std::erase_if(script, is_of_solver);
   Session session(o, std::move(states), live, &solver, scan ? &*scan : nullptr, std::move(script), std::move(pictures),
                   console);

@@ -34,11 +34,12 @@ constexpr const char* all_commands =
 /// Waits for a writer where it is a pipe, as every reader of one does, but not for what is written.
 int open_commands(const std::string& name, const std::string& told, const std::function<bool()>& is_to_end) {
   if (name == "-") return STDIN_FILENO;
-  if (std::filesystem::is_directory(name))
+  std::error_code failed;
+  if (std::filesystem::is_directory(name, failed))
     throw Error(ErrorKind::input, fmt::format("'{}' is a folder, expected a file or a pipe with commands", told));
   int file = -1;
-  do file = open(name.c_str(), O_RDONLY | O_CLOEXEC);
-  while (file < 0 && errno == EINTR && !is_to_end());
+  errno = EINTR;
+  while (file < 0 && errno == EINTR && !is_to_end()) file = open(name.c_str(), O_RDONLY | O_CLOEXEC);
   if (file < 0 && errno != EINTR)
     throw Error(ErrorKind::input, fmt::format("cannot read '{}': {}", told, std::strerror(errno)));
   if (file >= 0) fcntl(file, F_SETFL, O_NONBLOCK);
@@ -105,7 +106,7 @@ milliseconds Steering::time_left(double time) {
 }
 
 void Steering::receive(milliseconds wait) {
-  if (file_ < 0) {
+  if (file_ < 0 || commands_.size() >= most_waiting) {
     if (wait.count() > 0) poll(nullptr, 0, static_cast<int>(wait.count()));
     return;
   }
@@ -113,7 +114,7 @@ void Steering::receive(milliseconds wait) {
   std::array<char, 4096> buffer{};
   int timeout = static_cast<int>(wait.count());
   for (int reads = 0; reads < most_reads; ++reads, timeout = 0) {
-    if (commands_.size() >= most_waiting) return;
+    if (commands_.size() >= most_waiting) return;  // the rest stays where it is
     pollfd of_file{file_, POLLIN, 0};
     if (poll(&of_file, 1, timeout) <= 0) return;
     const ssize_t count = of_file.revents & (POLLIN | POLLHUP) ? read(file_, buffer.data(), buffer.size()) : 0;
@@ -135,7 +136,7 @@ void Steering::take_lines(bool is_at_end) {
   }
   bytes_.erase(0, begin);
   if (is_at_end && !bytes_.empty()) take_line(std::exchange(bytes_, ""));
-  if (bytes_.size() > longest_line) bytes_.resize(longest_line + 1);  // enough to know that it is too long
+  if (bytes_.size() > longest_line) bytes_.resize(longest_line + 10);  // enough to know that it is too long
 }
 
 void Steering::take_line(std::string line) {

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -77,6 +78,11 @@ bool Solver::send(const std::string& command) {
   return false;
 }
 
+void Solver::send_for(double time, const std::string& command) {
+  later_ = std::max(later_, time);
+  send(fmt::format("at {} {}", time, command));
+}
+
 bool Solver::read_more() {
   std::array<char, 65536> buffer{};
   while (frames_ >= 0) {
@@ -113,6 +119,7 @@ std::optional<Frame> Solver::newest() {
     out.emplace();
     out->displacement.resize(values);
     std::memcpy(&out->time, last, sizeof(double));
+    time_ = out->time;
     std::memcpy(out->displacement.data(), last + sizeof(double), values * sizeof(float));
     num_frames_ += whole;
     bytes_.erase(0, whole * size);
@@ -122,7 +129,8 @@ std::optional<Frame> Solver::newest() {
 }
 
 int Solver::wait() {
-  if (frames_ >= 0 && send("end")) {  // one whose reader leaves ends too, but says so
+  // One whose reader leaves ends too, but says so; it alone ends one with commands for later, behind which `end` waits.
+  if (time_ >= later_ && frames_ >= 0 && send("end")) {
     fcntl(frames_, F_SETFL, 0);
     while (read_more()) bytes_.clear();
   }

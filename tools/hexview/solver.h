@@ -33,6 +33,7 @@ public:
 
   /// @returns whether it was taken: what a full pipe refuses is old when there is room
   bool send(const std::string& command);
+  void send_for(double time, const std::string& command);  ///< of the motion [s]
 
   /// Waits for its end, which it is asked for where it goes on. @returns its exit code
   int wait();
@@ -44,7 +45,8 @@ private:
   pid_t process_ = 0;
   int frames_ = -1, commands_ = -1;
   std::string bytes_;
-  std::size_t num_nodes_ = 0;  ///< 0: the head has not come
+  double time_ = 0, later_ = 0;  ///< of the newest frame; of the last command [s]
+  std::size_t num_nodes_ = 0;    ///< 0: the head has not come
   std::size_t num_frames_ = 0;
 };
 

@@ -21,7 +21,7 @@ void CellRotations::begin(double time) {
   since_ = time;
 }
 
-bool CellRotations::hold(const NodeVector& u, const NodeVector& tried) {
+bool CellRotations::hold(const NodeVector& u, const NodeVector* tried) {
   if (!cells_ || are_straight_) return false;
   const std::size_t before = num_held_;
   num_held_ = cells_->hold_rotations(u, tried, least_sum_of_stretches);

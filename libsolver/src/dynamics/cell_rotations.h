@@ -18,9 +18,10 @@ public:
   bool have_to_begin(const NodeVector& u) const;  ///< whether a cell is to rotate at u and does not
   void begin(double time);                        ///< all cells rotate, for good
 
-  /// Cells that are nearly flat or inside out at u, or at what a step came to that could not be solved, keep their R.
+  /// Cells that are nearly flat or inside out at u keep their R.
+  /// @param tried  what a step from u came to that could not be solved: those there as well; null: u was reached
   /// @returns whether more do than before
-  bool hold(const NodeVector& u, const NodeVector& tried);
+  bool hold(const NodeVector& u, const NodeVector* tried);
   void let_go();  ///< of every R that a cell kept
   std::size_t num_held() const noexcept { return num_held_; }
 

@@ -162,7 +162,7 @@ bool TimeIntegrator::step() {
   int done = 0, substep = most_substeps;
   while (done < most_substeps) {
     if (!take_substep(settings_.step * substep / most_substeps)) {
-      if (end_.allFinite() && hold_rotations(end_)) continue;
+      if (end_.allFinite() && hold_rotations(&end_)) continue;
       if (substep == smallest_substep() || counts_.linear > most_linear_) {
         if (!lets_go()) return false;
         most_linear_ = counts_.linear + most;
@@ -171,7 +171,7 @@ bool TimeIntegrator::step() {
       substep /= 2;
       continue;
     }
-    if (rotations_->num_held() > 0) hold_rotations(u_);  // as the state that was reached asks
+    if (rotations_->num_held() > 0) hold_rotations(nullptr);  // as the state that was reached asks
     done += substep;
     ticks_ += substep;
     while (substep < most_substeps && done % (2 * substep) == 0 && done + 2 * substep <= most_substeps) substep *= 2;
@@ -213,7 +213,7 @@ const std::string* TimeIntegrator::ball_inside() const {
 
 /// What a step could not be solved for, or the state that was reached, says which cells keep their rotations.
 /// @returns whether more do than before
-bool TimeIntegrator::hold_rotations(const NodeVector& tried) {
+bool TimeIntegrator::hold_rotations(const NodeVector* tried) {
   const std::size_t before = rotations_->num_held();
   const bool are_more = rotations_->hold(u_, tried);
   if (rotations_->num_held() == 0 && before == 0) return false;
@@ -335,7 +335,7 @@ bool TimeIntegrator::try_substep(double h, Form form) {
     counts_.largest_residual = std::max(counts_.largest_residual, counts_.relative_residual);
     return true;
   }
-  if (rotations_->have_to_begin(end_)) {
+  if (end_.allFinite() && rotations_->have_to_begin(end_)) {
     begin_to_rotate();
     return take_substep(h);
   }

@@ -78,7 +78,7 @@ private:
   bool accept(const NodeVector& projected);
   bool slow_down();
   Work work_of_supports(const NodeVector& projected) const;
-  bool hold_rotations(const NodeVector& tried);
+  bool hold_rotations(const NodeVector* tried);
   void begin_to_rotate();
 
   const hexmesh::Lattice& lattice_;

@@ -115,7 +115,7 @@ CorotationalFrame CorotationalCells::unrotated_frame(std::size_t cell, const Nod
   return {r, Mat3::Identity(), none, none, at_rest + strained, times(model(cell).stiffness, strained), Vec3::Zero()};
 }
 
-std::size_t CorotationalCells::hold_rotations(const NodeVector& u, const NodeVector& tried, double least) {
+std::size_t CorotationalCells::hold_rotations(const NodeVector& u, const NodeVector* tried, double least) {
   const auto is_below = [&](const Polar& polar) {
     const Vec3 s = Eigen::SelfAdjointEigenSolver<Mat3>(polar.stretch, Eigen::EigenvaluesOnly).eigenvalues();
     return s[0] + s[1] < least;
@@ -125,9 +125,11 @@ std::size_t CorotationalCells::hold_rotations(const NodeVector& u, const NodeVec
   for (std::size_t c = 0; c < mesh_.num_cells(); ++c) {
     const Polar polar = polar_decomposition(mean_elastic_gradient(c, u));
     const auto before = held_.find(c);
-    if (before != held_.end() && energy_in(unrotated_frame(c, u, polar.rotation), c) > cell_energy(c, u))
+    const bool keeps =
+        before != held_.end() && (tried || energy_in(unrotated_frame(c, u, polar.rotation), c) > cell_energy(c, u));
+    if (keeps)
       held.insert(*before);
-    else if (is_below(polar) || is_below(polar_decomposition(mean_elastic_gradient(c, tried))))
+    else if (is_below(polar) || (tried && is_below(polar_decomposition(mean_elastic_gradient(c, *tried)))))
       held.emplace(c, polar.rotation);
   }
   if (!held.empty()) rotating.assign(mesh_.num_cells(), true);

@@ -41,8 +41,9 @@ public:
   /// Cells keep the R that they have at u where a sum of two of F's singular values, the least negative where F is
   /// inverted, is below `least` there or at `tried`, and where they kept an R in which they hold less; all others
   /// rotate.
+  /// @param tried  of a step from u that could not be solved: all that kept an R keep it; null: u is a state reached
   /// @returns how many keep theirs
-  std::size_t hold_rotations(const NodeVector& u, const NodeVector& tried, double least);
+  std::size_t hold_rotations(const NodeVector& u, const NodeVector* tried, double least);
 
   bool set_rest(const NodeVector& to_rest) override;
   double energy(const NodeVector& u) const override;
