@@ -18,18 +18,12 @@ template <class F>
 void for_each_voxel_to_rest(const Result& result, const Grid& grid, const DisplacementField& to_rest, F&& f) {
   const Solid solid(result);
   for_each_slab_to_rest(result, grid, 0, [&](const FieldSlab& slab) {
-    for_each_row(slab, [&](const Index3& first, const Eigen::Vector3f* exact) {
-      Index3 v = first;
-      for (std::size_t n = grid.offset(first); v[0] < first[0] + slab.extent[0]; ++v[0], ++n, ++exact) {
-        const Vec3 x = grid.center(v);
-        if (const Vec3 step = exact->cast<double>(); !std::isnan(step[0])) {
-          f(n, std::optional<Vec3>(x + step));
-          continue;
-        }
-        const Vec3 rest = x + to_rest.at(x);
-        const bool is_second = solid.at(nearest_voxel(result.voxels.continuous_index(rest)));
-        f(n, is_second ? std::nullopt : std::optional<Vec3>(rest));
-      }
+    for_each_sample(slab, [&](const Index3& v, const Eigen::Vector3f& exact) {
+      const Vec3 x = grid.center(v);
+      const bool is_in_body = !std::isnan(exact[0]);
+      const Vec3 rest = x + (is_in_body ? Vec3(exact.cast<double>()) : to_rest.at(x));
+      const bool is_second = !is_in_body && solid.at(nearest_voxel(result.voxels.continuous_index(rest)));
+      f(grid.offset(v), is_second ? std::nullopt : std::optional<Vec3>(rest));
     });
   });
 }

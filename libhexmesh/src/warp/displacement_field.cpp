@@ -205,9 +205,7 @@ void for_each_slab_to_rest(const Result& result, const Grid& grid, double reach,
 DisplacementField displacement_to_rest(const Result& result, const Grid& grid, double reach) {
   DisplacementField field = unknown_on(grid);
   for_each_slab_to_rest(result, grid, reach, [&](const FieldSlab& slab) {
-    for_each_row(slab, [&](const Index3& v, const Eigen::Vector3f* row) {
-      std::copy_n(row, slab.extent[0], field.values.begin() + static_cast<std::ptrdiff_t>(grid.offset(v)));
-    });
+    for_each_sample(slab, [&](const Index3& v, const Eigen::Vector3f& value) { field.values[grid.offset(v)] = value; });
   });
   return field;
 }

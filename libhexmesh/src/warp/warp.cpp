@@ -113,13 +113,10 @@ WarpCheck check_warp(const Result& result, const Warp& warp) {
   std::atomic<std::size_t> ghosts = 0;
   for_each_slab_to_rest(result, grid, 0, [&](const FieldSlab& slab) {
     std::size_t found = 0;
-    for_each_row(slab, [&](const Index3& first, const Eigen::Vector3f* exact) {
-      Index3 v = first;
-      for (std::size_t n = grid.offset(first); v[0] < first[0] + slab.extent[0]; ++v[0], ++n, ++exact) {
-        if (!std::isnan((*exact)[0])) continue;
-        const Vec3 rest = grid.center(v) + warp.to_rest.values[n].cast<double>();
-        found += solid.at(nearest_voxel(result.voxels.continuous_index(rest)));
-      }
+    for_each_sample(slab, [&](const Index3& v, const Eigen::Vector3f& exact) {
+      if (!std::isnan(exact[0])) return;
+      const Vec3 rest = grid.center(v) + warp.to_rest.values[grid.offset(v)].cast<double>();
+      found += solid.at(nearest_voxel(result.voxels.continuous_index(rest)));
     });
     ghosts += found;
   });

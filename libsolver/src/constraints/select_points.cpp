@@ -40,6 +40,13 @@ std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selecto
   return points;
 }
 
+Vec3 prescribed_displacement(const Scene& scene, const Mesh& mesh, const ConstraintPoint& point,
+                             const Progress& progress) {
+  const Condition& condition = scene.conditions[static_cast<std::size_t>(point.condition)];
+  const Vec3 at = condition.turn ? mesh.rest_position(point.cell, point.weights) : Vec3::Zero();
+  return prescribed_displacement(condition, at, progress);
+}
+
 void add_matched_points(const MatchedPoints& matched, std::vector<ConstraintPoint>& points) {
   for (const std::vector<SurfacePoint>& of_one : matched)
     for (const SurfacePoint& p : of_one)

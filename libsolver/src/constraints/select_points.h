@@ -12,6 +12,11 @@ namespace hexsolver {
 /// The points of all conditions of the scene.
 std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selector);
 
+/// Where a point of a condition is to be [mm].
+/// @param mesh  that its cell is of
+Vec3 prescribed_displacement(const Scene& scene, const Mesh& mesh, const ConstraintPoint& point,
+                             const Progress& progress);
+
 /// What a [[match]] pulls is held by that, as if its points were: for the search of what nothing holds.
 void add_matched_points(const MatchedPoints& matched, std::vector<ConstraintPoint>& points);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include "constraints/select_points.h"
 #include "distributed/shared_level.h"
 
 namespace hexsolver::mpi {
@@ -15,8 +16,7 @@ SharedConstraints::SharedConstraints(const std::vector<Point>& points, const Sce
   for (const Point& p : points) {
     ConstraintPoint to{p.condition, place_of(cells, p.cell), NodeWeights::Map(p.weights.data()), {}, p.axes, p.area,
                        p.is_quarter};
-    to.value = prescribed_displacement(scene.conditions[static_cast<std::size_t>(p.condition)],
-                                       mesh_->rest_position(to.cell, to.weights), {});
+    to.value = prescribed_displacement(scene, *mesh_, to, {});
     local.push_back(to);
   }
   constraints_ = std::make_unique<Constraints>(*mesh_, std::move(local));
@@ -31,8 +31,7 @@ SharedConstraints::SharedConstraints(const std::vector<Point>& points, const Sce
 void SharedConstraints::prescribe(const Scene& scene, const Progress& progress) {
   std::vector<Vec3> values;
   for (const ConstraintPoint& p : constraints_->points())
-    values.push_back(prescribed_displacement(scene.conditions[static_cast<std::size_t>(p.condition)],
-                                             mesh_->rest_position(p.cell, p.weights), progress));
+    values.push_back(prescribed_displacement(scene, *mesh_, p, progress));
   constraints_->prescribe(values);
 }
 

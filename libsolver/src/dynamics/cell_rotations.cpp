@@ -23,14 +23,13 @@ void CellRotations::begin(double time) {
 
 bool CellRotations::hold(const NodeVector& u, const NodeVector* tried) {
   if (!cells_ || are_straight_) return false;
-  const std::size_t before = num_held_;
-  num_held_ = cells_->hold_rotations(u, tried, least_sum_of_stretches);
-  return num_held_ > before;
+  const std::size_t before = cells_->num_held();
+  cells_->hold_rotations(u, tried, least_sum_of_stretches);
+  return cells_->num_held() > before;
 }
 
 void CellRotations::let_go() {
-  if (num_held_ > 0) cells_->set_rotating({});
-  num_held_ = 0;
+  if (num_held() > 0) cells_->set_rotating({});
 }
 
 }  // namespace hexsolver

@@ -23,7 +23,7 @@ public:
   /// @returns whether more do than before
   bool hold(const NodeVector& u, const NodeVector* tried);
   void let_go();  ///< of every R that a cell kept
-  std::size_t num_held() const noexcept { return num_held_; }
+  std::size_t num_held() const noexcept { return cells_ ? cells_->num_held() : 0; }
 
   bool finds() const noexcept { return finds_; }
   std::optional<double> since() const { return since_; }  ///< of cells that were straight before [s]
@@ -31,7 +31,6 @@ public:
 private:
   CorotationalCells* cells_;
   bool finds_, are_straight_;
-  std::size_t num_held_ = 0;
   std::optional<double> since_;
 };
 

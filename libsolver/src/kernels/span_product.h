@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <cstddef>
 #include <vector>
 
@@ -13,18 +14,16 @@ struct Span {
   std::size_t rows = 0, count = 0;           ///< of a direction; directions
   std::vector<Real> values;                  ///< shape (rows, count), the first index fastest
 
-  /// @param directions  columns, an Eigen matrix
-  template <class Matrix>
-  void set(const Matrix& directions) {
+  /// @param directions  columns
+  void set(const Eigen::MatrixXd& directions) {
     constexpr std::size_t whole_rows = 16;
-    const auto up = [](std::ptrdiff_t n, std::size_t to) { return (static_cast<std::size_t>(n) + to - 1) / to * to; };
+    const auto up = [](Eigen::Index n, std::size_t to) { return (static_cast<std::size_t>(n) + to - 1) / to * to; };
     rows = up(directions.rows(), whole_rows);
     count = up(directions.cols(), at_once);
     values.assign(rows * count, 0);
-    for (std::ptrdiff_t column = 0; column < directions.cols(); ++column)
-      for (std::ptrdiff_t row = 0; row < directions.rows(); ++row)
-        values[static_cast<std::size_t>(column) * rows + static_cast<std::size_t>(row)] =
-            static_cast<Real>(directions(row, column));
+    using Filled = Eigen::Map<Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>>;
+    Filled(values.data(), static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(count))
+        .topLeftCorner(directions.rows(), directions.cols()) = directions.cast<Real>();
   }
 };
 

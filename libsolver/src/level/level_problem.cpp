@@ -80,7 +80,7 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
   const MatchedPoints matched = embed(matchings, selector);
   add_matched_points(matched, holding);
   find_islands(holding);
-  for (ConstraintPoint& p : points) p.value = prescribed(p);
+  for (ConstraintPoint& p : points) p.value = prescribed_displacement(scene, mesh(), p, progress_);
   constraints_ = std::make_unique<Constraints>(mesh(), std::move(points));
   new_loads_ = make_loads(scene, cells_, mesh(), selector);
   for (const auto& load : new_loads_) loads_.push_back(load.get());
@@ -171,18 +171,13 @@ NodeVector start_of(const Scene& scene, const Mesh& mesh) {
   return u;
 }
 
-Vec3 LevelProblem::prescribed(const ConstraintPoint& point) const {
-  const Condition& condition = scene_.conditions[static_cast<std::size_t>(point.condition)];
-  const Vec3 at = condition.turn ? mesh().rest_position(point.cell, point.weights) : Vec3::Zero();
-  return prescribed_displacement(condition, at, progress_);
-}
-
 void LevelProblem::set_progress(const Progress& progress) {
   if (progress == progress_) return;
   progress_ = progress;
   const std::vector<ConstraintPoint>& points = constraints_->points();
   prescribed_.resize(points.size());
-  for (std::size_t p = 0; p < points.size(); ++p) prescribed_[p] = prescribed(points[p]);
+  for (std::size_t p = 0; p < points.size(); ++p)
+    prescribed_[p] = prescribed_displacement(scene_, mesh(), points[p], progress);
   constraints_->prescribe(prescribed_);
   if (!scene_.dynamics)
     prescribed_ = std::vector<Vec3>();  // a motion prescribes at every step and asks for no memory then

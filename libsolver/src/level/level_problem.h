@@ -121,7 +121,6 @@ public:
   NodeVector start() const { return start_of(scene_, mesh()); }
 
 private:
-  Vec3 prescribed(const ConstraintPoint& point) const;  ///< displacement of now [mm]
   void set_loads(const Progress& progress);
   double energy_of_springs(const NodeVector& u) const;  ///< and of hands [N mm]
   void balance_lattice();

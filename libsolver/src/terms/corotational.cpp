@@ -51,6 +51,7 @@ void CorotationalCells::add_forces(const CellVector& forces, CorotationalFrame& 
 }
 
 CorotationalFrame CorotationalCells::frame(std::size_t cell, const NodeVector& u) const {
+  if (!rotates(cell)) return unrotated_frame(cell, u, kept_rotation(cell));
   const CellVector at_rest = unstressed(cell);
   CorotationalFrame frame = place(model(cell).mean_gradient, at_rest, moved(cell, u));
   add_forces(times(model(cell).stiffness, frame.y - at_rest), frame);
@@ -82,8 +83,7 @@ double CorotationalCells::cell_energy(std::size_t cell, const NodeVector& u) con
     const CellVector v = moved(cell, u);
     return 0.5 * v.dot(times(model(cell).stiffness, v));
   }
-  const CorotationalFrame f = rotates(cell) ? frame(cell, u) : unrotated_frame(cell, u, kept_rotation(cell));
-  return energy_in(f, cell);
+  return energy_in(frame(cell, u), cell);
 }
 
 double CorotationalCells::energy(const NodeVector& u) const {
@@ -115,7 +115,7 @@ CorotationalFrame CorotationalCells::unrotated_frame(std::size_t cell, const Nod
   return {r, Mat3::Identity(), none, none, at_rest + strained, times(model(cell).stiffness, strained), Vec3::Zero()};
 }
 
-std::size_t CorotationalCells::hold_rotations(const NodeVector& u, const NodeVector* tried, double least) {
+void CorotationalCells::hold_rotations(const NodeVector& u, const NodeVector* tried, double least) {
   const auto is_below = [&](const Polar& polar) {
     const Vec3 s = Eigen::SelfAdjointEigenSolver<Mat3>(polar.stretch, Eigen::EigenvaluesOnly).eigenvalues();
     return s[0] + s[1] < least;
@@ -136,7 +136,6 @@ std::size_t CorotationalCells::hold_rotations(const NodeVector& u, const NodeVec
   for (const auto& [cell, rotation] : held) rotating[cell] = false;
   set_rotating(std::move(rotating));
   held_ = std::move(held);
-  return held_.size();
 }
 
 double CorotationalCells::strain_of_rotations(const NodeVector& u) const {
@@ -183,8 +182,7 @@ void CorotationalCells::add_gradient(const NodeVector& u, NodeVector& gradient, 
       mesh_.scatter_add(c, linear.cwiseAbs(), magnitude);
       return;
     }
-    const CellVector force =
-        this->force(rotates(c) ? frame(c, u) : unrotated_frame(c, u, kept_rotation(c)), model(c).mean_gradient);
+    const CellVector force = this->force(frame(c, u), model(c).mean_gradient);
     mesh_.scatter_add(c, force, gradient);
     mesh_.scatter_add(c, force.cwiseAbs(), magnitude);
   });
@@ -241,9 +239,8 @@ void CorotationalCells::project() {
 }
 
 CorotationalFrame CorotationalCells::frame_of_state(std::size_t cell) const {
-  if (!rotates(cell)) return unrotated_frame(cell, state_, kept_rotation(cell));
   CorotationalFrame f = frame(cell, state_);
-  if (is_stressed_) f.a = stress_matrix(f);
+  if (is_stressed_ && rotates(cell)) f.a = stress_matrix(f);
   return f;
 }
 

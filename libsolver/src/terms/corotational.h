@@ -42,8 +42,8 @@ public:
   /// inverted, is below `least` there or at `tried`, and where they kept an R in which they hold less; all others
   /// rotate.
   /// @param tried  of a step from u that could not be solved: all that kept an R keep it; null: u is a state reached
-  /// @returns how many keep theirs
-  std::size_t hold_rotations(const NodeVector& u, const NodeVector* tried, double least);
+  void hold_rotations(const NodeVector& u, const NodeVector* tried, double least);
+  std::size_t num_held() const noexcept { return held_.size(); }  ///< cells that keep an R
 
   bool set_rest(const NodeVector& to_rest) override;
   double energy(const NodeVector& u) const override;

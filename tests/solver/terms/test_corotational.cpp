@@ -187,7 +187,8 @@ TEST(Elastic, CellsThatKeepARotationHaveItsEnergyAndItsForces) {
   });
   u += noise(body.mesh.num_dofs(), 1e-3, 5);
   const double before = cells.energy(u);
-  const std::size_t held = cells.hold_rotations(u, nullptr, 0.25);
+  cells.hold_rotations(u, nullptr, 0.25);
+  const std::size_t held = cells.num_held();
   EXPECT_GT(held, 0U);
   EXPECT_LT(held, body.mesh.num_cells());
   EXPECT_NEAR(cells.energy(u), before, 1e-12 * before) << "of the state that they are held at";
@@ -220,8 +221,10 @@ TEST(Elastic, CellsThatKeepARotationHaveItsEnergyAndItsForces) {
   EXPECT_LT((by_cells - product).norm(), 1e-12 * product.norm());
 
   const NodeVector zero = NodeVector::Zero(u.size());
-  EXPECT_EQ(cells.hold_rotations(zero, &zero, 0.25), held) << "of a step that is tried again none is let go";
-  EXPECT_EQ(cells.hold_rotations(zero, nullptr, 0.25), 0U);
+  cells.hold_rotations(zero, &zero, 0.25);
+  EXPECT_EQ(cells.num_held(), held) << "of a step that is tried again none is let go";
+  cells.hold_rotations(zero, nullptr, 0.25);
+  EXPECT_EQ(cells.num_held(), 0U);
   NodeVector rotating = NodeVector::Zero(u.size()), sizes = rotating;
   CorotationalCells(*body.elastic).add_gradient(near, rotating, sizes);
   EXPECT_EQ(gradient(near), rotating);

@@ -29,13 +29,14 @@ struct FieldSlab {
   std::vector<Eigen::Vector3f> values;  ///< shape (extent), i fastest
 };
 
-/// f(index in the grid of its first sample, its values) of each row along i.
+/// f(index in the grid, value) of each sample.
 template <class F>
-void for_each_row(const FieldSlab& slab, F&& f) {
-  const Eigen::Vector3f* row = slab.values.data();
-  for (std::int32_t k = 0; k < slab.extent[2]; ++k)
-    for (std::int32_t j = 0; j < slab.extent[1]; ++j, row += slab.extent[0])
-      f(Index3{slab.first[0], slab.first[1] + j, slab.first[2] + k}, row);
+void for_each_sample(const FieldSlab& slab, F&& f) {
+  const Eigen::Vector3f* value = slab.values.data();
+  Index3 v;
+  for (v[2] = slab.first[2]; v[2] < slab.first[2] + slab.extent[2]; ++v[2])
+    for (v[1] = slab.first[1]; v[1] < slab.first[1] + slab.extent[1]; ++v[1])
+      for (v[0] = slab.first[0]; v[0] < slab.first[0] + slab.extent[0]; ++v[0]) f(v, *value++);
 }
 
 /// Calls f with the slabs of displacement_to_rest(result, grid, reach), several at once, so that it never is in memory
