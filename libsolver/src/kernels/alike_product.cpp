@@ -12,7 +12,7 @@ template <class Real>
 struct AlikeProduct {
   using Number = Real;
   template <int width>
-  [[gnu::always_inline]] static void run(const Real* k, const BatchNodes& nodes, const Real* x, Real* y) {
+  [[gnu::always_inline]] static void run(const AlikeMatrix<Real>& k, const BatchNodes& nodes, const Real* x, Real* y) {
     alignas(64) Real values[24 * lanes], sums[24 * lanes];
     gather<width>(nodes, x, values);
     for (int first = 0; first < lanes; first += width) {
@@ -28,9 +28,11 @@ const auto in_floats = for_longest_registers<AlikeProduct<float>>();
 
 }  // namespace
 
-void add_alike_product(const double* k, const BatchNodes& nodes, const double* x, double* y) {
+void add_alike_product(const AlikeMatrix<double>& k, const BatchNodes& nodes, const double* x, double* y) {
   in_doubles(k, nodes, x, y);
 }
-void add_alike_product(const float* k, const BatchNodes& nodes, const float* x, float* y) { in_floats(k, nodes, x, y); }
+void add_alike_product(const AlikeMatrix<float>& k, const BatchNodes& nodes, const float* x, float* y) {
+  in_floats(k, nodes, x, y);
+}
 
 }  // namespace hexsolver

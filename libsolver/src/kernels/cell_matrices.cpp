@@ -19,15 +19,15 @@ CellMatrices<Real>::CellMatrices(const Mesh& mesh, std::vector<std::int32_t> sha
 template <class Real>
 CellMatrix CellMatrices<Real>::get(std::size_t cell) const {
   const std::size_t batch = mesh_->batch_of(cell);
-  if (const Real* one = alike(batch)) return Eigen::Map<const Matrix>(one).template cast<double>();
+  if (batches_.is_shared(batch)) return alike_[batches_.shared_place(batch)].full.template cast<double>();
   return packed(batch).get(mesh_->lane_of(cell));
 }
 
 template <class Real>
 void CellMatrices<Real>::add_product(const Vector& x, Vector& y) const {
   mesh_->for_each_batch([&](std::size_t b) {
-    if (const Real* one = alike(b))
-      add_alike_product(one, nodes_of_batch(*mesh_, b), x.data(), y.data());
+    if (batches_.is_shared(b))
+      add_alike_product(alike(b), nodes_of_batch(*mesh_, b), x.data(), y.data());
     else
       add_symmetric_product(packed(b), nodes_of_batch(*mesh_, b), x.data(), y.data());
   });

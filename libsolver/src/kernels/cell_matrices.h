@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "kernels/matrix_number.h"
+#include "kernels/mirrored_matrix.h"
 #include "kernels/shared_batches.h"
 #include "kernels/symmetric_product.h"
 #include "mesh/mesh.h"
@@ -41,9 +42,9 @@ public:
   /// Number of the matrix that a cell shares, or own_matrix.
   std::int32_t shared(std::size_t cell) const { return shared_.empty() ? own_matrix : shared_[cell]; }
 
-  /// The matrix of all cells of a batch; null where they differ.
-  const Real* alike(std::size_t batch) const {
-    return batches_.is_shared(batch) ? alike_[batches_.shared_place(batch)].data() : nullptr;
+  /// The matrix of all cells of a batch; nothing where they differ.
+  AlikeMatrix<Real> alike(std::size_t batch) const {
+    return batches_.is_shared(batch) ? alike_[batches_.shared_place(batch)].view() : AlikeMatrix<Real>{};
   }
   /// Those of a batch whose cells differ.
   const SymmetricCells<Real>& packed(std::size_t batch) const { return packed_[batches_.single_place(batch)]; }
@@ -53,18 +54,27 @@ public:
   std::size_t bytes() const;  ///< of memory
 
 private:
+  struct Alike {
+    Matrix full;
+    std::optional<MirroredMatrix<Real>> mirrored;
+    AlikeMatrix<Real> view() const { return {full.data(), mirrored ? &*mirrored : nullptr}; }
+  };
+
   const Mesh* mesh_ = nullptr;
   std::vector<std::int32_t> shared_;
   SharedBatches batches_;
-  std::vector<Matrix> alike_;                 ///< as batches_.shared()
+  std::vector<Alike> alike_;                  ///< as batches_.shared()
   std::vector<SymmetricCells<Real>> packed_;  ///< of the other batches
 };
 
 template <class Real>
 template <class F>
 void CellMatrices<Real>::set_shared(F&& matrix_of) {
-  for (std::size_t n = 0; n < alike_.size(); ++n)
-    alike_[n] = CellMatrix(matrix_of(batches_.shared()[n].number)).template cast<Real>();
+  for (std::size_t n = 0; n < alike_.size(); ++n) {
+    const CellMatrix k = matrix_of(batches_.shared()[n].number);
+    alike_[n].full = k.template cast<Real>();
+    if (const auto blocks = mirrored(k)) alike_[n].mirrored = blocks->template cast<Real>();
+  }
   for (std::size_t b = 0; b < mesh_->batches().size(); ++b) {
     if (batches_.is_shared(b)) continue;
     const Mesh::Batch& batch = mesh_->batches()[b];

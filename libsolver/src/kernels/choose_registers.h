@@ -24,16 +24,15 @@ struct InRegisters {
   __attribute__((target("arch=x86-64-v3"))) static Result of_32_bytes(Arguments... arguments) {
     return Kernel::template run<32 / sizeof(Real)>(arguments...);
   }
+  /// Of a batch of doubles; a batch of floats takes half of them, of which there are twice as many as of the above.
   __attribute__((target("arch=x86-64-v4"))) static Result of_64_bytes(Arguments... arguments) {
-    return Kernel::template run<64 / sizeof(Real)>(arguments...);
+    return Kernel::template run<8>(arguments...);
   }
 #endif
 
   static Function longest() {
 #ifdef HEXSOLVER_CHOOSES
-    constexpr bool fits_a_batch = sizeof(Real) == 8;  // eight floats take 32 bytes
-    if constexpr (fits_a_batch)
-      if (__builtin_cpu_supports("x86-64-v4")) return of_64_bytes;
+    if (__builtin_cpu_supports("x86-64-v4")) return of_64_bytes;
     if (__builtin_cpu_supports("x86-64-v3")) return of_32_bytes;
 #endif
     return of_16_bytes;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "kernels/mirrored_matrix.h"
 #include "kernels/registers.h"
 #include "kernels/symmetric_product.h"
 
@@ -17,16 +18,54 @@ template <class Real>
   for (int row = 0; row < 24; ++row) y[row] = sum[row];
 }
 
+/// s_m = sum over the corners of the sign of m there times x, in place; twice is 8 x.
+template <class L>
+[[gnu::always_inline]] inline void into_products(L* x) {
+#pragma GCC unroll 3
+  for (int axis = 0; axis < 3; ++axis)
+#pragma GCC unroll 12
+    for (int pair = 0; pair < 12; ++pair) {
+      const int upper = 3 << axis, n = pair / upper * 2 * upper + pair % upper;
+      const L low = x[n], high = x[n + upper];
+      x[n] = low + high;
+      x[n + upper] = low - high;
+    }
+}
+
 /// y = K x, the same K in all lanes
 template <class Real, class X, class Y>
-[[gnu::always_inline]] inline void multiply_alike(const Real* k, const X& x, const Y& y) {
+[[gnu::always_inline]] inline void multiply_mirrored(const MirroredMatrix<Real>& k, const X& x, const Y& y) {
+  using L = std::remove_cvref_t<decltype(x[0])>;
+  L of[24];
+#pragma GCC unroll 24
+  for (int n = 0; n < 24; ++n) of[n] = x[n];
+  into_products(of);
+#pragma GCC unroll 8
+  for (int p = 0; p < 8; ++p) {
+    const Real* const block = k.blocks.data() + 9 * p;
+    L& i = of[k.place(p, 0)];
+    L& j = of[k.place(p, 1)];
+    L& l = of[k.place(p, 2)];
+    const L from[3] = {i, j, l};
+    i = block[0] * from[0] + block[1] * from[1] + block[2] * from[2];
+    j = block[3] * from[0] + block[4] * from[1] + block[5] * from[2];
+    l = block[6] * from[0] + block[7] * from[1] + block[8] * from[2];
+  }
+  into_products(of);
+#pragma GCC unroll 24
+  for (int n = 0; n < 24; ++n) y[n] = of[n];
+}
+
+template <class Real, class X, class Y>
+[[gnu::always_inline]] inline void multiply_alike(const AlikeMatrix<Real>& k, const X& x, const Y& y) {
+  if (k.mirrored) return multiply_mirrored(*k.mirrored, x, y);
   constexpr int rows = 12;  // whose sums stay in registers
   using L = std::remove_cvref_t<decltype(x[0])>;
   for (int top = 0; top < 24; top += rows) {
     L sum[rows] = {};
     for (int column = 0; column < 24; ++column) {
       const L v = x[column];
-      for (int row = 0; row < rows; ++row) sum[row] += k[24 * column + top + row] * v;
+      for (int row = 0; row < rows; ++row) sum[row] += k.full[24 * column + top + row] * v;
     }
     for (int row = 0; row < rows; ++row) y[top + row] = sum[row];
   }

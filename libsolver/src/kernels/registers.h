@@ -67,6 +67,16 @@ struct Shuffles {
     const L two = __builtin_shufflevector(from[0], from[1], apart_of_two(lane, axis)...);
     to = __builtin_shufflevector(two, from[2], apart_of_third(lane, axis)...);
   }
+  /// Lanes of one register and the next as if in a row: from the second lane on.
+  template <class L, int... lane>
+  [[gnu::always_inline]] static void after(const L& one, const L& next, L& to, std::integer_sequence<int, lane...>) {
+    to = __builtin_shufflevector(one, next, (lane + 1)...);
+  }
+  /// From the last lane of the one before on.
+  template <class L, int... lane>
+  [[gnu::always_inline]] static void before(const L& one, const L& next, L& to, std::integer_sequence<int, lane...>) {
+    to = __builtin_shufflevector(one, next, (lane + width - 1)...);
+  }
   template <int part, class L, int... lane>
   [[gnu::always_inline]] static void together(const L* from, L& to, std::integer_sequence<int, lane...>) {
     const L two = __builtin_shufflevector(from[0], from[1], together_of_two(part * width + lane)...);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "kernels/mirrored_matrix.h"
 #include "kernels/symmetric_product.h"
 
 namespace hexsolver {
@@ -29,11 +30,11 @@ struct alignas(32) PositiveParts {
 template <class Real>
 struct LaneModels {
   static constexpr std::size_t lanes = Mesh::batch_size;
-  const Real* alike = nullptr;  ///< K of all lanes, (24, 24) symmetric; null where they differ
+  AlikeMatrix<Real> alike;  ///< K of all lanes; nothing where they differ
   // Where they differ, one of these:
   const Real* stiffness[lanes];
   const SymmetricCells<Real>* packed = nullptr;
-  const Real* mean_gradient[lanes];  ///< (8, 3) by columns
+  const Real* mean_gradient[lanes];  ///< (8, 3) by columns; of the first for all lanes if they are alike
 };
 
 /// y += R (Q^T K Q + E) R^T x of the cells of a batch; E, what the stress adds, only if `stressed`.

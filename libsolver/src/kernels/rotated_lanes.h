@@ -20,12 +20,13 @@ template <class M, class X, class Y>
   for (int i = 0; i < 3; ++i) y[i] = m[i] * x[0] + m[i + 3] * x[1] + m[i + 6] * x[2];
 }
 
-/// sum += p x q
+/// sum += p x q; two fused operations each
 template <class P, class Q, class L>
 [[gnu::always_inline]] inline void add_cross(const P& p, const Q& q, L* sum) {
-  sum[0] += p[1] * q[2] - p[2] * q[1];
-  sum[1] += p[2] * q[0] - p[0] * q[2];
-  sum[2] += p[0] * q[1] - p[1] * q[0];
+  for (int i = 0, j = 1, k = 2; i < 3; j = k, k = i++) {
+    sum[i] += p[j] * q[k];
+    sum[i] -= p[k] * q[j];
+  }
 }
 
 /// d = p . q
@@ -37,7 +38,7 @@ template <class P, class Q, class L>
 /// y = K x, K that of each lane from `first`
 template <class Real, class L>
 [[gnu::always_inline]] inline void multiply_each(const LaneModels<Real>& models, int first, const L* x, L* y) {
-  if (models.alike) return multiply_alike(models.alike, x, y);
+  if (models.alike.full) return multiply_alike(models.alike, x, y);
   constexpr int width = sizeof(L) / sizeof(Real);
   if (models.packed) return multiply_symmetric<L>(view<width>(models.packed->entries, first), x, y);
   for (int lane = 0; lane < width; ++lane) {
@@ -55,7 +56,7 @@ template <class Real, class L>
   for (int a = 0; a < 8; ++a)
     for (int i = 0; i < 3; ++i) {
       L& to = g[3 * a + i];
-      if (models.alike)
+      if (models.alike.full)
         to = models.mean_gradient[0][a + 8 * i] - L{};
       else
         for (int lane = 0; lane < width; ++lane) to[lane] = models.mean_gradient[first + lane][a + 8 * i];

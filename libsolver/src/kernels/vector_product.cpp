@@ -14,7 +14,8 @@ struct Dot {
   template <int width>
   [[gnu::always_inline]] static void run(const LaneVectors<Real>& v, const BatchNodes& nodes, const Real* x,
                                          Real* out) {
-    if (!nodes.rows) {
+    const std::int32_t* const rows = nodes.row();
+    if (!rows) {
       for (int lane = 0; lane < nodes.count; ++lane) {
         Real sum = 0;
         for (std::size_t a = 0; a < 8; ++a)
@@ -31,7 +32,7 @@ struct Dot {
     for (int first = 0; first < lanes; first += width) {
       L products[3] = {}, of_axis[3];
       for (int a = 0; a < 8; ++a) {
-        const Loose* at = reinterpret_cast<Loose*>(x + 3 * (std::ptrdiff_t{nodes.rows[a / 2]} + a % 2 + first));
+        const Loose* at = reinterpret_cast<Loose*>(x + 3 * (std::ptrdiff_t{rows[a / 2]} + a % 2 + first));
         const L* of_node = reinterpret_cast<const L*>(v.of_node[a].data() + 3 * first);
         for (int part = 0; part < 3; ++part) products[part] += of_node[part] * at[part];
       }
@@ -48,7 +49,8 @@ struct AddMultiples {
   using Number = Real;
   template <int width>
   [[gnu::always_inline]] static void run(const LaneVectors<Real>& v, const Real* p, const BatchNodes& nodes, Real* y) {
-    if (!nodes.rows) {
+    const std::int32_t* const rows = nodes.row();
+    if (!rows) {
       for (int lane = 0; lane < nodes.count; ++lane)
         for (std::size_t a = 0; a < 8; ++a)
           for (std::size_t i = 0; i < 3; ++i)
@@ -66,7 +68,7 @@ struct AddMultiples {
       Shuffles<width>::template together<1>(of_axis, factors[1], Each{});
       Shuffles<width>::template together<2>(of_axis, factors[2], Each{});
       for (const int a : {0, 2, 4, 6, 1, 3, 5, 7}) {  // what follows each other is apart in memory
-        Loose* to = reinterpret_cast<Loose*>(y + 3 * (std::ptrdiff_t{nodes.rows[a / 2]} + a % 2 + first));
+        Loose* to = reinterpret_cast<Loose*>(y + 3 * (std::ptrdiff_t{rows[a / 2]} + a % 2 + first));
         const L* of_node = reinterpret_cast<const L*>(v.of_node[a].data() + 3 * first);
         for (int part = 0; part < 3; ++part) to[part] += of_node[part] * factors[part];
       }

@@ -2,6 +2,7 @@
 #include "mesh/mesh.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "core/parallel.h"
 #include "hexmesh/core/bytes.h"
@@ -57,21 +58,62 @@ void Mesh::cut_into_batches() {
     }
     slabs_of_size_.push_back(slabs_.size());
   }
-  for (const auto& [begin, end] : slabs_)
-    for (std::size_t first = begin; first < end; first += batch_size) {
-      batches_.push_back(make_batch(first, std::min(batch_size, end - first)));
+  const std::vector<NodeRange> nodes = nodes_of_slabs();
+  for (std::size_t s = 0; s < slabs_.size(); ++s)
+    for (std::size_t first = slabs_[s].first; first < slabs_[s].second; first += batch_size) {
+      batches_.push_back(make_batch(first, std::min(batch_size, slabs_[s].second - first), nodes[s]));
       for (std::size_t c = first; c < first + batches_.back().count; ++c)
         batch_of_[c] = static_cast<std::int32_t>(batches_.size() - 1);
     }
 }
 
-Mesh::Batch Mesh::make_batch(std::size_t first, std::size_t count) const {
-  Batch batch{first, count, count == batch_size};
-  for (std::size_t r = 0; r < 4; ++r) batch.rows[r] = cell_nodes()[first][2 * r];
-  for (std::size_t lane = 0; lane < count; ++lane)
+std::vector<Mesh::NodeRange> Mesh::nodes_of_slabs() const {
+  constexpr NodeRange none = {std::numeric_limits<std::int32_t>::max(), -1};
+  std::vector<NodeRange> nodes(slabs_.size(), none);
+  for (std::size_t s = 0; s < slabs_.size(); ++s)
+    for (std::size_t c = slabs_[s].first; c < slabs_[s].second; ++c)
+      for (const std::int32_t n : cell_nodes()[c])
+        nodes[s] = {std::min(nodes[s].first, n), std::max(nodes[s].second, n)};
+  for (std::size_t size = 0; size < sizes_.size(); ++size)
+    for (std::size_t color = 0; color < 2; ++color) {
+      std::int32_t behind = -1;
+      bool overlap = false;
+      for (std::size_t s = slabs_of_size_[size] + color; s < slabs_of_size_[size + 1]; s += 2) {
+        overlap = overlap || nodes[s].first <= behind;
+        behind = std::max(behind, nodes[s].second);
+      }
+      for (std::size_t s = slabs_of_size_[size] + color; s < slabs_of_size_[size + 1]; s += 2)
+        if (overlap) nodes[s] = none;
+    }
+  return nodes;
+}
+
+Mesh::Batch Mesh::make_batch(std::size_t first, std::size_t count, const NodeRange& of_slab) const {
+  Batch batch{first, count};
+  if (count < batch_size) return batch;
+  const auto is_in_row = [&](std::size_t from, std::size_t lane) {
+    const CellNodes &start = cell_nodes()[first + from], &here = cell_nodes()[first + lane];
+    bool is = true;
     for (std::size_t a = 0; a < 8; ++a)
-      batch.is_row =
-          batch.is_row && cell_nodes()[first + lane][a] == batch.rows[a / 2] + static_cast<std::int32_t>(lane + a % 2);
+      is = is && here[a] == start[a / 2 * 2] + static_cast<std::int32_t>(lane - from + a % 2);
+    return is;
+  };
+  std::size_t lane = 0;
+  std::array<std::size_t, 2> from{};
+  for (std::size_t row = 0; row < 2 && lane < batch_size; ++row) {
+    from[row] = lane;
+    while (lane < batch_size && is_in_row(from[row], lane)) ++lane;
+    if (row == 0) batch.split = static_cast<int>(lane);
+    for (std::size_t r = 0; r < 4; ++r) {
+      std::int32_t& start = batch.rows[row][r];
+      start = cell_nodes()[first + from[row]][2 * r] - static_cast<std::int32_t>(from[row]);
+      if (batch.split < static_cast<int>(batch_size) &&
+          (start < of_slab.first || start + static_cast<std::int32_t>(batch_size) > of_slab.second))
+        batch.split = 0;
+    }
+    if (batch.split == 0) return batch;
+  }
+  if (lane < batch_size) batch.split = 0;
   return batch;
 }
 

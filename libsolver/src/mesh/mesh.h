@@ -140,15 +140,18 @@ public:
     });
   }
 
+  static constexpr std::size_t batch_size = 8;
   /// Cells next to each other in one layer, at most eight.
   struct Batch {
     std::size_t first = 0, count = 0;
     std::size_t end() const noexcept { return first + count; }
-    /// Eight in a row: then their nodes 2 r are rows[r], rows[r] + 1, ..., and 2 r + 1 those after them.
-    bool is_row = false;
-    std::array<std::int32_t, 4> rows{};
+    /// Of eight cells in at most two rows: how many are in the first; else 0.
+    int split = 0;
+    /// Then the node 2 r of a lane in the first row is rows[0][r] + lane, in the second rows[1][r] + lane, and 2 r + 1
+    /// the one after it. The nodes of all eight lanes of each row may be added to: no other batch has them at once.
+    std::array<std::array<std::int32_t, 4>, 2> rows{};
+    bool is_row() const noexcept { return split == batch_size; }
   };
-  static constexpr std::size_t batch_size = 8;
   const std::vector<Batch>& batches() const noexcept { return batches_; }
   std::size_t batch_of(std::size_t cell) const { return static_cast<std::size_t>(batch_of_[cell]); }
   std::size_t lane_of(std::size_t cell) const { return cell - batches_[batch_of(cell)].first; }  ///< in its batch
@@ -221,7 +224,10 @@ private:
           f(slabs_[s].first, slabs_[s].second);
       }
   }
-  Batch make_batch(std::size_t first, std::size_t count) const;
+  /// Numbers of nodes, from one to another, that no slab but one has among those that are walked at once.
+  using NodeRange = std::pair<std::int32_t, std::int32_t>;
+  std::vector<NodeRange> nodes_of_slabs() const;
+  Batch make_batch(std::size_t first, std::size_t count, const NodeRange& of_slab) const;
 
   std::vector<Index3> cells_;
   hexmesh::NodeNumbering numbering_;

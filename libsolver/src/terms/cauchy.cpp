@@ -37,7 +37,7 @@ void CauchyCells::add_product(const NodeVector& x, NodeVector& y) const {
     const auto first = elements_.begin() + static_cast<std::ptrdiff_t>(batch.first);
     const auto last = first + static_cast<std::ptrdiff_t>(batch.count);
     if (std::all_of(first, last, [&](std::int32_t e) { return e == *first; })) {
-      add_alike_product(model(batch.first).stiffness.data(), nodes_of_batch(mesh_, b), x.data(), y.data());
+      add_alike_product(model(batch.first).alike(), nodes_of_batch(mesh_, b), x.data(), y.data());
       return;
     }
     for (std::size_t c = batch.first; c < batch.first + batch.count; ++c)

@@ -312,12 +312,12 @@ LaneModels<Real> CorotationalCells::models_of_batch(std::size_t number) const {
       models.mean_gradient[lane] = m.mean_gradient.data();
       alike = alike && models.stiffness[lane] == models.stiffness[0];
     }
-    if (alike) models.alike = models.stiffness[0];
+    if (alike) models.alike = model(batch.first).alike();
   } else {
     const SingleModels& single = single_models();
     models.alike = single.stiffness.alike(number);
-    if (!models.alike) models.packed = &single.stiffness.packed(number);
-    for (std::size_t lane = 0; lane < lanes; ++lane)
+    if (!models.alike.full) models.packed = &single.stiffness.packed(number);
+    for (std::size_t lane = 0; lane < (models.alike.full ? 1 : lanes); ++lane)
       models.mean_gradient[lane] = single.mean_gradient[elements_[cell_of(lane)]].data();
   }
   return models;

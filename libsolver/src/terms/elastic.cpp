@@ -22,7 +22,7 @@ namespace {
 ElementModel make_element_model(const CellMatrix& stiffness, const CellVector& b, const NodeWeights& shape,
                                 double volume, double shear, double bulk, Volumetric volumetric) {
   ElementModel model;
-  model.stiffness = stiffness;
+  model.set_stiffness(stiffness);
   for (int a = 0; a < 8; ++a) model.mean_gradient.row(a) = b.segment<3>(3 * a) / volume;
   model.mean_shape = shape / volume;
   model.volume = volume;
@@ -51,6 +51,12 @@ ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::si
       volumetric == Volumetric::mean ? matrices.mean_dilatation_stiffness(element) : matrices.stiffness(element),
       matrices.divergence(element), matrices.shape(element), matrices.volume(element), matrices.shear(element, edges),
       matrices.bulk(element), volumetric);
+}
+
+void ElementModel::set_stiffness(const CellMatrix& k) {
+  stiffness = k;
+  const auto blocks = hexsolver::mirrored(k);
+  mirrored = blocks ? std::make_shared<const MirroredMatrix<double>>(*blocks) : nullptr;
 }
 
 Mat3 hooke_stress(const ElementModel& model, const Mat3& strain) {
@@ -132,7 +138,7 @@ bool ElasticCells::set_rest(const NodeVector& to_rest) {
       model.volume = mean.volume;
       model.shear = mean.shear / mean.volume;
       model.bulk = mean.bulk / mean.volume;
-      if (reshaping() == Reshaping::stiffness) model.stiffness = stiffness_by_points(here, model.mean_dilatation);
+      if (reshaping() == Reshaping::stiffness) model.set_stiffness(stiffness_by_points(here, model.mean_dilatation));
       if (reshaping() == Reshaping::points) (*points)[c] = std::move(here);
     });
     if (is_inside_out) return false;

@@ -9,6 +9,7 @@
 #include "hexmesh/lattice/element.h"
 #include "hexmesh/lattice/subcells.h"
 #include "hexsolver/scene/law.h"
+#include "kernels/mirrored_matrix.h"
 #include "terms/cell_jacobians.h"
 #include "terms/cell_points.h"
 #include "terms/term.h"
@@ -17,13 +18,17 @@ namespace hexsolver {
 
 /// What cells alike share.
 struct ElementModel {
-  CellMatrix stiffness;               ///< K [N/mm]
-  NodeGradients mean_gradient;        ///< of N_a over the filled part, b / V [1/mm]
-  NodeWeights mean_shape;             ///< N_a over the filled part
-  double volume = 0;                  ///< of the filled part [mm^3]
-  double shear = 0, bulk = 0;         ///< mean moduli over the filled part [MPa]
-  bool mean_dilatation = false;       ///< K resists change of volume by (bulk / volume) b b^T
-  hexmesh::SubcellMask subcells = 0;  ///< where the material is; 0 = not known
+  CellMatrix stiffness;                                    ///< K [N/mm]
+  std::shared_ptr<const MirroredMatrix<double>> mirrored;  ///< K again, where it is the same mirrored
+  NodeGradients mean_gradient;                             ///< of N_a over the filled part, b / V [1/mm]
+  NodeWeights mean_shape;                                  ///< N_a over the filled part
+  double volume = 0;                                       ///< of the filled part [mm^3]
+  double shear = 0, bulk = 0;                              ///< mean moduli over the filled part [MPa]
+  bool mean_dilatation = false;                            ///< K resists change of volume by (bulk / volume) b b^T
+  hexmesh::SubcellMask subcells = 0;                       ///< where the material is; 0 = not known
+
+  void set_stiffness(const CellMatrix& k);
+  AlikeMatrix<double> alike() const { return {stiffness.data(), mirrored.get()}; }
 };
 
 /// sigma = 2 mu dev(strain) + kappa tr(strain)  [MPa]

@@ -45,7 +45,7 @@ protected:
       models.stiffness[lane] = stiffness[c].data();
       models.mean_gradient[lane] = gradient[c].data();
     }
-    if (GetParam()) models.alike = models.stiffness[0];
+    if (GetParam()) models.alike.full = models.stiffness[0];
     return models;
   }
 
