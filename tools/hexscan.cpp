@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include "hexmesh/core/error.h"
 #include "hexscan/options.h"
 
 using namespace hextools;
@@ -21,6 +24,11 @@ int main(int argc, char** argv) {
                                             "hexscan surface probe.stl -o probe.hexsurface");
          const auto run_surface = declare_surface(*surface, common, console);
          return [=] {
+           if ((phantom->parsed() || surface->parsed()) &&
+               !o->inputs.empty())  // what a subcommand leaves over is the tool's
+             throw hexmesh::Error(hexmesh::ErrorKind::usage,
+                                  fmt::format("'{}' was not expected (see hexscan {} --help)", o->inputs.front(),
+                                              phantom->parsed() ? "phantom" : "surface"));
            if (phantom->parsed()) return run_phantom();
            if (info->parsed()) return run_info();
            return surface->parsed() ? run_surface() : run_conversion();

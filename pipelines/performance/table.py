@@ -9,7 +9,7 @@ import re
 import statistics
 import sys
 
-FLOPS_PER_CELL = 1152  # of one product with a 24 x 24 matrix
+FLOPS_PER_CELL = 1152  # of one product with a 24 x 24 matrix; cells that are the same mirrored take fewer
 # Bytes that a product has to move per cell: nodes and their numbers, and what each turned cell keeps.
 NODE_BYTES = {"double": 24 + 24, "single": 12 + 12}
 NUMBERS_OF_A_TURNED_CELL = 78
@@ -123,6 +123,18 @@ def sizes(folder, rows, linear_product, case, tolerance, aims, products):
         rows.add(group, "memory", r["peak_memory_mb"] / 1024, "GB", "4" if name == "7.9M" else "")
 
 
+def calculix(folder, rows):
+    for name in ("0.04M", "0.13M"):
+        for strain, pull in (("cauchy", "40 mm pull, small strain"), ("green-lagrange", "10 mm pull, large strain")):
+            own, other = read(folder / f"calculix.{name}.{strain}.json"), read(folder / f"calculix.{name}.{strain}.ccx.json")
+            if not other:
+                continue
+            group = f"{pull}, beside CalculiX, {own['lattice']['dofs'] / 1e6:.2f} M unknowns"
+            rows.add(group, "hexsolve, cold start to written result", own["seconds"]["total"], "s")
+            rows.add(group, "ccx, deck to displacements", other["seconds"], "s")
+            rows.add(group, "times as long", other["seconds"] / own["seconds"]["total"], "", "100")
+
+
 def instructions(folder, rows):
     """Own instructions of the kernels for each of their calls."""
     for path in (p for p in sorted(folder.glob("callgrind.*")) if p.suffix != ".json"):
@@ -147,10 +159,10 @@ def instructions(folder, rows):
                 skip = False
         of_kernel = {}  # the most: beside each kernel there is a jump to it
         for number, name in names.items():
-            kernel = re.match(r"hexsolver::(?:\(anonymous namespace\)::)?(multiply24|turned_\w+|alike_\w+)\(([^)]*)", name)
+            kernel = re.match(r"hexsolver::InRegisters<hexsolver::\(anonymous namespace\)::(\w+Product)<(float|double)>", name)
             if kernel and calls.get(number) and own.get(number):
-                precision = "single" if "float" in kernel[2] else "double"
-                cells = 1 if kernel[1] == "multiply24" else 8
+                cells = 8
+                precision = "single" if kernel[2] == "float" else "double"
                 what = f"{path.suffix[1:]}: {kernel[1]}, {precision} precision, per cell"
                 of_kernel[what] = max(of_kernel.get(what, 0), own[number] / calls[number] / cells)
         for what, count in of_kernel.items():
@@ -165,6 +177,7 @@ def main():
     coarse(folder, rows, one_thread)
     sizes(folder, rows, linear_product, "auto", "\"auto\"", {"0.13M": "", "1.0M": "", "4.1M": "20", "7.9M": "35"}, "250")
     sizes(folder, rows, linear_product, "size", "1e-6", {"0.13M": "2", "1.0M": "10", "4.1M": "45", "7.9M": "90"}, "400")
+    calculix(folder, rows)
     instructions(folder, rows)
     with open(folder / "performance.csv", "w", newline="") as out:
         writer = csv.DictWriter(out, ["group", "what", "value", "unit", "aim"])

@@ -114,6 +114,7 @@ TEST_F(Tools, AZoneOfInterestCleaningAndTheScanGoTogether) {
   expect_failure("hexscan liver.nrrd --intensity ct.nrrd -o a.nrrd", 2, {"--intensity-out"});
   expect_failure("hexscan liver.nrrd --intensity ct.nrrd --intensity-out a.nrrd -o a.nrrd", 2, {"both 'a.nrrd'"});
   expect_failure("hexscan liver.nrrd -o a.nii.gz", 2, {"a.nii.gz", ".nrrd"});
+  expect_failure("hexscan phantom box --set width=40 length=80 -o a.nrrd", 2, {"length=80", "not expected"});
   ASSERT_EQ(run("hexscan phantom box --set shift_x=900 -o far.nrrd").exit_code, 0);
   expect_failure("hexscan far.nrrd --intensity ct.nrrd --intensity-out a.nrrd -o b.nrrd", 4, {"covers none"});
   expect_failure("hexscan liver.nrrd --max-memory 0.1 -o a.nrrd", 3, {"--max-memory", "0.1 MB"});

@@ -186,7 +186,9 @@ void add_scene(json& report, const hexsolver::Scene& scene) {
   json& rows = report["contacts"];
   for (std::size_t n = 0; n < scene.contacts.size() && n < rows.size(); ++n) {
     const hexsolver::Contact& c = scene.contacts[n];
-    if (c.between)
+    if (c.self)
+      rows[n]["self"] = true;
+    else if (c.between)
       rows[n]["between"] = {c.between->first, c.between->second};
     else if (c.file.empty())
       add_shape(hexmesh::placed(c.obstacle, place_at_end(c, scene)), rows[n]);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <set>
 
+#include "dynamics/time_integrator.h"
 #include "level/checks.h"
 
 namespace hexsolver {
@@ -46,6 +47,14 @@ std::vector<std::string> check_motion(LevelProblem& problem, const NodeVector& u
                        "the first step",
                        scene.conditions[c].name, scene.conditions[c].where, miss[c])});
   return warnings;
+}
+
+std::vector<std::string> TimeIntegrator::check() { return check_motion(problem_, u_, progress()); }
+
+const std::string* TimeIntegrator::ball_inside() const {
+  for (std::size_t c = 0; c < problem_.contacts().size(); ++c)
+    if (problem_.contacts()[c]->state(u_).is_inside) return &scene_.contacts[c].name;
+  return nullptr;
 }
 
 }  // namespace hexsolver

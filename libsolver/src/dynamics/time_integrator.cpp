@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "dynamics/check_motion.h"
 #include "dynamics/start_state.h"
 
 namespace hexsolver {
@@ -31,6 +30,8 @@ constexpr int most_newton_iterations = 25;
 /// Of the linear equations of one step, all its parts together, where they are solved to the tolerance. Steps take some
 /// hundred; what takes so many more has stiffnesses that the solver cannot bear.
 constexpr std::int64_t most_cycles = 20'000, most_plain_iterations = 50'000;
+
+constexpr const char* through_itself = "a part of the body would go through another";
 
 /// In the words of a motion.
 const char* reason_of_substep(NewtonEnd end) {
@@ -203,14 +204,6 @@ void TimeIntegrator::be_at_rest_if_failed() {
   inertia_->set_step(u_ - settings_.step * v_, v_, settings_.step);
 }
 
-std::vector<std::string> TimeIntegrator::check() { return check_motion(problem_, u_, progress()); }
-
-const std::string* TimeIntegrator::ball_inside() const {
-  for (std::size_t c = 0; c < problem_.contacts().size(); ++c)
-    if (problem_.contacts()[c]->state(u_).is_inside) return &scene_.contacts[c].name;
-  return nullptr;
-}
-
 /// What a step could not be solved for, or the state that was reached, says which cells keep their rotations.
 /// @returns whether more do than before
 bool TimeIntegrator::hold_rotations(const NodeVector* tried) {
@@ -283,15 +276,19 @@ NewtonEnd TimeIntegrator::solve_step(const Newton<NodeVector>::Accept& accept) {
   return end;
 }
 
-/// What friction may come to at the end of the step, from solutions with what it came to before; once only where the
-/// number of iterations is fixed.
-NewtonEnd TimeIntegrator::find_friction() {
+/// What friction may come to at the end of the step, and which places of segments touch, from solutions with what was
+/// so before; once only where the number of iterations is fixed.
+NewtonEnd TimeIntegrator::attach_contacts() {
   constexpr int most_rounds = 5;
   constexpr double little = 1e-2;
-  if (!has_friction(scene_)) return NewtonEnd::converged;
+  if (!problem_.has_attached_contacts()) return NewtonEnd::converged;
   problem_.attach_contacts(u_);
   for (int round = 0; is_to_tolerance() && round < most_rounds; ++round) {
     if (const NewtonEnd end = solve_step({}); end != NewtonEnd::converged) return end;
+    if (problem_.passes_through_itself(end_)) {
+      reason_ = through_itself;
+      return NewtonEnd::not_accepted;
+    }
     if (problem_.attach_contacts(end_) <= little) break;
   }
   return NewtonEnd::converged;
@@ -324,7 +321,7 @@ bool TimeIntegrator::try_substep(double h, Form form) {
   problem_.set_progress(then);
   begin_terms();
   h_ = h;
-  if (const NewtonEnd end = find_friction(); end != NewtonEnd::converged) return fail(end);
+  if (const NewtonEnd end = attach_contacts(); end != NewtonEnd::converged) return fail(end);
   before_ = energies_;
   before_.contact = problem_.contact_potential(u_);
   before_.loads = problem_.load_energy(u_);
@@ -346,6 +343,7 @@ bool TimeIntegrator::try_substep(double h, Form form) {
 /// Take end_ for the state at the end of the substep, unless it holds more energy than it had and was given.
 bool TimeIntegrator::accept(const NodeVector& projected) {
   if (rotations_->have_to_begin(end_)) return fail("cells have to rotate");
+  if (problem_.passes_through_itself(end_)) return fail(through_itself);
   velocity_ = (end_ - difference_.u(u_)) / difference_.length();
   const Energies now = energies_of(problem_, *inertia_, end_, velocity_);
   if (!std::isfinite(now.total())) return fail("points of the body would turn inside out");

@@ -70,7 +70,7 @@ private:
   bool try_substep(double h, Form form);
   void begin_terms();
   NewtonEnd solve_step(const Newton<NodeVector>::Accept& accept);
-  NewtonEnd find_friction();
+  NewtonEnd attach_contacts();
   bool fail(NewtonEnd end);
   bool is_to_tolerance() const { return settings_.newton_iterations == 0; }
   int smallest_substep() const;

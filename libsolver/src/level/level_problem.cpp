@@ -86,13 +86,14 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
   for (const auto& load : new_loads_) loads_.push_back(load.get());
   if (!scene.contacts.empty()) {
     const bool has_obstacles =
-        std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& c) { return !c.between; });
+        std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& c) { return !c.is_within_body(); });
     const std::vector<SurfacePoint> surface = has_obstacles ? selector.whole_surface() : std::vector<SurfacePoint>();
     for (const Contact& c : scene.contacts) {
-      new_contacts_.push_back(c.between
+      new_contacts_.push_back(c.is_within_body()
                                   ? make_segment_contact(c, cells_, mesh(), selector, is_hard(c, scene))
                                   : std::make_unique<PenaltyContact>(c, cells_, mesh(), surface, is_hard(c, scene)));
       contacts_.push_back(new_contacts_.back().get());
+      if (scene.dynamics) contacts_.back()->hold_pairs();
     }
   }
   expect_embedded(scene, matchings, matched);
@@ -105,9 +106,16 @@ bool LevelProblem::attach(const NodeVector& u, const PullMode& mode) {
   if (!matches_.empty()) hexsolver::attach(matches_, *elastic_, potential_->at_all(u), mode);
   attach_contacts(u);
   if (carrying_) carrying_->anchor(potential_->at_all(u));
-  const bool is_touched =
-      std::any_of(contacts_.begin(), contacts_.end(), [](const auto* c) { return c->is_attached(); });
-  return !matches_.empty() || is_touched || carrying_;
+  return !matches_.empty() || has_attached_contacts() || carrying_;
+}
+
+bool LevelProblem::has_attached_contacts() const {
+  return std::any_of(contacts_.begin(), contacts_.end(), [](const auto* c) { return c->is_attached(); });
+}
+
+bool LevelProblem::passes_through_itself(const NodeVector& u) const {
+  return std::any_of(contacts_.begin(), contacts_.end(),
+                     [&](const auto* c) { return c->passes_through(potential_->at_all(u)); });
 }
 
 std::vector<double> LevelProblem::contact_pressure(const NodeVector& u) const {

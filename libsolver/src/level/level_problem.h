@@ -111,8 +111,11 @@ public:
   /// nothing but obstacles holds go on from there. @returns whether there is any of these
   bool attach(const NodeVector& u, const PullMode& mode);
 
-  /// See PenaltyContact::attach(): the most that an obstacle's friction changes.
+  bool has_attached_contacts() const;  ///< that attach_contacts() changes
+  /// See PenaltyContact::attach(): the most that a contact changes.
   double attach_contacts(const NodeVector& u);
+  /// See PenaltyContact: a part of the body another, on the way from the last attach_contacts() to u.
+  bool passes_through_itself(const NodeVector& u) const;
   void forget_frictions(const NodeVector& u);  ///< see PenaltyContact
   /// See PenaltyContact::keep(): of all obstacles [N mm].
   double keep_contacts(const NodeVector& u);

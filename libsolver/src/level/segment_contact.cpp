@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "hexmesh/core/error.h"
 #include "scene/solid_segments.h"
@@ -21,13 +22,67 @@ const hexmesh::LatticeSegment& solid_segment(const Contact& contact, const Latti
                                             contact.where, name, names_of_solid_segments(lattice)));
 }
 
-/// The faces of a segment's voxels beside which there is another segment, or nothing with a material.
-std::vector<hexmesh::ExposedFace> faces_of(const Lattice& lattice, std::uint16_t label, std::uint16_t other) {
-  std::vector<bool> of(65536), towards(65536, true);
-  of[label] = true;
+using Labels = std::vector<bool>;  ///< of each label, whether it is meant
+
+Labels labels_of(std::initializer_list<std::uint16_t> labels) {
+  Labels out(65536);
+  for (const std::uint16_t label : labels) out[label] = true;
+  return out;
+}
+
+/// What one surface meets the rest shape of another with.
+struct Pair {
+  Labels first, second;
+  double young;  ///< of the second, where it is softest [MPa]
+  std::vector<hexmesh::ExposedFace> faces;
+};
+
+/// Beside the faces of the first there is the second, or nothing with a material.
+Pair pair_of_segments(const Contact& contact, const Lattice& lattice) {
+  const auto& [first, second] = *contact.between;
+  const hexmesh::LatticeSegment &one = solid_segment(contact, lattice, first),
+                                &other = solid_segment(contact, lattice, second);
+  const std::uint16_t label = one.segment.label, beside = other.segment.label;
+  Pair pair{labels_of({label}), labels_of({beside}), other.material->young, {}};
+  Labels towards(65536, true);
   for (const hexmesh::LatticeSegment& s : lattice.segments)
-    towards[s.segment.label] = !s.material || s.segment.label == other;
-  return faces_between(lattice, of, towards);
+    towards[s.segment.label] = !s.material || s.segment.label == beside;
+  pair.faces = faces_between(lattice, pair.first, towards);
+  const bool touch =
+      std::any_of(pair.faces.begin(), pair.faces.end(), [&](const auto& face) { return face.neighbour == beside; });
+  if (!lattice.parting.slide(label, beside) && (touch || !lattice.parting.any()))
+    throw Error(ErrorKind::input,
+                fmt::format("contact '{}' ({}) is between '{}' and '{}', which the cells of the lattice "
+                            "hold together, expected one of hexmesh build --slide {} {}",
+                            contact.name, contact.where, first, second, first, second));
+  return pair;
+}
+
+Pair body_with_itself(const Contact& contact, const Lattice& lattice) {
+  if (!lattice.parting.sliding.empty())
+    throw Error(ErrorKind::input,
+                fmt::format("contact '{}' ({}) is of the body with itself, whose segments slide along each other, "
+                            "expected a lattice without --slide",
+                            contact.name, contact.where));
+  Pair pair{Labels(65536), {}, std::numeric_limits<double>::infinity(), {}};
+  for (const hexmesh::LatticeSegment& s : lattice.segments) {
+    if (!s.material) continue;
+    pair.first[s.segment.label] = true;
+    pair.young = std::min(pair.young, s.material->young);
+  }
+  pair.second = pair.first;
+  Labels towards = pair.first;
+  towards.flip();
+  pair.faces = faces_between(lattice, pair.first, towards);
+  return pair;
+}
+
+/// 1 where a label is of the second, 2 where it is of the first alone.
+std::vector<std::uint16_t> roles(const Lattice& lattice, const Pair& pair) {
+  std::vector<std::uint16_t> out(lattice.labels.size());
+  for (std::size_t n = 0; n < out.size(); ++n)
+    out[n] = pair.second[lattice.labels[n]] ? 1 : pair.first[lattice.labels[n]] ? 2 : 0;
+  return out;
 }
 
 }  // namespace
@@ -35,24 +90,22 @@ std::vector<hexmesh::ExposedFace> faces_of(const Lattice& lattice, std::uint16_t
 std::unique_ptr<PenaltyContact> make_segment_contact(const Contact& contact, const MeshCells& cells, const Mesh& mesh,
                                                      Selector& selector, bool is_hard) {
   const Lattice& lattice = cells.lattice();
-  const auto& [first, second] = *contact.between;
-  const hexmesh::LatticeSegment &one = solid_segment(contact, lattice, first),
-                                &other = solid_segment(contact, lattice, second);
-  const std::uint16_t label = one.segment.label, beside = other.segment.label;
-  const std::vector<hexmesh::ExposedFace> faces = faces_of(lattice, label, beside);
-  const bool touch =
-      std::any_of(faces.begin(), faces.end(), [&](const auto& face) { return face.neighbour == beside; });
-  if (!lattice.parting.slide(label, beside) && (touch || !lattice.parting.any()))
+  if (cells.is_graded())
+    throw Error(ErrorKind::input, fmt::format("contact '{}' ({}) is of parts of the body, expected cells alike, "
+                                              "solve.grading = \"off\"",
+                                              contact.name, contact.where));
+  const Pair pair = contact.self ? body_with_itself(contact, lattice) : pair_of_segments(contact, lattice);
+  hexmesh::SegmentDistance distance(lattice.voxels, roles(lattice, pair), 1, 2);
+  if (const double voxel = lattice.voxels.spacing().minCoeff(); distance.thickness() < 1.25 * voxel)
     throw Error(ErrorKind::input,
-                fmt::format("contact '{}' ({}) is between '{}' and '{}', which the cells of the lattice "
-                            "hold together, expected one of hexmesh build --slide {} {}",
-                            contact.name, contact.where, first, second, first, second));
-  hexmesh::SegmentDistance distance(lattice.voxels, lattice.labels, beside, label);
+                fmt::format("contact '{}' ({}) is with what is nowhere three voxels of {:g} mm thick, whose surface is "
+                            "told by means over neighbours, expected finer voxels",
+                            contact.name, contact.where, voxel));
   const double at_once = std::min(distance.thickness() / 4, 2 * lattice.voxels.spacing().minCoeff());
   auto segment = std::make_unique<OtherSegment>(
-      OtherSegment{std::move(distance), BodyMap(cells, mesh, beside), other.material->young, {}, at_once});
-  for (const hexmesh::ExposedFace& face : faces) segment->touching.push_back(face.neighbour == beside);
-  return std::make_unique<PenaltyContact>(contact, cells, mesh, selector.centers_of(faces), is_hard,
+      OtherSegment{std::move(distance), BodyMap(cells, mesh, pair.second), pair.young, {}, at_once, contact.self});
+  for (const hexmesh::ExposedFace& face : pair.faces) segment->touching.push_back(pair.second[face.neighbour]);
+  return std::make_unique<PenaltyContact>(contact, cells, mesh, selector.centers_of(pair.faces), is_hard,
                                           std::move(segment));
 }
 

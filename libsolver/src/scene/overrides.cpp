@@ -58,7 +58,7 @@ hexmesh::Elements source_of_elements(const Scene& scene) {
 
 Lattice read_lattice_for(const Scene& scene, const std::filesystem::path& path, const LatticeNeeds& needs) {
   const bool needs_voxels =
-      std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& c) { return c.between.has_value(); });
+      std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& c) { return c.is_within_body(); });
   const hexmesh::Voxels voxels = needs.pictures || needs_voxels ? hexmesh::Voxels::read : hexmesh::Voxels::left_out;
   return with_overrides(hexmesh::read_lattice(path, needs.levels, source_of_elements(scene), voxels), scene);
 }

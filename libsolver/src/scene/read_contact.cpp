@@ -76,9 +76,10 @@ void read_obstacle(TomlReader& table, const std::filesystem::path& folder, Conta
     ++shapes;
   }
   if (shapes != 1)
-    table.fail_here(fmt::format(
-        "[[contact]] has {} obstacles, expected one of plane, sphere, capsule, cylinder, box and surface, or between",
-        shapes));
+    table.fail_here(
+        fmt::format("[[contact]] has {} obstacles, expected one of plane, sphere, capsule, cylinder, box and surface, "
+                    "or between, or self",
+                    shapes));
 }
 
 void read_law(TomlReader& table, Contact& c) {
@@ -100,6 +101,13 @@ Contact read_contact(TomlReader table, const std::filesystem::path& folder, cons
       table.fail_at("between", fmt::format("contact.between names '{}' twice, expected two segments", names->at(0)));
     c.between.emplace(names->at(0), names->at(1));
     c.adhesion = table.flag("adhesion").value_or(false);
+    read_law(table, c);
+    table.finish();
+    return c;
+  }
+  if (const auto self = table.flag("self")) {
+    if (!*self) table.fail_at("self", "contact.self = false, expected true, or no such [[contact]]");
+    c.self = true;
     read_law(table, c);
     table.finish();
     return c;

@@ -67,20 +67,20 @@ void check_frictions(Scene& scene) {
   for (const Contact& c : scene.contacts)
     if (is_hard(c, scene)) let_it_turn(scene);
   for (const Contact& c : scene.contacts) {
-    if (!c.between) continue;
+    if (!c.is_within_body()) continue;
+    const std::string what =
+        with_place("contact", c) + (c.self ? " is of the body with itself" : " is between segments");
     if (scene.loaded)
-      throw Error(ErrorKind::input, with_place("contact", c) +
-                                        " is between segments, which a shape without load does not know yet, expected "
-                                        "solve.reference = \"rest\"");
-    if (scene.is_graded())
       throw Error(ErrorKind::input,
-                  with_place("contact", c) + " is between segments, expected cells alike, solve.grading = \"off\"");
+                  what + ", which a shape without load does not know yet, expected solve.reference = \"rest\"");
+    if (scene.is_graded()) throw Error(ErrorKind::input, what + ", expected cells alike, solve.grading = \"off\"");
   }
   if (scene.loaded)
     for (const Contact& c : scene.loaded->contacts)
-      if (c.between)
-        throw Error(ErrorKind::input,
-                    with_place("contact", c) + " is between segments, expected an obstacle that presses in the scan");
+      if (c.is_within_body())
+        throw Error(ErrorKind::input, with_place("contact", c) +
+                                          (c.self ? " is of the body with itself" : " is between segments") +
+                                          ", expected an obstacle that presses in the scan");
   if (scene.loaded)
     for (const Contact& c : scene.loaded->contacts)
       if (c.stiffness == 0)

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "hexmesh/core/bytes.h"
@@ -33,20 +34,21 @@ std::array<std::int32_t, 4> face_of(const CellNodes& nodes, int side) {
 
 }  // namespace
 
-BodyMap::BodyMap(const MeshCells& cells, const Mesh& mesh, std::uint16_t label)
+BodyMap::BodyMap(const MeshCells& cells, const Mesh& mesh, const std::vector<bool>& of)
     : mesh_(mesh), corner_(cells.lattice().corner()), beyond_(mesh.num_cells(), {-1, -1, -1, -1, -1, -1}) {
   const hexmesh::Lattice& lattice = cells.lattice();
   const hexmesh::Level& level = lattice.level(cells.level());
   const hexmesh::CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells, level.split.owners);
   std::vector<bool> holds(mesh.num_cells());
   for (std::size_t n = 0; n < lattice.labels.size(); ++n)
-    if (lattice.labels[n] == label)
+    if (of[lattice.labels[n]])
       if (const std::int32_t cell = locator.cell_of_voxel(lattice.voxels.index(n)); cell >= 0)
         holds[static_cast<std::size_t>(cell)] = true;
   std::map<std::array<std::int32_t, 4>, std::pair<std::int32_t, int>> open;  // faces that one cell has so far
   for (std::size_t c = 0; c < holds.size(); ++c) {
     if (!holds[c]) continue;
     cells_.push_back(static_cast<std::int32_t>(c));
+    taken_.insert(hexmesh::sort_key(mesh.cells()[c]));
     for (int side = 0; side < 6; ++side) {
       const auto [face, is_new] =
           open.try_emplace(face_of(mesh.cell_nodes()[c], side), static_cast<std::int32_t>(c), side);
@@ -135,7 +137,8 @@ BodyMap::Place BodyMap::find(const Vec3& x, const NodeVector& u, const hexmesh::
   if (bin == bins_.end()) return {};
   hexmesh::Embedding best;
   double least = beyond_most_;
-  for (const std::int32_t cell : bin->second) {
+  for (const std::size_t n : bin->second) {
+    const std::int32_t cell = cells_[n];
     Vec3 local = Vec3::Constant(0.5);
     if (invert(x, u, cell, local) == End::failed) continue;
     const double outside = ((local.array() - 0.5).abs() - 0.5).maxCoeff();
@@ -145,6 +148,47 @@ BodyMap::Place BodyMap::find(const Vec3& x, const NodeVector& u, const hexmesh::
     if (least == 0) break;
   }
   return walk(x, u, best);
+}
+
+bool BodyMap::touch(std::int32_t one, std::int32_t other) const {
+  const CellNodes &a = mesh_.cell_nodes()[hexmesh::as_size(one)], &b = mesh_.cell_nodes()[hexmesh::as_size(other)];
+  return std::any_of(a.begin(), a.end(), [&](std::int32_t n) { return std::find(b.begin(), b.end(), n) != b.end(); });
+}
+
+bool BodyMap::is_elsewhere(const Place& place, const Own& own) const {
+  if (place.cell < 0 || touch(place.cell, own.cell)) return false;
+  Index3 at = mesh_.cells()[hexmesh::as_size(place.cell)];
+  bool is_outside = false;
+  for (std::size_t d = 0; d < 3; ++d) {
+    const double local = place.local[static_cast<Eigen::Index>(d)];
+    if (local >= 0 && local <= 1) continue;
+    is_outside = true;
+    at[d] += static_cast<std::int32_t>(std::floor(local));
+  }
+  const double edge = mesh_.edges().colwise().norm().maxCoeff();
+  return !is_outside || (!taken_.contains(hexmesh::sort_key(at)) && (place.rest - own.rest).norm() > edge);
+}
+
+BodyMap::Place BodyMap::find_elsewhere(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near,
+                                       const Own& own) const {
+  if (Place found = walk(x, u, near); is_elsewhere(found, own)) return found;
+  const auto bin = bins_.find(bin_of(index_of_bin(x)));
+  if (bin == bins_.end()) return {};
+  Place best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const std::size_t n : bin->second) {
+    if (!boxes_[n].contains(x) || touch(cells_[n], own.cell)) continue;
+    Vec3 local = Vec3::Constant(0.5);
+    if (invert(x, u, cells_[n], local) == End::failed) continue;
+    const double outside = ((local.array() - 0.5).abs() - 0.5).maxCoeff();
+    if (!(outside < least)) continue;
+    const Place found = walk(x, u, {cells_[n], local});
+    if (!is_elsewhere(found, own)) continue;
+    least = std::max(outside, 0.0);
+    best = found;
+    if (least == 0) break;
+  }
+  return best;
 }
 
 BodyMap::Bending BodyMap::bending(std::int32_t cell, const Vec3& local, const NodeVector& u, const Vec3& m) const {
@@ -200,20 +244,25 @@ std::uint64_t BodyMap::bin_of(const Index3& at) const {
 }
 
 void BodyMap::look_at(const NodeVector& u) {
+  constexpr double part_of_cell = 0.5;  // that boxes reach beyond
   bins_.clear();
-  for (const std::int32_t cell : cells_) {
-    const Corners corners = corners_of(mesh_, cell, u);
+  boxes_.assign(cells_.size(), {});
+  for (std::size_t n = 0; n < cells_.size(); ++n) {
+    const Corners corners = corners_of(mesh_, cells_[n], u);
     if (!corners.allFinite()) continue;
-    const Index3 low = index_of_bin(corners.rowwise().minCoeff()), high = index_of_bin(corners.rowwise().maxCoeff());
+    const Vec3 beyond = Vec3::Constant(part_of_cell * bin_size_ / 2);
+    boxes_[n] = {corners.rowwise().minCoeff() - beyond, corners.rowwise().maxCoeff() + beyond};
+    const Index3 low = index_of_bin(boxes_[n].min()), high = index_of_bin(boxes_[n].max());
     Index3 at;
     for (at[2] = low[2]; at[2] <= high[2]; ++at[2])
       for (at[1] = low[1]; at[1] <= high[1]; ++at[1])
-        for (at[0] = low[0]; at[0] <= high[0]; ++at[0]) bins_[bin_of(at)].push_back(cell);
+        for (at[0] = low[0]; at[0] <= high[0]; ++at[0]) bins_[bin_of(at)].push_back(n);
   }
 }
 
 std::size_t BodyMap::bytes() const {
-  std::size_t sum = hexmesh::bytes_of(cells_) + hexmesh::bytes_of(beyond_);
+  std::size_t sum = hexmesh::bytes_of(cells_) + hexmesh::bytes_of(beyond_) + hexmesh::bytes_of(boxes_) +
+                    taken_.size() * sizeof(std::uint64_t);
   for (const auto& [bin, cells] : bins_) sum += hexmesh::bytes_of(cells) + sizeof(bin);
   return sum;
 }

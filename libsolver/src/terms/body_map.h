@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Geometry>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "hexmesh/lattice/locator.h"
@@ -15,7 +17,8 @@ class BodyMap {
 public:
   /// @param cells  of one level, of a lattice with labels
   /// @param mesh   of these; must outlive this
-  BodyMap(const MeshCells& cells, const Mesh& mesh, std::uint16_t label);
+  /// @param of     whether a label is of the segment, shape (65536)
+  BodyMap(const MeshCells& cells, const Mesh& mesh, const std::vector<bool>& of);
 
   struct Place {
     std::int32_t cell = -1;                     ///< < 0: no cell of the segment is there
@@ -26,9 +29,17 @@ public:
   };
 
   /// @param near  a cell to begin at and where in it, as of a displacement not far from u; cell < 0: none, then those
-  /// are
-  ///              looked at that look_at() found near x
+  ///              are looked at that look_at() found near x
   Place find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near) const;
+
+  /// A point of the segment itself.
+  struct Own {
+    std::int32_t cell;
+    Vec3 rest;  ///< [mm]
+  };
+  /// The same of a point of the segment itself: where else in it the point is, which is not in its own cell, nor in one
+  /// that shares a node with that, nor beyond a cell where the point is at rest.
+  Place find_elsewhere(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near, const Own& own) const;
 
   /// How a place bends with the cell: see PenaltyContact.
   struct Bending {
@@ -53,11 +64,17 @@ private:
   std::uint64_t bin_of(const Index3& at) const;
   Index3 index_of_bin(const Vec3& x) const;
 
+  bool touch(std::int32_t one, std::int32_t other) const;  ///< whether two cells share a node
+  /// Whether a place is elsewhere: in its cell, or beyond it where no other cell is at rest and the point is not.
+  bool is_elsewhere(const Place& place, const Own& own) const;
+
   const Mesh& mesh_;
   Vec3 corner_;
   std::vector<std::int32_t> cells_;                  ///< those that hold voxels of the segment
   std::vector<std::array<std::int32_t, 6>> beyond_;  ///< of each cell of the mesh, those behind its faces; -1
-  std::unordered_map<std::uint64_t, std::vector<std::int32_t>> bins_;  ///< cells that reach into each
+  std::unordered_map<std::uint64_t, std::vector<std::size_t>> bins_;  ///< numbers in cells_ that reach into each
+  std::vector<Eigen::AlignedBox3d> boxes_;                            ///< of cells_, as look_at() found them
+  std::unordered_set<std::uint64_t> taken_;                           ///< indices of the cells at rest
   double beyond_most_ = 0;  ///< how far the map of an outermost cell goes on, in its edges
   double bin_size_ = 1;     ///< [mm]
 };

@@ -60,44 +60,6 @@ void PenaltyContact::set_progress(const Progress& progress) {
   is_solved_ = false;
 }
 
-PenaltyContact::Located PenaltyContact::locate(const Point& p, const NodeVector& u, const Place& place) const {
-  const Vec3 x = now(p, u);
-  if (!other_) {
-    const Vec3 in_frame = place.inverse() * x;
-    return {{in_frame, place.linear().transpose()}, hexmesh::gap_to(contact_.obstacle, in_frame)};
-  }
-  const BodyMap::Place there = other_->map.find(x, u, p.near);
-  if (there.cell < 0)
-    return {{{}, Mat3::Zero(), false}, {std::numeric_limits<double>::infinity(), Vec3::Zero(), Mat3::Zero()}};
-  Located out{{there.rest, there.to_rest, true, there.cell, there.weights, there.local},
-              other_->distance.gap(there.rest)};
-  out.gap.depth -= p.begin;
-  return out;
-}
-
-const std::vector<PenaltyContact::Located>& PenaltyContact::locate_all(const NodeVector& u) const {
-  if (other_ && located_at_.size() == u.size() && located_at_ == u) return located_;
-  located_.resize(points_.size());
-  constexpr std::size_t many = 500;
-#pragma omp parallel for schedule(static) if (points_.size() >= many)
-  for (std::size_t p = 0; p < points_.size(); ++p) located_[p] = locate(points_[p], u);
-  if (other_) located_at_ = u;
-  return located_;
-}
-
-void PenaltyContact::remember_cells(const NodeVector& u) {
-  if (!other_) return;
-  const auto remember = [&] {
-    const std::vector<Located>& all = locate_all(u);
-    for (std::size_t p = 0; p < points_.size(); ++p) points_[p].near = {all[p].at.cell, all[p].at.local};
-  };
-  remember();
-  if (std::none_of(points_.begin(), points_.end(), [](const Point& p) { return p.near.cell < 0; })) return;
-  other_->map.look_at(u);
-  located_at_.resize(0);
-  remember();
-}
-
 bool PenaltyContact::is_boundless() const { return other_ || std::holds_alternative<HalfSpace>(contact_.obstacle); }
 
 PenaltyContact::Drawn PenaltyContact::drawn(std::size_t p, const At& at) const {
@@ -136,23 +98,6 @@ double PenaltyContact::energy(const NodeVector& u) const {
   return sum;
 }
 
-/// Of points near another segment: they come no deeper into it, at a time, than a quarter of its thickness and two
-/// voxels.
-double PenaltyContact::longest_step(const NodeVector& u, const NodeVector& step) const {
-  if (!other_) return 1;
-  const std::vector<Located>& all = locate_all(u);
-  double part = 1;
-  for (std::size_t p = 0; p < points_.size(); ++p) {
-    const auto& [at, gap] = all[p];
-    if (!at.is_there) continue;
-    const Vec3 by = at.to_frame * (mesh_.interpolate(points_[p].cell, points_[p].weights, step) -
-                                   mesh_.interpolate(at.cell, at.weights, step));
-    if (const double approach = -gap.normal.dot(by); approach > 0)
-      part = std::min(part, (std::max(gap.depth, 0.0) + other_->deepest_at_once) / approach);
-  }
-  return part;
-}
-
 double PenaltyContact::stored_energy(const NodeVector& u) const {
   const std::vector<Located>& all = locate_all(u);
   double sum = 0;
@@ -170,24 +115,6 @@ Vec3 PenaltyContact::force_at(std::size_t p, const Located& located) const {
   Vec3 force = pressing == 0 ? Vec3(Vec3::Zero()) : Vec3(pressing * gap.normal);
   if (has_friction()) force += force_of(drawn(p, at));
   return force;
-}
-
-double PenaltyContact::gradient_jump(const NodeVector& u) const {
-  if (!other_) return 0;
-  const std::vector<Located>& all = locate_all(u);
-  constexpr double most_part = 1e-3;  // of the forces: what jumps by more is no solution
-  double sum = 0, forces = 0;
-  for (std::size_t p = 0; p < points_.size(); ++p) {
-    const At& at = all[p].at;
-    const Vec3 force = force_at(p, all[p]);
-    if (force.isZero(0)) continue;
-    forces += (at.to_frame.transpose() * force).norm();
-    double most = 0;
-    for (const Mat3& to_rest : other_->map.to_rest_beside(at.cell, at.local, u))
-      most = std::max(most, ((to_rest - at.to_frame).transpose() * force).norm());
-    sum += most * std::sqrt(points_[p].weights.squaredNorm() + at.weights.squaredNorm());
-  }
-  return std::min(sum, most_part * forces);
 }
 
 void PenaltyContact::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
@@ -239,7 +166,7 @@ void PenaltyContact::linearize(const NodeVector& u, double projection) {
       is_active = true;
     }
     if (!is_active || !at.is_there) continue;
-    if (const double part = 1 - std::min(projection, Hessian::projected); other_ && part > 0) {
+    if (const double part = 1 - std::min(projection, Hessian::projected); other_ && pairs_.empty() && part > 0) {
       const Vec3 slope = -part * (at.to_frame.transpose() * force_at(n, all[n]));
       if (!slope.isZero(0)) {
         const BodyMap::Bending bending = other_->map.bending(at.cell, at.local, u, slope);
@@ -295,11 +222,25 @@ std::size_t PenaltyContact::bytes() const {
 double PenaltyContact::attach(const NodeVector& u) {
   double changed = 0, in_all = 0;
   if (!is_attached()) return 0;
+  std::vector<Located> held;
+  if (holds_pairs_) {
+    if (!pairs_.empty()) held = locate_all(u);
+    pairs_.clear();
+    located_at_.resize(0);
+  }
   remember_cells(u);
   const std::vector<Located>& all = locate_all(u);
+  if (holds_pairs_) {
+    pairs_ = all;
+    attached_at_ = u;
+  }
   for (std::size_t p = 0; p < points_.size(); ++p) {
     const hexmesh::Gap& g = all[p].gap;
     const double pressing = press(p, g.depth);
+    if (holds_pairs_) {
+      in_all += pressing;
+      if (!held.empty()) changed += std::abs(pressing - press(p, held[p].gap.depth));
+    }
     if (is_solved_ && !held_off_.empty()) held_off_[p] = pressing;
     if (!has_friction()) continue;
     Friction& f = frictions_[p];

@@ -15,13 +15,14 @@
 
 namespace hexsolver {
 
-/// A segment that another one's surface touches, in place of an obstacle.
+/// A segment that another one's surface touches, or its own, in place of an obstacle.
 struct OtherSegment {
   hexmesh::SegmentDistance distance;
   BodyMap map;
   double young;                ///< [MPa]
   std::vector<bool> touching;  ///< of the surface points, those that are on it at rest
   double deepest_at_once;      ///< how deep a point may come in one step of Newton's method [mm]
+  bool is_self;                ///< the surface is its own
 };
 
 /// An obstacle that surface points enter against springs: W = sum_p k_p/2 min(gap_p, 0)^2, the gap that of the moved
@@ -69,10 +70,21 @@ public:
   std::size_t bytes() const override;
 
   bool has_friction() const noexcept { return contact_.friction > 0; }
-  bool is_attached() const noexcept { return has_friction() || !held_off_.empty(); }  ///< attach() changes it
-  /// The forces of hard points (but for the first time in a step), and what friction may come to, mu N, are those at u.
-  /// @returns by how much friction may come to more or less in all, over what it is in all
+  bool is_attached() const noexcept {  ///< attach() changes it
+    return has_friction() || !held_off_.empty() || holds_pairs_;
+  }
+  /// From now on a point stays with the place in the other segment that the last attach() found, X = X0 + F^-1 (x - x0)
+  /// with X0, x0 and F^-1 of that place: in a step of a motion forces then have no jump where F has one. Another term
+  /// than of segments is as before.
+  void hold_pairs();
+  /// The forces of hard points (but for the first time in a step), what friction may come to, mu N, and which places
+  /// are held are those at u.
+  /// @returns by how much friction may come to more or less in all, over what it is in all, or the force across the
+  ///          surface where places are held
   double attach(const NodeVector& u);
+  /// Whether points went through another part of the body on the way from the last attach() to u. False where no places
+  /// are held.
+  bool passes_through(const NodeVector& u) const;
   /// From now on, at u, no spring of it is drawn.
   void forget(const NodeVector& u);
   /// A step ends at u and the next one begins. @returns the work that slips took in it [N mm]
@@ -83,8 +95,8 @@ public:
     std::size_t slipping = 0;                                   ///< of these, whose friction is all there is
     double deepest = 0;                                         ///< [mm]
     double nearest = std::numeric_limits<double>::quiet_NaN();  ///< least distance, < 0 inside; NaN: nowhere near [mm]
-    Vec3 force = Vec3::Zero();                                  ///< on the body [N]
-    bool is_inside = false;  ///< the obstacle's middle lies in the body: it went through the surface
+    Vec3 force = Vec3::Zero();  ///< on the body, or the first segment; none of a body on itself [N]
+    bool is_inside = false;     ///< the obstacle's middle lies in the body: it went through the surface
   };
   struct Pressed {
     double force = 0;  ///< across the surface [N]
@@ -167,6 +179,13 @@ private:
   };
   Located locate(const Point& p, const NodeVector& u) const { return locate(p, u, place_); }
   Located locate(const Point& p, const NodeVector& u, const Place& place) const;
+  /// f(part, where all points are then), at parts of a step in which none moves against another by more than may be at
+  /// once; until f returns false.
+  template <class F>
+  void look_ahead(const NodeVector& u, const NodeVector& step, double most, const F& f) const;
+  Located locate_held(const Point& p, const Located& pair, const NodeVector& u) const;
+  /// Of all points, wherever they are at u.
+  void find_all(const NodeVector& u, std::vector<Located>& all) const;
   /// Of all points, until the next state is asked for.
   const std::vector<Located>& locate_all(const NodeVector& u) const;
   Vec3 force_at(std::size_t p, const Located& located) const;                         ///< on the body, in the frame [N]
@@ -179,6 +198,8 @@ private:
   }
   double energy_of(std::size_t p, double pressing) const;  ///< across the surface [N mm]
   Drawn drawn(std::size_t p, const At& at) const;
+  /// The part of a step before which no point that is nowhere near the segment comes into it.
+  double part_before_touch(const NodeVector& u, const NodeVector& step, double most) const;
   static Vec3 force_of(const Drawn& drawn);  ///< on the body, in the frame [N]
   void remember_cells(const NodeVector& u);  ///< of the other segment
   template <class Vector>
@@ -209,6 +230,9 @@ private:
   std::vector<Coupling> couplings_;
   std::vector<Turning> turnings_;
   std::unique_ptr<OtherSegment> other_;
+  bool holds_pairs_ = false;
+  std::vector<Located> pairs_;            ///< that are held; empty before the first attach()
+  NodeVector attached_at_;                ///< u that they are of
   mutable NodeVector located_at_;         ///< u that the next are of
   mutable std::vector<Located> located_;  ///< of another segment
 };

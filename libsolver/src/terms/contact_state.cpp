@@ -126,9 +126,11 @@ PenaltyContact::State PenaltyContact::state(const NodeVector& u, const Place& pl
   const Point* deepest = nullptr;
   double least = std::numeric_limits<double>::infinity();
   Vec3 normal = Vec3::Zero();
+  std::vector<Located> found;
+  if (other_) find_all(u, found);
   for (std::size_t n = 0; n < points_.size(); ++n) {
     const Point& p = points_[n];
-    const auto [at, g] = locate(p, u, place);
+    const auto [at, g] = other_ ? found[n] : locate(p, u, place);
     if (!at.is_there) continue;
     const Vec3 across = at.to_frame.transpose() * g.normal;
     const double depth = other_ && g.depth != 0 ? g.depth / std::max(across.norm(), 1e-9) : g.depth;  // in space
@@ -146,6 +148,7 @@ PenaltyContact::State PenaltyContact::state(const NodeVector& u, const Place& pl
     s.points += pressing > 0;
     s.force += pressing * across;
   }
+  if (other_ && other_->is_self) s.force.setZero();  // what one part bears the other exerts
   if (!deepest) return s;
   s.nearest = least;
   // The surface point that is deepest faces the obstacle, unless that is behind the surface.

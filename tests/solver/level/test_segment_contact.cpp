@@ -120,7 +120,9 @@ TEST(BodyMap, FindsWhereMaterialCameFrom) {
     const NodeVector u = sample(mesh, [](const Vec3& x) {
       return Vec3(0.3 * x[1] + 0.01 * x[2] * x[2], 5 - 0.2 * x[0], 0.02 * x[0] * x[1] - 3);
     });
-    BodyMap map(cells, mesh, 1);
+    std::vector<bool> first(65536);
+    first[1] = true;
+    BodyMap map(cells, mesh, first);
     map.look_at(u);
     const hexmesh::CellLocator locator(lattice.voxels, lattice.level(level).voxels_per_cell, lattice.level(level).cells,
                                        lattice.level(level).split.owners);
@@ -144,11 +146,13 @@ TEST(BodyMap, FindsWhereMaterialCameFrom) {
   }
 }
 
-/// The term of a contact, with both blocks deformed so that they press, and all of its forms of forces.
-class SegmentContact : public testing::TestWithParam<int> {
+/// The term of a contact, with both blocks deformed so that they press, and all of its forms of forces; on levels, with
+/// places looked for anew and held.
+class SegmentContact : public testing::TestWithParam<std::tuple<int, bool>> {
 protected:
+  const int level = std::get<0>(GetParam());
   const Lattice lattice = blocks(true, {1, 0, 1});
-  const MeshCells cells{lattice, GetParam()};
+  const MeshCells cells{lattice, level};
   const Mesh mesh = cells.make_mesh();
   Potential potential{mesh};
   PenaltyContact* contact = nullptr;
@@ -161,6 +165,7 @@ protected:
     Selector selector(cells, mesh);
     auto term = make_segment_contact(c, cells, mesh, selector, false);
     contact = term.get();
+    if (std::get<1>(GetParam())) contact->hold_pairs();
     potential.add(std::move(term));
     contact->set_progress({1});
     u = field(0.6);
@@ -177,7 +182,7 @@ protected:
       for (int a = 0; a < 8; ++a) {
         const std::size_t n = mesh.node(c, static_cast<std::size_t>(a));
         const Vec3 x = mesh.position(n);
-        const bool is_above = lattice.level(GetParam()).segment[c] == 2;
+        const bool is_above = lattice.level(level).segment[c] == 2;
         out.segment<3>(3 * static_cast<Eigen::Index>(n)) =
             is_above ? Vec3(part * (0.7 + 0.03 * x[1]), 0.05 * x[0] * part, -part * (0.5 + 0.02 * x[0]))
                      : Vec3(0.05 * x[0], 0.02 * x[2], 0.03 * x[1] + 0.02 * x[2]);
@@ -206,7 +211,7 @@ TEST_P(SegmentContact, ForcesAndMomentsAreInBalance) {
   std::vector<bool> is_above(mesh.num_nodes());
   for (std::size_t c = 0; c < mesh.num_cells(); ++c)
     for (const std::int32_t n : mesh.cell_nodes()[c])
-      is_above[static_cast<std::size_t>(n)] = lattice.level(GetParam()).segment[c] == 2;
+      is_above[static_cast<std::size_t>(n)] = lattice.level(level).segment[c] == 2;
   for (std::size_t n = 0; n < mesh.num_nodes(); ++n) {
     const auto at = 3 * static_cast<Eigen::Index>(n);
     const Vec3 force = -g.segment<3>(at), x = mesh.position(n) + u.segment<3>(at);
@@ -265,6 +270,7 @@ TEST_P(SegmentContact, CouplingsOfParentsAreGalerkinProducts) {
 
 TEST_P(SegmentContact, StepsGoNoDeeperThanItKnows) {
   const NodeVector at = NodeVector::Zero(u.size());
+  contact->attach(at);
   contact->forget(at);
   const NodeVector down = field(1e3) - field(0);
   const double part = contact->longest_step(at, down);
@@ -273,7 +279,7 @@ TEST_P(SegmentContact, StepsGoNoDeeperThanItKnows) {
   EXPECT_EQ(contact->longest_step(at, -down), 1);
 }
 
-INSTANTIATE_TEST_SUITE_P(OnLevels, SegmentContact, testing::Values(0, 1));
+INSTANTIATE_TEST_SUITE_P(OnLevels, SegmentContact, testing::Combine(testing::Values(0, 1), testing::Bool()));
 
 /// By symmetry nothing slides between two blocks alike that are pressed: they do what one block does.
 TEST(SegmentContacts, TwoBlocksAreAsOne) {

@@ -278,9 +278,12 @@ TEST(Scene, AContactIsAPlaneOrASphere) {
   EXPECT_EQ(scene.contacts[0].stiffness, 0.5);
   EXPECT_EQ(scene.contacts[1].name, "probe");
   EXPECT_EQ(std::get<Ball>(scene.contacts[1].obstacle).radius, 7);
+  EXPECT_TRUE(scene_of("[[contact]]\nself = true\nfriction = 0.1\n").contacts[0].self);
+  EXPECT_NE(error_of("[[contact]]\nself = false\n").find("expected true"), std::string::npos);
+  EXPECT_NE(error_of("[[contact]]\nself = true\nadhesion = true\n").find("adhesion"), std::string::npos);
   EXPECT_EQ(error_of("[[contact]]\nstiffness_n_mm = 1\n"),
             "s.toml:1:1: [[contact]] has 0 obstacles, expected one of plane, sphere, capsule, cylinder, box and "
-            "surface, or between");
+            "surface, or between, or self");
   const std::string ball = "[[contact]]\nsphere = { center_mm = [1, 2, 3], radius_mm = 7 }\n";
   EXPECT_TRUE(is_hard(scene_of(ball).contacts[0], scene_of(ball)));
   EXPECT_FALSE(is_hard(scene.contacts[1], scene));

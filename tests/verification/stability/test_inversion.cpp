@@ -29,11 +29,20 @@ Lattice block() { return box({across, across, across}, Vec3::Constant(edge), 10,
 struct Collapse {
   const char* name;
   Vec3 keep;
+  double enough;  ///< of the seeds; see `messes` for what the others come to
 };
-const Collapse collapses[] = {{"plane", {1, 1, 0}}, {"line", {1, 0, 0}}, {"point", {0, 0, 0}}};
+const Collapse collapses[] = {{"plane", {1, 1, 0}, 0.95}, {"line", {1, 0, 0}, 0.75}, {"point", {0, 0, 0}, 0.6}};
 
 NodeVector collapsed(const Mesh& mesh, const Collapse& c) {
   return sample(mesh, [&](const Vec3& p) { return Vec3(c.keep.cwiseProduct(p) - p); });
+}
+
+/// A smooth field that no mirror leaves the same [1].
+NodeVector waves(const Mesh& mesh, unsigned seed) {
+  return sample(mesh, [&](const Vec3& p) {
+    return Vec3(std::sin(seed + 13 * p[0] + 7 * p[1] + 3 * p[2]), std::sin(5 * p[0] + 11 * p[1] + p[2]),
+                std::cos(3 * p[0] - 7 * p[1] + 4 * p[2]));
+  });
 }
 
 Vec3 mirrored(const Vec3& p, unsigned seed) {
@@ -70,9 +79,9 @@ int num_inverted(const Body& body, const NodeVector& u) {
 
 unsigned num_seeds(int level) { return stability::whole_or(200U, level == 0 ? 8U : 20U); }
 
-void tell_recovered(Case& c, const Mess& mess, int level, int recovered) {
+void tell_recovered(Case& c, int level, int recovered, double enough) {
   c.at_least(fmt::format("level {}: part of {} seeds recovered", level, num_seeds(level)),
-             static_cast<double>(recovered) / num_seeds(level), mess.enough);
+             static_cast<double>(recovered) / num_seeds(level), enough);
 }
 
 /// The face x = least held where it is at rest.
@@ -144,7 +153,7 @@ TEST(Inversion, EquilibriaRecoverFromMirrorsAndScrambles) {
           c.body(fmt::format("{}: equilibrium", mess.name), body.mesh, d.u);
         }
       }
-      tell_recovered(c, mess, level, recovered);
+      tell_recovered(c, level, recovered, mess.enough);
       c.note(fmt::format("level {}: seeds that end folded, an edge of the block rolled in", level), folded);
       c.at_most(fmt::format("level {}: cells left inverted, all seeds", level), inverted, 0);
       c.at_most(fmt::format("level {}: largest rise of the energy in a step", level), rise, 1e-12);
@@ -152,25 +161,33 @@ TEST(Inversion, EquilibriaRecoverFromMirrorsAndScrambles) {
   }
 }
 
+/// Stirred by next to nothing: which way a body that is the same mirrored goes is up to rounding, and it may end in a
+/// tangle that is the same mirrored too. How many do is told of many seeds.
 TEST_P(InversionInMotion, MotionsRecoverFromCollapse) {
+  constexpr double stirred = 1e-6 * edge;
   const char* rotation = stability::name_of(GetParam());
-  Case c(family, fmt::format("motion from a collapsed block, 10 iterations a step, {}", rotation));
   const Lattice lattice = block();
-  double gain = 0, left = 0;
-  for (int level = 0; level < levels; ++level)
-    for (const Collapse& collapse : collapses) {
-      Motion motion(lattice, stability::starved(GetParam()), level);
-      motion.set_state(collapsed(motion.mesh(), collapse), stability::still(motion));
-      const stability::Run r = stability::run(motion, motion_steps);
-      EXPECT_TRUE(r.finished) << collapse.name << " level " << level << ": " << r.reason;
-      gain = stability::worst(gain, r.largest_gain);
-      left = stability::worst(left, motion.energies().strain / r.energy[0]);  // it may fly and turn
-      if (level == 0)
-        c.curve({"energy after a collapse", "time [s]", "energy [N mm]", false, true},
-                fmt::format("{}, {}", collapse.name, rotation), r.time, r.energy);
+  for (const Collapse& collapse : collapses) {
+    Case c(family, fmt::format("motion from a block in a {}, 10 iterations a step, {}", collapse.name, rotation));
+    double gain = 0;
+    for (int level = 0; level < levels; ++level) {
+      int recovered = 0;
+      for (unsigned seed = 1; seed <= num_seeds(level); ++seed) {
+        Motion motion(lattice, stability::starved(GetParam()), level);
+        motion.set_state(collapsed(motion.mesh(), collapse) + stirred * waves(motion.mesh(), seed),
+                         stability::still(motion));
+        const stability::Run r = stability::run(motion, motion_steps);
+        EXPECT_TRUE(r.finished) << "level " << level << " seed " << seed << ": " << r.reason;
+        gain = stability::worst(gain, r.largest_gain);
+        recovered += motion.energies().strain < next_to_nothing * r.energy[0];  // it may fly and turn
+        if (level == 0 && seed == 1)
+          c.curve({"energy after a collapse", "time [s]", "energy [N mm]", false, true},
+                  fmt::format("{}, {}", collapse.name, rotation), r.time, r.energy);
+      }
+      tell_recovered(c, level, recovered, collapse.enough);
     }
-  c.at_most("energy gained in a step", gain, stability::allowed_gain(GetParam()));
-  c.at_most("strain energy left after 10 s", left, next_to_nothing);
+    c.at_most("energy gained in a step", gain, stability::allowed_gain(GetParam()));
+  }
 }
 
 TEST_P(InversionInMotion, MotionsRecoverFromMirrorsAndScrambles) {
@@ -191,7 +208,7 @@ TEST_P(InversionInMotion, MotionsRecoverFromMirrorsAndScrambles) {
         recovered += motion.energies().strain < next_to_nothing * r.energy[0];
         inverted += num_inverted(body, motion.displacement()) > 0;
       }
-      tell_recovered(c, mess, level, recovered);
+      tell_recovered(c, level, recovered, mess.enough);
       c.at_most(fmt::format("level {}: part of the seeds that leave a cell inverted", level),
                 static_cast<double>(inverted) / num_seeds(level), 0.05);
       c.at_most(fmt::format("level {}: energy gained in a step", level), gain, stability::allowed_gain(GetParam()));

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "hexmesh/core/error.h"
+#include "hexsolver/dynamics/motion.h"
+#include "level/segment_contact.h"
+#include "support/bodies.h"
+#include "support/solve.h"
+#include "terms/body_map.h"
+#include "terms/potential.h"
+
+namespace test_self_contact {
+
+using namespace hexsolver;
+using namespace testing_support;
+
+/// Two arms of `thick` voxels of 1 mm with a back between them: of four the arms are y from -0.5 to 3.5 and from 27.5
+/// to 31.5 mm.
+Lattice arch(int thick = 4) {
+  return one_material(
+      {26, 32, 4}, {2, 1, 2}, [thick](const Index3& v) { return v[1] < thick || v[1] >= 32 - thick || v[0] < 2; }, 10);
+}
+
+/// The lower arm turned up, its end by `rise` [mm].
+NodeVector closing(const Mesh& mesh, double rise) {
+  return sample(mesh, [rise](const Vec3& x) {
+    const double of_arm = std::clamp((27 - x[1]) / 24, 0.0, 1.0);
+    return Vec3(0.02 * x[1], rise * of_arm * x[0] / 51, 0.01 * x[0]);
+  });
+}
+
+Contact itself() {
+  Contact c;
+  c.name = "itself";
+  c.where = "test";
+  c.self = true;
+  return c;
+}
+
+Condition held(const std::string& name, const Vec3& point, const Vec3& normal, const Vec3& by = Vec3::Zero()) {
+  Condition c;
+  c.name = name;
+  c.selection.halfspace = HalfSpace{point, normal};
+  c.by = by;
+  return c;
+}
+
+TEST(BodyMap, FindsWhereElseAPointIs) {
+  const Lattice lattice = arch();
+  for (int level = 0; level < 2; ++level) {
+    const MeshCells cells(lattice, level);
+    const Mesh mesh = cells.make_mesh();
+    std::vector<bool> body(65536);
+    body[1] = true;
+    BodyMap map(cells, mesh, body);
+    Selector selector(cells, mesh);
+    for (const double rise : {0.0, 27.0}) {
+      const NodeVector u = closing(mesh, rise);
+      map.look_at(u);
+      std::size_t elsewhere = 0;
+      for (const SurfacePoint& p : selector.whole_surface()) {
+        const Vec3 rest = mesh.rest_position(p.cell, p.weights), x = rest + mesh.interpolate(p.cell, p.weights, u);
+        const BodyMap::Place found = map.find_elsewhere(x, u, {}, {p.cell, rest});
+        if (found.cell < 0) continue;
+        EXPECT_LT((found.rest + mesh.interpolate(found.cell, found.weights, u) - x).norm(), 1e-9);
+        EXPECT_GT(std::abs(found.rest[1] - rest[1]), 15) << "in the other arm";
+        ++elsewhere;
+      }
+      EXPECT_EQ(elsewhere > 0, rise > 0) << level;
+    }
+  }
+}
+
+/// On levels, with places looked for anew and held.
+class SelfContact : public testing::TestWithParam<std::tuple<int, bool>> {
+protected:
+  const Lattice lattice = arch();
+  const MeshCells cells{lattice, std::get<0>(GetParam())};
+  const Mesh mesh = cells.make_mesh();
+  Potential potential{mesh};
+  PenaltyContact* contact = nullptr;
+  NodeVector u = closing(mesh, 27);
+
+  SelfContact() {
+    Contact c = itself();
+    c.stiffness = 0.03;
+    Selector selector(cells, mesh);
+    auto term = make_segment_contact(c, cells, mesh, selector, false);
+    contact = term.get();
+    if (std::get<1>(GetParam())) contact->hold_pairs();
+    potential.add(std::move(term));
+    contact->set_progress({1});
+    contact->attach(u);
+    potential.linearize(u, Hessian::exact);
+  }
+  NodeVector gradient(const NodeVector& at) const {
+    NodeVector g, magnitude;
+    potential.gradient(at, g, magnitude);
+    return g;
+  }
+};
+
+TEST_P(SelfContact, ForcesAreTheSlopeOfTheEnergyAndInBalance) {
+  ASSERT_GT(contact->state(u).points, 5U);
+  EXPECT_TRUE(contact->state(u).force.isZero(0));
+  const NodeVector direction = noise(mesh.num_dofs(), 1, 5), g = gradient(u);
+  constexpr double h = 1e-6;
+  const double measured = (potential.energy(u + h * direction) - potential.energy(u - h * direction)) / (2 * h);
+  EXPECT_NEAR(g.dot(direction), measured, 1e-6 * g.norm() * direction.norm());
+  Vec3 all = Vec3::Zero(), moment = all;
+  double size = 0;
+  for (std::size_t n = 0; n < mesh.num_nodes(); ++n) {
+    const auto at = 3 * static_cast<Eigen::Index>(n);
+    const Vec3 force = -g.segment<3>(at);
+    all += force;
+    moment += (mesh.position(n) + u.segment<3>(at)).cross(force);
+    size += force.norm();
+  }
+  EXPECT_LT(all.norm(), 1e-13 * size);
+  EXPECT_LT(moment.norm(), 1e-11 * size * 50);
+}
+
+TEST_P(SelfContact, TheHessianIsTheSlopeOfTheForces) {
+  const NodeVector x = noise(mesh.num_dofs(), 1, 9);
+  constexpr double h = 1e-6;
+  NodeVector product;
+  potential.apply(x, product);
+  const NodeVector difference = (gradient(u + h * x) - gradient(u - h * x)) / (2 * h);
+  EXPECT_LT((product - difference).norm(), 1e-5 * product.norm());
+}
+
+INSTANTIATE_TEST_SUITE_P(OnLevels, SelfContact, testing::Combine(testing::Values(0, 1), testing::Bool()));
+
+/// What is nowhere near is seen on the way of a step: it ends before a part has gone through another.
+TEST(SelfContacts, StepsDoNotGoThrough) {
+  const Lattice lattice = arch();
+  const MeshCells cells(lattice, 0);
+  const Mesh mesh = cells.make_mesh();
+  Selector selector(cells, mesh);
+  const auto contact = make_segment_contact(itself(), cells, mesh, selector, false);
+  const NodeVector at = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs())), step = closing(mesh, 80);
+  const double part = contact->longest_step(at, step);
+  EXPECT_LT(part * 80, 27);  // where the end of the arm, 24 mm apart, comes
+  EXPECT_GT(part * 80, 23);
+  EXPECT_EQ(contact->longest_step(at, 0.2 * step), 1);
+}
+
+TEST(SelfContacts, ArmsThatAreClosedBearEachOther) {
+  const Lattice lattice = arch();
+  Scene scene;
+  scene.tolerance = 1e-8;
+  scene.conditions = {held("upper", {0, 31, 0}, {0, 1, 0}), Condition{}};
+  scene.conditions[1].name = "lower";
+  scene.conditions[1].selection.box = hexmesh::box_between({25, -1, -2}, {35, 0, 8});
+  scene.conditions[1].by = {0, 25.5, 0};
+  SolveReport open;
+  solve_equilibrium(lattice, scene, 0, open);
+  scene.contacts = {itself()};
+  for (int level = 1; level >= 0; --level) {
+    SolveReport report;
+    solve_equilibrium(lattice, scene, level, report);
+    ASSERT_TRUE(report.converged) << report.reason;
+    const Vec3 lower = report.conditions[1].reaction_n;
+    EXPECT_LT((report.conditions[0].reaction_n + lower).norm(), 1e-4 * lower.norm());
+    EXPECT_GT(std::abs(lower[1]), 3 * std::abs(open.conditions[1].reaction_n[1]));
+    EXPECT_GT(report.contacts[0].points, 30U);
+    EXPECT_LT(report.contacts[0].deepest_mm, 0.02);
+  }
+}
+
+/// The arms fall on each other in a motion, and stay so.
+TEST(SelfContacts, AFoldedSheetDoesNotPassThroughItself) {
+  const Lattice lattice = arch();
+  Scene scene;
+  scene.conditions = {held("upper", {0, 31, 0}, {0, 1, 0})};
+  scene.gravity = Vec3(0, 10000, 0);
+  scene.contacts = {itself()};
+  Dynamics d;
+  d.step = 2e-3;
+  d.duration = 0.4;
+  scene.dynamics = d;
+  scene.finds_strain = false;
+  const MeshCells cells(lattice, 1);
+  const Mesh mesh = cells.make_mesh();
+  Selector selector(cells, mesh);
+  const auto contact = make_segment_contact(itself(), cells, mesh, selector, false);
+  Motion motion(lattice, scene, 1);
+  double deepest = 0, highest = 0;
+  for (int n = 0; n < 200; ++n) {
+    ASSERT_TRUE(motion.step()) << motion.reason();
+    if (n % 10 != 9) continue;
+    const NodeVector u = motion.displacement();
+    deepest = std::max(deepest, contact->state(u).deepest);
+    for (std::size_t k = 0; k < mesh.num_nodes(); ++k) {  // of the lower arm, where it is below the other
+      const Vec3 x = mesh.position(k), now = x + u.segment<3>(3 * static_cast<Eigen::Index>(k));
+      if (x[1] < 4 && now[0] < 45) highest = std::max(highest, now[1]);
+    }
+  }
+  EXPECT_GT(contact->state(motion.displacement()).points, 5U);
+  EXPECT_LT(deepest, 0.5);
+  EXPECT_LT(highest, 29);
+}
+
+TEST(SelfContacts, SlidingSegmentsGradedCellsAndThinBodiesAreRefused) {
+  Scene scene;
+  scene.conditions = {held("upper", {0, 31, 0}, {0, 1, 0})};
+  scene.contacts = {itself()};
+  scene.grading = Grading::scene;
+  SolveReport report;
+  EXPECT_THROW(solve_equilibrium(arch(), scene, 1, report), hexmesh::Error);
+  scene.grading = Grading::off;
+  EXPECT_THROW(solve_equilibrium(arch(2), scene, 1, report), hexmesh::Error) << "of two voxels";
+  Lattice sliding = arch();
+  sliding.parting.sliding = {{1, 2}};
+  EXPECT_THROW(solve_equilibrium(sliding, scene, 1, report), hexmesh::Error);
+}
+
+}  // namespace test_self_contact
