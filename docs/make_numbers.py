@@ -186,8 +186,8 @@ def rotations():
 def size():
     found = collections.defaultdict(lambda: collections.defaultdict(dict))  # unknowns, tolerance
     for r in rows_of("performance.csv"):
-        if r["group"].endswith("M unknowns"):
-            tolerance, unknowns = re.fullmatch(r"40 mm pull to (\S+), (\S+) M unknowns", r["group"]).groups()
+        if group := re.fullmatch(r"40 mm pull to (\S+), (\S+) M unknowns", r["group"]):
+            tolerance, unknowns = group.groups()
             found[unknowns][tolerance][r["what"]] = float(r["value"])
     out = []
     for of in found.values():
@@ -196,6 +196,17 @@ def size():
                     digits(sharp["cold start to written result"]), f"{1024 * sharp['memory']:,.0f} MB"])
     assert out
     return table(["unknowns", "cells", 'seconds, `tolerance = "auto"`', "`1e-6`", "memory"], out)
+
+
+def beside_calculix():
+    found = collections.defaultdict(dict)
+    for r in rows_of("performance.csv"):
+        if group := re.fullmatch(r"(.*), beside CalculiX, (\S+) M unknowns", r["group"]):
+            found[group.groups()][r["what"]] = float(r["value"])
+    out = [[what, f"{float(unknowns):.2f} million", digits(of["hexsolve, cold start to written result"]), digits(of["ccx, deck to displacements"]), f"{of['times as long']:.0f}"]
+           for (what, unknowns), of in found.items()]
+    assert out
+    return table(["", "unknowns", "hexsolve [s]", "CalculiX [s]", "times as long"], out)
 
 
 def table1():
@@ -303,7 +314,7 @@ def fits():
     return (ROOT / "pipelines/fit/table.md").read_text().strip()
 
 
-NUMBERS = {f.__name__: f for f in (about, limits, accuracy, law_of_strain, tetrahedra, uniform, effects, dilatation, reading, motion, solvers, rotations, size, table1,
+NUMBERS = {f.__name__: f for f in (about, limits, accuracy, law_of_strain, tetrahedra, uniform, effects, dilatation, reading, motion, solvers, rotations, size, beside_calculix, table1,
                                    table2, table2_words, figure14, figure7, volume, calculix, smooth, estimates, graded, fits)}
 BLOCK = re.compile(r"<!-- numbers: (\w+) -->\n.*?<!-- end -->", re.S)
 
