@@ -8,6 +8,7 @@
 #include "hexmesh/lattice/segment_distance.h"
 #include "level/segment_contact.h"
 #include "mesh/hierarchy.h"
+#include "solver/terms/derivatives.h"
 #include "support/bodies.h"
 #include "support/solve.h"
 #include "terms/body_map.h"
@@ -189,48 +190,36 @@ protected:
       }
     return out;
   }
-  NodeVector gradient(const NodeVector& at) const {
-    NodeVector g, magnitude;
-    potential.gradient(at, g, magnitude);
-    return g;
-  }
 };
 
 TEST_P(SegmentContact, ForcesAreTheSlopeOfTheEnergy) {
   ASSERT_GT(contact->state(u).points, 20U);
   const NodeVector direction = noise(mesh.num_dofs(), 1, 5);
-  constexpr double h = 1e-6;
-  const double measured = (potential.energy(u + h * direction) - potential.energy(u - h * direction)) / (2 * h);
-  EXPECT_NEAR(gradient(u).dot(direction), measured, 1e-6 * gradient(u).norm() * direction.norm());
+  const double measured = measured_slope(potential, u, direction);
+  EXPECT_NEAR(gradient_of(potential, u).dot(direction), measured,
+              1e-6 * gradient_of(potential, u).norm() * direction.norm());
 }
 
 TEST_P(SegmentContact, ForcesAndMomentsAreInBalance) {
-  const NodeVector g = gradient(u);
-  Vec3 all = Vec3::Zero(), moment = all, on_first = all;
-  double size = 0;
+  const NodeVector g = gradient_of(potential, u);
+  const SumOfForces sum(mesh, u, g);
+  EXPECT_LT(sum.force.norm(), 1e-13 * sum.size);
+  EXPECT_LT(sum.moment.norm(), 1e-11 * sum.size * 20);
   std::vector<bool> is_above(mesh.num_nodes());
   for (std::size_t c = 0; c < mesh.num_cells(); ++c)
     for (const std::int32_t n : mesh.cell_nodes()[c])
       is_above[static_cast<std::size_t>(n)] = lattice.level(level).segment[c] == 2;
-  for (std::size_t n = 0; n < mesh.num_nodes(); ++n) {
-    const auto at = 3 * static_cast<Eigen::Index>(n);
-    const Vec3 force = -g.segment<3>(at), x = mesh.position(n) + u.segment<3>(at);
-    all += force;
-    moment += x.cross(force);
-    if (is_above[n]) on_first += force;
-    size += force.norm();
-  }
-  EXPECT_LT(all.norm(), 1e-13 * size);
-  EXPECT_LT(moment.norm(), 1e-11 * size * 20);
-  EXPECT_LT((on_first - contact->state(u).force).norm(), 1e-12 * size);
+  Vec3 on_first = Vec3::Zero();
+  for (std::size_t n = 0; n < mesh.num_nodes(); ++n)
+    if (is_above[n]) on_first -= g.segment<3>(3 * static_cast<Eigen::Index>(n));
+  EXPECT_LT((on_first - contact->state(u).force).norm(), 1e-12 * sum.size);
 }
 
 TEST_P(SegmentContact, TheHessianIsTheSlopeOfTheForces) {
   const NodeVector x = noise(mesh.num_dofs(), 1, 9), y = noise(mesh.num_dofs(), 1, 10);
-  constexpr double h = 1e-6;  // few points touch, leave or slip within that
   NodeVector product, of_y;
   potential.apply(x, product);
-  const NodeVector difference = (gradient(u + h * x) - gradient(u - h * x)) / (2 * h);
+  const NodeVector difference = measured_product(potential, u, x);
   EXPECT_LT((product - difference).norm(), 1e-5 * product.norm());
   potential.apply(y, of_y);
   EXPECT_NEAR(product.dot(y), of_y.dot(x), 1e-12 * product.norm() * y.norm());

@@ -6,6 +6,7 @@
 #include "hexmesh/core/error.h"
 #include "hexsolver/dynamics/motion.h"
 #include "level/segment_contact.h"
+#include "solver/terms/derivatives.h"
 #include "support/bodies.h"
 #include "support/solve.h"
 #include "terms/body_map.h"
@@ -95,39 +96,24 @@ protected:
     contact->attach(u);
     potential.linearize(u, Hessian::exact);
   }
-  NodeVector gradient(const NodeVector& at) const {
-    NodeVector g, magnitude;
-    potential.gradient(at, g, magnitude);
-    return g;
-  }
 };
 
 TEST_P(SelfContact, ForcesAreTheSlopeOfTheEnergyAndInBalance) {
   ASSERT_GT(contact->state(u).points, 5U);
   EXPECT_TRUE(contact->state(u).force.isZero(0));
-  const NodeVector direction = noise(mesh.num_dofs(), 1, 5), g = gradient(u);
-  constexpr double h = 1e-6;
-  const double measured = (potential.energy(u + h * direction) - potential.energy(u - h * direction)) / (2 * h);
+  const NodeVector direction = noise(mesh.num_dofs(), 1, 5), g = gradient_of(potential, u);
+  const double measured = measured_slope(potential, u, direction);
   EXPECT_NEAR(g.dot(direction), measured, 1e-6 * g.norm() * direction.norm());
-  Vec3 all = Vec3::Zero(), moment = all;
-  double size = 0;
-  for (std::size_t n = 0; n < mesh.num_nodes(); ++n) {
-    const auto at = 3 * static_cast<Eigen::Index>(n);
-    const Vec3 force = -g.segment<3>(at);
-    all += force;
-    moment += (mesh.position(n) + u.segment<3>(at)).cross(force);
-    size += force.norm();
-  }
-  EXPECT_LT(all.norm(), 1e-13 * size);
-  EXPECT_LT(moment.norm(), 1e-11 * size * 50);
+  const SumOfForces sum(mesh, u, g);
+  EXPECT_LT(sum.force.norm(), 1e-13 * sum.size);
+  EXPECT_LT(sum.moment.norm(), 1e-11 * sum.size * 50);
 }
 
 TEST_P(SelfContact, TheHessianIsTheSlopeOfTheForces) {
   const NodeVector x = noise(mesh.num_dofs(), 1, 9);
-  constexpr double h = 1e-6;
   NodeVector product;
   potential.apply(x, product);
-  const NodeVector difference = (gradient(u + h * x) - gradient(u - h * x)) / (2 * h);
+  const NodeVector difference = measured_product(potential, u, x);
   EXPECT_LT((product - difference).norm(), 1e-5 * product.norm());
 }
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "hexsolver/equilibrium/equilibrium.h"
+#include "solver/terms/derivatives.h"
 #include "support/bodies.h"
 #include "support/solve.h"
 #include "terms/contact.h"
@@ -61,22 +62,17 @@ protected:
     contact->set_progress({0.5});
     contact->attach(noise(mesh.num_dofs(), 0.3, 7));
   }
-  NodeVector gradient(const NodeVector& at) const {
-    NodeVector g, magnitude;
-    potential.gradient(at, g, magnitude);
-    return g;
-  }
 };
 
 TEST_P(Obstacles, ForcesAndHessianAreDerivativesOfTheEnergy) {
   ASSERT_GT(contact->state(u).points, 20U);
-  constexpr double h = 1e-6;  // few points touch or leave within that
-  const double measured = (potential.energy(u + h * direction) - potential.energy(u - h * direction)) / (2 * h);
-  EXPECT_NEAR(gradient(u).dot(direction), measured, 1e-7 * gradient(u).norm() * direction.norm());
+  const double measured = measured_slope(potential, u, direction);
+  EXPECT_NEAR(gradient_of(potential, u).dot(direction), measured,
+              1e-7 * gradient_of(potential, u).norm() * direction.norm());
   potential.linearize(u, Hessian::exact);
   NodeVector claimed, added = NodeVector::Zero(direction.size());
   potential.apply(direction, claimed);
-  const NodeVector difference = (gradient(u + h * direction) - gradient(u - h * direction)) / (2 * h);
+  const NodeVector difference = measured_product(potential, u, direction);
   EXPECT_LT((claimed - difference).norm(), 1e-5 * claimed.norm());
   for (std::size_t c = 0; c < mesh.num_cells(); ++c)
     mesh.scatter_add(c, potential.cell_hessian(c) * mesh.gather(c, direction), added);
@@ -88,7 +84,7 @@ TEST_P(Obstacles, ForcesAndHessianAreDerivativesOfTheEnergy) {
 }
 
 TEST_P(Obstacles, TheForceOnTheBodyIsThatOfItsReport) {
-  const NodeVector g = gradient(u);
+  const NodeVector g = gradient_of(potential, u);
   Vec3 sum = Vec3::Zero();
   for (std::size_t n = 0; n < mesh.num_nodes(); ++n) sum -= g.segment<3>(3 * static_cast<Eigen::Index>(n));
   EXPECT_LT((sum - contact->state(u).force).norm(), 1e-12 * sum.norm());
