@@ -30,10 +30,9 @@ std::optional<MirroredMatrix<double>> mirrored(const CellMatrix& k) {
   for (int p = 0; p < 8; ++p)
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
-        double sum = 0;
-        for (int a = 0; a < 8; ++a)
-          for (int b = 0; b < 8; ++b) sum += sign_at(p ^ 1 << i, a) * k(3 * a + i, 3 * b + j) * sign_at(p ^ 1 << j, b);
-        out.blocks[9 * p + 3 * i + j] = sum / 64;
+        double sum = 0;  // of corner 0: the other seven come to the same, mirrored
+        for (int b = 0; b < 8; ++b) sum += k(i, 3 * b + j) * sign_at(p ^ 1 << j, b);
+        out.blocks[9 * p + 3 * i + j] = sum / 8;
       }
   return out;
 }
