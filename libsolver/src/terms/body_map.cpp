@@ -158,10 +158,11 @@ bool BodyMap::touch(std::int32_t one, std::int32_t other) const {
 bool BodyMap::is_elsewhere(const Place& place, const Own& own) const {
   if (place.cell < 0 || touch(place.cell, own.cell)) return false;
   Index3 at = mesh_.cells()[hexmesh::as_size(place.cell)];
+  constexpr double on_face = 1e-9;
   bool is_outside = false;
   for (std::size_t d = 0; d < 3; ++d) {
     const double local = place.local[static_cast<Eigen::Index>(d)];
-    if (local >= 0 && local <= 1) continue;
+    if (local >= -on_face && local <= 1 + on_face) continue;
     is_outside = true;
     at[d] += static_cast<std::int32_t>(std::floor(local));
   }

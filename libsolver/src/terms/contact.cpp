@@ -238,7 +238,7 @@ double PenaltyContact::attach(const NodeVector& u) {
     const hexmesh::Gap& g = all[p].gap;
     const double pressing = press(p, g.depth);
     if (holds_pairs_) {
-      in_all += pressing;
+      in_all += std::abs(pressing);
       if (!held.empty()) changed += std::abs(pressing - press(p, held[p].gap.depth));
     }
     if (is_solved_ && !held_off_.empty()) held_off_[p] = pressing;
