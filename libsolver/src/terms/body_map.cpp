@@ -32,6 +32,9 @@ std::array<std::int32_t, 4> face_of(const CellNodes& nodes, int side) {
   return out;
 }
 
+/// How far a place is beyond its cell, in edges; < 0 inside.
+double outside_cell(const Vec3& local) { return ((local.array() - 0.5).abs() - 0.5).maxCoeff(); }
+
 }  // namespace
 
 BodyMap::BodyMap(const MeshCells& cells, const Mesh& mesh, const std::vector<bool>& of)
@@ -77,7 +80,7 @@ BodyMap::End BodyMap::invert(const Vec3& x, const NodeVector& u, std::int32_t ce
     const Vec3 by = jacobian.inverse() * (x - corners * hexmesh::shape_functions(local));
     if (!by.allFinite()) return End::failed;
     local += by;
-    const double outside = ((local.array() - 0.5).abs() - 0.5).maxCoeff();
+    const double outside = outside_cell(local);
     if (outside > far) {  // on the way to another cell: the map means little so far out
       local = local.cwiseMax(-far).cwiseMin(1 + far);
       return End::left;
@@ -86,7 +89,7 @@ BodyMap::End BodyMap::invert(const Vec3& x, const NodeVector& u, std::int32_t ce
   }
   const double miss = (x - corners * hexmesh::shape_functions(local)).norm();
   if (miss > 1e-9 * bin_size_) return End::failed;
-  return ((local.array() - 0.5).abs() - 0.5).maxCoeff() > 0 ? End::left : End::found;
+  return outside_cell(local) > 0 ? End::left : End::found;
 }
 
 BodyMap::Place BodyMap::place(const NodeVector& u, std::int32_t cell, const Vec3& local) const {
@@ -141,7 +144,7 @@ BodyMap::Place BodyMap::find(const Vec3& x, const NodeVector& u, const hexmesh::
     const std::int32_t cell = cells_[n];
     Vec3 local = Vec3::Constant(0.5);
     if (invert(x, u, cell, local) == End::failed) continue;
-    const double outside = ((local.array() - 0.5).abs() - 0.5).maxCoeff();
+    const double outside = outside_cell(local);
     if (!(outside < least)) continue;
     least = std::max(outside, 0.0);
     best = {cell, local};
@@ -181,7 +184,7 @@ BodyMap::Place BodyMap::find_elsewhere(const Vec3& x, const NodeVector& u, const
     if (!boxes_[n].contains(x) || touch(cells_[n], own.cell)) continue;
     Vec3 local = Vec3::Constant(0.5);
     if (invert(x, u, cells_[n], local) == End::failed) continue;
-    const double outside = ((local.array() - 0.5).abs() - 0.5).maxCoeff();
+    const double outside = outside_cell(local);
     if (!(outside < least)) continue;
     const Place found = walk(x, u, {cells_[n], local});
     if (!is_elsewhere(found, own)) continue;
