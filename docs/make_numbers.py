@@ -278,12 +278,14 @@ def smooth():
     cylinder = [float(e) for level, e in verification(r"^level (\d): radius grows by [0-9.]+ mm, off by ([0-9.]+) %") if level == "0"]
     stvk = [abs(float(e)) for e in verification(r"^nu [0-9.]+: tip .* and (\S+) %")]
     pressed = [abs(float(e)) for e in verification(r"^pressed by .* off by (\S+) %")]
+    sliding = [max(map(float, of)) for of in verification(r"^\S+: reactions off by (\S+) %, displacement by (\S+) % in the mean")]
     plates = [float(e) for e in verification(r"^offset .* off by (\S+) at most")]
     return table(["body, of voxels of 1 to 2 mm", "held against", "how far off"], [
         ["a hanging beam, ν = 0.3 and 0.45", "quadratic elements of CalculiX, extrapolated", f"{max(beams):.1f} %"],
         ["the same, St. Venant-Kirchhoff material", "likewise", f"{max(stvk):.1f} %"],
         ["a pressed cylinder of ν = 0.49", "axisymmetric quadratic elements of CalculiX, extrapolated", f"{max(cylinder):.1f} %"],
         ["the same of neo-Hookean material, pressed by up to 30 %", "axisymmetric quadratic elements of another program", f"{max(pressed):.1f} %"],
+        ["a block pressed onto a larger one, on which it slides", "CalculiX on the same voxels, surfaces almost hard", f"{max(sliding):.1f} %"],
         ["sliding plates, large strain, every level and offset", "the exact stretch", power(max(plates))],
     ])
 

@@ -43,18 +43,25 @@ def read_body(path):
 
 
 class Mesh:
-    """Bricks of a body; nodes at the corners of voxels."""
+    """Bricks of a body; nodes at the corners of voxels, those of an apart segment its own."""
 
-    def __init__(self, body):
+    def __init__(self, body, apart=None):
         self.body = body
         self.node, self.elements = {}, []
         for voxel in sorted(body.labels, key=lambda v: v[::-1]):
-            corners = [tuple(v + c for v, c in zip(voxel, corner)) for corner in CORNERS]
+            is_apart = body.names[body.labels[voxel]] == apart
+            corners = [(tuple(v + c for v, c in zip(voxel, corner)), is_apart) for corner in CORNERS]
             self.elements.append((voxel, [self.node.setdefault(c, len(self.node) + 1) for c in corners]))
-        self.place = {n: body.position(tuple(c - 0.5 for c in corner)) for corner, n in self.node.items()}
+        self.place = {n: body.position(tuple(c - 0.5 for c in corner)) for (corner, _), n in self.node.items()}
         self.outer = [(e, f) for e, (voxel, _) in enumerate(self.elements) for f, step in enumerate(BEYOND)
                       if tuple(v + s for v, s in zip(voxel, step)) not in body.labels]
         self.surface = sorted({self.elements[e][1][c] for e, f in self.outer for c in FACES[f]})
+
+    def faces_of(self, segment):
+        """Faces of a segment where it ends: (element, face)."""
+        names = {voxel: self.body.names[label] for voxel, label in self.body.labels.items()}
+        return [(e, f) for e, (voxel, _) in enumerate(self.elements) for f, step in enumerate(BEYOND)
+                if names[voxel] == segment != names.get(tuple(v + s for v, s in zip(voxel, step)))]
 
     def face_center(self, element, face):
         places = [self.place[self.elements[element][1][c]] for c in FACES[face]]
@@ -105,6 +112,20 @@ def material(young_kpa, poisson, law):
     return f"*ELASTIC\n{young:.12g}, {poisson}\n"
 
 
+def contacts(mesh, materials, scene):
+    """Surfaces that press on each other, all but hard: a thousandth of a voxel gives way as one does."""
+    rows = []
+    for number, contact in enumerate(scene.get("contact", [])):
+        softest = min(young for young, *_ in materials.values()) * 1e-3
+        for side, segment in enumerate(contact["between"]):
+            rows.append(f"*SURFACE, NAME=F{number}_{side}, TYPE=ELEMENT")
+            rows += [f"{e + 1}, S{f + 1}" for e, f in mesh.faces_of(segment)]
+        rows += [f"*SURFACE INTERACTION, NAME=I{number}", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR",
+                 f"{1e3 * softest / math.hypot(*mesh.body.directions[0]):.12g}",
+                 f"*CONTACT PAIR, INTERACTION=I{number}, TYPE=SURFACE TO SURFACE", f"F{number}_0, F{number}_1"]
+    return rows
+
+
 def deck(mesh, materials, scene, steps=1, rest=None):
     """The input of CalculiX.
 
@@ -122,12 +143,15 @@ def deck(mesh, materials, scene, steps=1, rest=None):
         young, poisson, density = materials.get(name, materials.get("*"))
         rows += [f"*MATERIAL, NAME=M{label}", material(young, poisson, law).rstrip(), f"*DENSITY\n{density * 1e-12:.12g}",
                  f"*SOLID SECTION, ELSET=S{label}, MATERIAL=M{label}"]
+    rows += contacts(mesh, materials, scene)
     conditions, held = conditions_of(scene), points_of(mesh, scene)
     for number, nodes in enumerate(held):
         rows += [f"*NSET, NSET=C{number}"] + [f"{n}," for n in nodes]
     # CalculiX ends a step where its correction is small, not zero: large strain gets a step more, of the same loads.
     for part in [n / steps for n in range(1, steps + 1)] + ([1] if law != "cauchy" else []):
-        rows += ["*STEP" + ("" if law == "cauchy" else ", NLGEOM, INC=1000"), "*STATIC, SOLVER=SPOOLES"]
+        rows += ["*STEP" + (", INC=1000" if law == "cauchy" and "contact" in scene else "" if law == "cauchy" else ", NLGEOM, INC=1000"), "*STATIC, SOLVER=SPOOLES"]
+        if "contact" in scene:
+            rows += ["0.1, 1., 1e-5, 0.1", "*CONTROLS, PARAMETERS=FIELD", "1e-8, 1e-8, , , 1e-8, 1e-8"]
         if law != "cauchy":
             rows += ["0.25, 1., 1e-4, 1.", "*CONTROLS, PARAMETERS=FIELD", "1e-10, 1e-8, , , 1e-10, 1e-10"]
         rows.append("*BOUNDARY")

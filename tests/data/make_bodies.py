@@ -42,6 +42,8 @@ def main(hexscan):
     write("block", (24, 12, 10), turned((2, 2.5, 3), 30), (-120, 35, 7), ["tissue", "stone"], cut_block)
     straight = [(5, 0, 0), (0, 5, 0), (0, 0, 5)]
     write("bar", (24, 6, 6), straight, (2.5, -12.5, -12.5), ["bar"], lambda i, j, k: 1)
+    write("blocks", (14, 12, 12), straight, (2.5, 2.5, 2.5), ["below", "above"],
+          lambda i, j, k: 1 if k < 6 else 2 * int(3 <= i < 10 and 2 <= j < 10))
     write("cylinder", (14, 14, 16), straight, (-32.5, -32.5, 2.5), ["cylinder"],
           lambda i, j, k: int((i - 6.5) ** 2 + (j - 6.5) ** 2 <= 49))
 

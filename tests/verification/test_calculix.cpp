@@ -31,10 +31,10 @@ TEST_P(Calculix, FindsTheSameFieldAndReactions) {
   for (const auto& [key, value] : c["solve"].items())
     settings += fmt::format(" --set solve.{}={}", key, value.get<std::string>());
   const CommandResult r = shell(fmt::format(
-      "cd '{0}' && hexmesh -q build '{1}/bodies/{2}.nrrd'{3} -o a.hexmesh && hexsolve -q a.hexmesh "
+      "cd '{0}' && hexmesh -q build '{1}/bodies/{2}.nrrd'{3}{6} -o a.hexmesh && hexsolve -q a.hexmesh "
       "'{1}/scenes/{4}.toml'{5} --level 0 --set solve.error_estimate=off --report report.json -o a.hexresult",
-      folder.path(""), data.string(), c["body"].get<std::string>(), materials, c["scene"].get<std::string>(),
-      settings));
+      folder.path(""), data.string(), c["body"].get<std::string>(), materials, c["scene"].get<std::string>(), settings,
+      c.contains("slide") ? " --slide " + c["slide"].get<std::string>() : ""));
   ASSERT_EQ(r.exit_code, 0) << r.errors;
 
   const std::vector<NodeRow> reference = read_reference(data / "fields" / (name + ".csv.gz"));
@@ -51,10 +51,20 @@ TEST_P(Calculix, FindsTheSameFieldAndReactions) {
       off = std::max(off, std::abs(condition["reaction_n"][axis].get<double>() - expected));
       largest = std::max(largest, std::abs(expected));
     }
-  std::printf("%-28s %5zu nodes: mean %.1e, largest %.1e mm; reactions %.1e of the largest\n", name.c_str(),
-              reference.size(), d.mean, d.largest, off / largest);
-  EXPECT_LT(d.largest, 1e-5);
-  EXPECT_LT(off, 1e-6 * largest);
+  if (!c.contains("within")) {
+    std::printf("%-28s %5zu nodes: mean %.1e, largest %.1e mm; reactions %.1e of the largest\n", name.c_str(),
+                reference.size(), d.mean, d.largest, off / largest);
+    EXPECT_LT(d.largest, 1e-5);
+    EXPECT_LT(off, 1e-6 * largest);
+    return;
+  }
+  // Contact is not discretised alike: points with a normal here, faces that give way a little there.
+  double mean = 0;
+  for (const NodeRow& row : reference) mean += row.displacement.norm() / static_cast<double>(reference.size());
+  std::printf("%s: reactions off by %.2f %%, displacement by %.2f %% in the mean\n", name.c_str(), 100 * off / largest,
+              100 * d.mean / mean);
+  EXPECT_LT(d.mean, c["within"].get<double>() * mean);
+  EXPECT_LT(off, c["within"].get<double>() * largest);
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Calculix, testing::ValuesIn(cases()), [](const auto& c) {

@@ -94,21 +94,24 @@ std::vector<char> SegmentDistance::voxels_of(std::span<const std::uint16_t> labe
   return out;
 }
 
+/// On its own side of the face: above a floor that goes on beyond what stands on it there is nothing of it.
 bool SegmentDistance::extend(std::vector<char>& is_inside, const std::vector<char>& is_beside) const {
   const std::array<std::size_t, 3> stride = strides_in(extent_);
-  std::vector<char> touches(is_inside.size());
+  std::vector<char> touches(is_inside.size()), is_touched(is_inside.size());
   bool is_any = false;
   for (std::size_t n = 0; n < touches.size(); ++n)
     for (std::size_t d = 0; is_inside[n] && d < 3; ++d)  // never at the border: there is a margin
-      if (is_beside[n - stride[d]] || is_beside[n + stride[d]]) touches[n] = is_any = true;
+      for (const std::size_t other : {n - stride[d], n + stride[d]})
+        if (is_beside[other]) touches[n] = is_touched[other] = is_any = true;
   if (!is_any) return false;
   const Vec3& spacing = voxels_.spacing();
   const std::vector<float> to_face = squared_distances(touches, extent_, spacing, most_),
+                           from_face = squared_distances(is_touched, extent_, spacing, most_),
                            to_this = squared_distances(is_inside, extent_, spacing, most_),
                            to_other = squared_distances(is_beside, extent_, spacing, most_);
   const auto near = static_cast<float>(std::pow(voxels_beyond_rim * spacing.maxCoeff(), 2));
   for (std::size_t n = 0; n < is_inside.size(); ++n)
-    if (!is_beside[n] && to_face[n] <= near && to_this[n] < to_other[n]) is_inside[n] = 1;
+    if (!is_beside[n] && to_face[n] <= std::min(near, from_face[n]) && to_this[n] < to_other[n]) is_inside[n] = 1;
   return true;
 }
 
