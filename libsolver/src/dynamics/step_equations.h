@@ -28,7 +28,7 @@ public:
   double longest_step(const NodeVector& u, const NodeVector& step) override { return potential_.longest_step(u, step); }
   double gradient(const NodeVector& u, NodeVector& gradient) override;
   double rounding() const override { return potential_.rounding(); }
-  double rounding(const NodeVector& u) const override { return potential_.gradient_jump(u) + potential_.rounding(); }
+  double rounding(const NodeVector& /*u*/) const override { return rounding(); }
   double energy_rounding() const override { return potential_.energy_rounding(); }
   void project(NodeVector& v) const override { constraints_.project(v); }
   bool lift(const NodeVector& u, NodeVector& step) override;

@@ -307,6 +307,7 @@ bool TimeIntegrator::try_substep(double h, Form form) {
     problem_.set_progress(progress(part));
     difference_.begin_euler(part);
     begin_terms();
+    problem_.attach_contacts(u_);
     if (const NewtonEnd end = solve_step({}); end != NewtonEnd::converged) return fail(end);
     velocity_ = (end_ - u_) / part;
     difference_.begin_second_stage(u_, v_, end_, velocity_, h);
@@ -343,6 +344,7 @@ bool TimeIntegrator::try_substep(double h, Form form) {
 /// Take end_ for the state at the end of the substep, unless it holds more energy than it had and was given.
 bool TimeIntegrator::accept(const NodeVector& projected) {
   if (rotations_->have_to_begin(end_)) return fail("cells have to rotate");
+  if (!end_.allFinite()) return fail("points of the body would turn inside out");
   if (problem_.passes_through_itself(end_)) return fail(through_itself);
   velocity_ = (end_ - difference_.u(u_)) / difference_.length();
   const Energies now = energies_of(problem_, *inertia_, end_, velocity_);

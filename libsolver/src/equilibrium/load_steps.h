@@ -34,7 +34,7 @@ public:
 
   /// How the step to target() went. @returns whether another one is to be tried
   bool add(const NewtonReport& report) {
-    constexpr double smallest = 1.0 / 64;
+    const double smallest = std::min(1.0 / 64, largest_ / 4);
     add_work(total_, report);
     if (report.converged || reached_ == 0) total_.relative_residual = report.relative_residual;
     total_.reason = report.reason;

@@ -10,6 +10,10 @@
 namespace hexsolver {
 namespace {
 
+const char* larger_stiffness(const Contact& contact) {
+  return contact.stiffness > 0 ? "; a larger stiffness_n_mm holds it off" : "";
+}
+
 /// Of the cells of a level, those whose parents are rotated by more than an angle [rad].
 /// @param parent_of  cell -> that of the coarser level
 std::vector<bool> cells_rotated_by(double angle, const ElasticCells& parents, const NodeVector& u,
@@ -97,15 +101,25 @@ std::string LocalLevel::limit_reached(const NodeVector& u, bool nearly) const {
 std::optional<std::string> LocalLevel::gone_through(const NodeVector& u) const {
   for (std::size_t c = 0; c < problem_.contacts().size(); ++c) {
     const Contact& contact = problem_.scene().contacts[c];
+    if (problem_.contacts()[c]->passes_through(problem_.potential().at_all(u)))
+      return fmt::format("a part of the body went through another, or deep into it, of contact '{}'{}", contact.name,
+                         larger_stiffness(contact));
+  }
+  return through_obstacle(u);
+}
+
+std::optional<std::string> LocalLevel::through_obstacle(const NodeVector& u) const {
+  for (std::size_t c = 0; c < problem_.contacts().size(); ++c) {
+    const Contact& contact = problem_.scene().contacts[c];
     if (problem_.contacts()[c]->went_through(u))
       return fmt::format("the obstacle of contact '{}' went through the surface{}", contact.name,
-                         contact.stiffness > 0 ? "; a larger stiffness_n_mm holds it off" : "");
+                         larger_stiffness(contact));
   }
   return {};
 }
 
 std::optional<std::string> LocalLevel::why_no_solution(const NodeVector& u) const {
-  if (auto through = gone_through(u)) return through;
+  if (auto through = through_obstacle(u)) return through;
   return why_missed(problem_.matches(), u);
 }
 

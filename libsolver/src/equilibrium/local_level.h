@@ -31,6 +31,7 @@ public:
   bool attach(const NodeVector& u, const PullMode& mode) { return problem_.attach(u, mode); }
   RoundLimits round_limits() const;
   std::optional<std::string> gone_through(const NodeVector& u) const;
+  std::optional<std::string> through_obstacle(const NodeVector& u) const;
   void keep(const NodeVector& u) { problem_.keep_contacts(u); }
   NodeVector make_start() const { return problem_.start(); }
   void set_progress(const Progress& progress) { problem_.set_progress(progress); }

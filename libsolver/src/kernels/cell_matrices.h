@@ -73,6 +73,7 @@ void CellMatrices<Real>::set_shared(F&& matrix_of) {
   for (std::size_t n = 0; n < alike_.size(); ++n) {
     const CellMatrix k = matrix_of(batches_.shared()[n].number);
     alike_[n].full = k.template cast<Real>();
+    alike_[n].mirrored.reset();
     if (const auto blocks = mirrored(k)) alike_[n].mirrored = blocks->template cast<Real>();
   }
   for (std::size_t b = 0; b < mesh_->batches().size(); ++b) {

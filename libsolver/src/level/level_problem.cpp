@@ -180,7 +180,10 @@ NodeVector start_of(const Scene& scene, const Mesh& mesh) {
 }
 
 void LevelProblem::set_progress(const Progress& progress) {
-  if (progress == progress_) return;
+  if (progress == progress_) {  // a step of the same load begins
+    for (PenaltyContact* c : contacts_) c->set_progress(progress);
+    return;
+  }
   progress_ = progress;
   const std::vector<ConstraintPoint>& points = constraints_->points();
   prescribed_.resize(points.size());
@@ -300,6 +303,11 @@ double LevelProblem::largest_load_step() const {
   double step = largest_turning_step(scene_);
   double displaced = 0;
   for (const Condition& c : scene_.conditions) displaced = std::max(displaced, c.by.norm());
+  for (const ConstraintPoint& p : constraints_->points())
+    if (const auto& turn = scene_.conditions[hexmesh::as_size(p.condition)].turn)
+      displaced =
+          std::max(displaced, std::abs(turn->radians) *
+                                  turn->axis.cross(mesh().rest_position(p.cell, p.weights) - turn->about).norm());
   for (const PenaltyContact* c : contacts_) step = std::min(step, c->largest_load_step(displaced));
   if (!matches_.empty()) step = std::min(step, match_load_step);
   return step;

@@ -104,7 +104,7 @@ private:
   LinearOutcome find_step(const Vector& u, bool supports_hold);
   LinearGoal<Vector> goal(const Vector& u, bool supports_hold);
   bool move_whole(Vector& u);
-  std::optional<double> search_line(Vector& u);
+  std::optional<double> search_line(Vector& u, bool may_extend);
   double extend(Vector& u, double energy_here, double slope_before);
 
   static constexpr double unbalanced_to_part_ = 1e-4;
@@ -218,7 +218,7 @@ bool Newton<Vector>::move_whole(Vector& u) {
 
 /// @returns the part of step_ taken, more than 1 where it was extended; nothing if no part helps
 template <class Vector>
-std::optional<double> Newton<Vector>::search_line(Vector& u) {
+std::optional<double> Newton<Vector>::search_line(Vector& u, bool may_extend) {
   const LineSearch& search = options_.line_search;
   const bool has_energy = problem_.is_conservative();
   const double before = energy(u), slope = dot(gradient_, step_);
@@ -246,7 +246,7 @@ std::optional<double> Newton<Vector>::search_line(Vector& u) {
     return true;
   };
   const auto part = LineSearch::backtrack(has_energy ? search.shortest : search.shortest_without_energy, try_part);
-  return part == 1.0 && has_energy && !problem_.is_linear() ? extend(u, after, slope) : part;
+  return part == 1.0 && may_extend && has_energy && !problem_.is_linear() ? extend(u, after, slope) : part;
 }
 
 /// Double a step while the energy along it falls about as steeply as at its start. Where a body buckles the projected
@@ -259,7 +259,10 @@ double Newton<Vector>::extend(Vector& u, double energy_here, double slope_before
   double length = 1;
   for (double slope = dot(gradient_, step_); LineSearch::goes_on(slope_before, slope);
        slope = dot(gradient_, step_), length *= 2) {
-    set_sum(trial_, u, length, step_);
+    set_to(right_side_, step_);
+    set_sum(right_side_, right_side_, length - 1, step_);
+    if (problem_.longest_step(u, right_side_) < 1) break;
+    set_sum(trial_, u, 1, right_side_);
     const double after = energy(trial_);
     if (!(after <= energy_here + LineSearch::least_decrease * length * slope)) break;
     energy_here = after;
@@ -312,8 +315,9 @@ NewtonEnd Newton<Vector>::run(Vector& u, const NewtonProgress& progress, const A
       if (!supports_hold) set_sum(step_, support_step_, 1, step_);
       if (!move_whole(u)) return NewtonEnd::supports_turn_inside_out;
     } else {
-      if (const double part = problem_.longest_step(u, step_); part < 1) set_sum(step_, step_, part - 1, step_);
-      const std::optional<double> length = search_line(u);
+      const double most = problem_.longest_step(u, step_);
+      if (most < 1) set_sum(step_, step_, most - 1, step_);
+      const std::optional<double> length = search_line(u, most >= 1);
       if (!length) return is_start_rounding_ && iterations_ == 1 ? NewtonEnd::converged : NewtonEnd::no_descent;
       buckles_ = buckles_ || *length > 1;
       projection_.adapt(*length >= 1, relative_);

@@ -35,6 +35,8 @@ std::array<std::int32_t, 4> face_of(const CellNodes& nodes, int side) {
 /// How far a place is beyond its cell, in edges; < 0 inside.
 double outside_cell(const Vec3& local) { return ((local.array() - 0.5).abs() - 0.5).maxCoeff(); }
 
+constexpr double on_face = 1e-9;  // so far outside a place still is in its cell
+
 }  // namespace
 
 BodyMap::BodyMap(const MeshCells& cells, const Mesh& mesh, const std::vector<bool>& of)
@@ -51,7 +53,7 @@ BodyMap::BodyMap(const MeshCells& cells, const Mesh& mesh, const std::vector<boo
   for (std::size_t c = 0; c < holds.size(); ++c) {
     if (!holds[c]) continue;
     cells_.push_back(static_cast<std::int32_t>(c));
-    taken_.insert(hexmesh::sort_key(mesh.cells()[c]));
+    at_.emplace(hexmesh::sort_key(mesh.cells()[c]), static_cast<std::int32_t>(c));
     for (int side = 0; side < 6; ++side) {
       const auto [face, is_new] =
           open.try_emplace(face_of(mesh.cell_nodes()[c], side), static_cast<std::int32_t>(c), side);
@@ -66,7 +68,7 @@ BodyMap::BodyMap(const MeshCells& cells, const Mesh& mesh, const std::vector<boo
   constexpr double cells_beyond = 0.75, voxels_beyond = 3;
   for (std::size_t d = 0; d < 3; ++d)
     beyond_most_ = std::max(beyond_most_, cells_beyond + voxels_beyond / level.voxels_per_cell[d]);
-  bin_size_ = 2 * mesh.edges().colwise().norm().maxCoeff();
+  edge_ = mesh.edges().colwise().norm().maxCoeff();
 }
 
 /// Newton's method for x(local) = x from `local`, which it moves.
@@ -88,7 +90,7 @@ BodyMap::End BodyMap::invert(const Vec3& x, const NodeVector& u, std::int32_t ce
     if (by.lpNorm<Eigen::Infinity>() < exact) return outside > 0 ? End::left : End::found;
   }
   const double miss = (x - corners * hexmesh::shape_functions(local)).norm();
-  if (miss > 1e-9 * bin_size_) return End::failed;
+  if (miss > 2e-9 * edge_) return End::failed;
   return outside_cell(local) > 0 ? End::left : End::found;
 }
 
@@ -134,63 +136,53 @@ BodyMap::Place BodyMap::walk(const Vec3& x, const NodeVector& u, const hexmesh::
   return {};
 }
 
-BodyMap::Place BodyMap::find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near) const {
-  if (Place found = walk(x, u, near); found.cell >= 0) return found;
-  const auto bin = bins_.find(bin_of(index_of_bin(x)));
-  if (bin == bins_.end()) return {};
-  hexmesh::Embedding best;
-  double least = beyond_most_;
-  for (const std::size_t n : bin->second) {
-    const std::int32_t cell = cells_[n];
-    Vec3 local = Vec3::Constant(0.5);
-    if (invert(x, u, cell, local) == End::failed) continue;
-    const double outside = outside_cell(local);
-    if (!(outside < least)) continue;
-    least = std::max(outside, 0.0);
-    best = {cell, local};
-    if (least == 0) break;
-  }
-  return walk(x, u, best);
-}
-
 bool BodyMap::touch(std::int32_t one, std::int32_t other) const {
   const CellNodes &a = mesh_.cell_nodes()[hexmesh::as_size(one)], &b = mesh_.cell_nodes()[hexmesh::as_size(other)];
   return std::any_of(a.begin(), a.end(), [&](std::int32_t n) { return std::find(b.begin(), b.end(), n) != b.end(); });
 }
 
-bool BodyMap::is_elsewhere(const Place& place, const Own& own) const {
-  if (place.cell < 0 || touch(place.cell, own.cell)) return false;
+bool BodyMap::is_of_segment(const Place& place) const {
+  if (place.cell < 0) return false;
   Index3 at = mesh_.cells()[hexmesh::as_size(place.cell)];
-  constexpr double on_face = 1e-9;
-  bool is_outside = false;
-  for (std::size_t d = 0; d < 3; ++d) {
-    const double local = place.local[static_cast<Eigen::Index>(d)];
-    if (local >= -on_face && local <= 1 + on_face) continue;
-    is_outside = true;
-    at[d] += static_cast<std::int32_t>(std::floor(local));
-  }
-  const double edge = mesh_.edges().colwise().norm().maxCoeff();
-  return !is_outside || (!taken_.contains(hexmesh::sort_key(at)) && (place.rest - own.rest).norm() > edge);
+  if (outside_cell(place.local) <= on_face) return true;
+  for (std::size_t d = 0; d < 3; ++d) at[d] += static_cast<std::int32_t>(std::floor(place.local[Eigen::Index(d)]));
+  const auto [begin, end] = at_.equal_range(hexmesh::sort_key(at));
+  return begin == end || std::any_of(begin, end, [&](const auto& other) { return touch(place.cell, other.second); });
 }
 
-BodyMap::Place BodyMap::find_elsewhere(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near,
-                                       const Own& own) const {
-  if (Place found = walk(x, u, near); is_elsewhere(found, own)) return found;
-  const auto bin = bins_.find(bin_of(index_of_bin(x)));
-  if (bin == bins_.end()) return {};
+bool BodyMap::is_elsewhere(const Place& place, const Own& own) const {
+  if (touch(place.cell, own.cell)) return false;
+  return outside_cell(place.local) <= on_face || (place.rest - own.rest).norm() > edge_;
+}
+
+/// Cells that touch lead to the same place, whichever of them a walk begins in: one of them is tried, the nearest.
+BodyMap::Place BodyMap::find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near, const Own* own,
+                             const Depth& depth) const {
   Place best;
-  double least = std::numeric_limits<double>::infinity();
-  for (const std::size_t n : bin->second) {
-    if (!boxes_[n].contains(x) || touch(cells_[n], own.cell)) continue;
+  double deepest = std::numeric_limits<double>::infinity();
+  const auto try_from = [&](const hexmesh::Embedding& from) {
+    const Place found = walk(x, u, from);
+    if (!is_of_segment(found) || (own && !is_elsewhere(found, *own))) return found.cell;
+    if (const double d = depth(found); best.cell < 0 || d < deepest) {
+      best = found;
+      deepest = d;
+    }
+    return found.cell;
+  };
+  std::vector<std::int32_t> tried = {try_from(near)};
+  if (deepest <= 0) return best;
+  std::vector<std::pair<double, std::size_t>> others;
+  for (const std::size_t n : bins_.at(x))
+    if (boxes_[n].contains(x)) others.emplace_back((x - boxes_[n].center()).squaredNorm(), n);
+  std::sort(others.begin(), others.end());
+  for (const auto& [away, n] : others) {
+    const std::int32_t cell = cells_[n];
+    const auto leads_there = [&](std::int32_t other) { return other >= 0 && touch(cell, other); };
+    if (std::any_of(tried.begin(), tried.end(), leads_there) || (own && touch(cell, own->cell))) continue;
     Vec3 local = Vec3::Constant(0.5);
-    if (invert(x, u, cells_[n], local) == End::failed) continue;
-    const double outside = outside_cell(local);
-    if (!(outside < least)) continue;
-    const Place found = walk(x, u, {cells_[n], local});
-    if (!is_elsewhere(found, own)) continue;
-    least = std::max(outside, 0.0);
-    best = found;
-    if (least == 0) break;
+    if (invert(x, u, cell, local) == End::failed) continue;
+    tried.push_back(cell);
+    tried.push_back(try_from({cell, local}));
   }
   return best;
 }
@@ -233,42 +225,21 @@ std::vector<Mat3> BodyMap::to_rest_beside(std::int32_t cell, const Vec3& local, 
   return out;
 }
 
-Index3 BodyMap::index_of_bin(const Vec3& x) const {
-  Index3 out{};
-  for (std::size_t d = 0; d < 3; ++d) {
-    const double at = std::floor((x[static_cast<Eigen::Index>(d)] - corner_[static_cast<Eigen::Index>(d)]) / bin_size_);
-    out[d] = static_cast<std::int32_t>(std::clamp(at, -500000.0, 500000.0));
-  }
-  return out;
-}
-
-std::uint64_t BodyMap::bin_of(const Index3& at) const {
-  constexpr std::int32_t shift = 1 << 20;
-  return hexmesh::sort_key({at[0] + shift, at[1] + shift, at[2] + shift});
-}
-
 void BodyMap::look_at(const NodeVector& u) {
   constexpr double part_of_cell = 0.5;  // that boxes reach beyond
-  bins_.clear();
   boxes_.assign(cells_.size(), {});
   for (std::size_t n = 0; n < cells_.size(); ++n) {
     const Corners corners = corners_of(mesh_, cells_[n], u);
     if (!corners.allFinite()) continue;
-    const Vec3 beyond = Vec3::Constant(part_of_cell * bin_size_ / 2);
+    const Vec3 beyond = Vec3::Constant(part_of_cell * edge_);
     boxes_[n] = {corners.rowwise().minCoeff() - beyond, corners.rowwise().maxCoeff() + beyond};
-    const Index3 low = index_of_bin(boxes_[n].min()), high = index_of_bin(boxes_[n].max());
-    Index3 at;
-    for (at[2] = low[2]; at[2] <= high[2]; ++at[2])
-      for (at[1] = low[1]; at[1] <= high[1]; ++at[1])
-        for (at[0] = low[0]; at[0] <= high[0]; ++at[0]) bins_[bin_of(at)].push_back(n);
   }
+  bins_.fill(boxes_, 2 * edge_);
 }
 
 std::size_t BodyMap::bytes() const {
-  std::size_t sum = hexmesh::bytes_of(cells_) + hexmesh::bytes_of(beyond_) + hexmesh::bytes_of(boxes_) +
-                    taken_.size() * sizeof(std::uint64_t);
-  for (const auto& [bin, cells] : bins_) sum += hexmesh::bytes_of(cells) + sizeof(bin);
-  return sum;
+  return hexmesh::bytes_of(cells_) + hexmesh::bytes_of(beyond_) + hexmesh::bytes_of(boxes_) + bins_.bytes() +
+         at_.size() * sizeof(std::pair<std::uint64_t, std::int32_t>);
 }
 
 }  // namespace hexsolver

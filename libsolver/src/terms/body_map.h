@@ -2,12 +2,13 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <functional>
 #include <unordered_map>
-#include <unordered_set>
 #include <vector>
 
 #include "hexmesh/lattice/locator.h"
 #include "mesh/mesh_cells.h"
+#include "terms/bins.h"
 
 namespace hexsolver {
 
@@ -28,18 +29,21 @@ public:
     NodeWeights weights = NodeWeights::Zero();  ///< of the cell's nodes there
   };
 
-  /// @param near  a cell to begin at and where in it, as of a displacement not far from u; cell < 0: none, then those
-  ///              are looked at that look_at() found near x
-  Place find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near) const;
-
-  /// A point of the segment itself.
+  /// A point of the segment itself: its place is where else it is, which is not in its own cell, nor in one that shares
+  /// a node with that, nor beyond a cell where the point is at rest.
   struct Own {
     std::int32_t cell;
     Vec3 rest;  ///< [mm]
   };
-  /// The same of a point of the segment itself: where else in it the point is, which is not in its own cell, nor in one
-  /// that shares a node with that, nor beyond a cell where the point is at rest.
-  Place find_elsewhere(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near, const Own& own) const;
+  /// How far outside a place is in the rest shape [mm]; < 0 inside.
+  using Depth = std::function<double(const Place&)>;
+
+  /// Of the places that cells have for x, which look_at() found near it, the deepest.
+  /// @param near   a cell to begin at and where in it, as of a displacement not far from u; cell < 0: none. Its place
+  ///               is taken at once where it is inside
+  /// @param own    nullptr: not of the segment
+  Place find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near, const Own* own,
+             const Depth& depth) const;
 
   /// How a place bends with the cell: see PenaltyContact.
   struct Bending {
@@ -51,7 +55,7 @@ public:
   /// Of a place on the border of its cell, about, the derivatives that those beyond have there.
   std::vector<Mat3> to_rest_beside(std::int32_t cell, const Vec3& local, const NodeVector& u) const;
 
-  /// Remember where the cells are, for places without a cell to begin at.
+  /// Remember where the cells are, for find().
   void look_at(const NodeVector& u);
 
   std::size_t bytes() const;
@@ -61,22 +65,20 @@ private:
   End invert(const Vec3& x, const NodeVector& u, std::int32_t cell, Vec3& local) const;
   Place walk(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& from) const;
   Place place(const NodeVector& u, std::int32_t cell, const Vec3& local) const;
-  std::uint64_t bin_of(const Index3& at) const;
-  Index3 index_of_bin(const Vec3& x) const;
-
   bool touch(std::int32_t one, std::int32_t other) const;  ///< whether two cells share a node
-  /// Whether a place is elsewhere: in its cell, or beyond it where no other cell is at rest and the point is not.
+  /// Whether a place is one of the segment: in its cell, or beyond it where no cell is at rest that does not touch it.
+  bool is_of_segment(const Place& place) const;
   bool is_elsewhere(const Place& place, const Own& own) const;
 
   const Mesh& mesh_;
   Vec3 corner_;
-  std::vector<std::int32_t> cells_;                  ///< those that hold voxels of the segment
-  std::vector<std::array<std::int32_t, 6>> beyond_;  ///< of each cell of the mesh, those behind its faces; -1
-  std::unordered_map<std::uint64_t, std::vector<std::size_t>> bins_;  ///< numbers in cells_ that reach into each
-  std::vector<Eigen::AlignedBox3d> boxes_;                            ///< of cells_, as look_at() found them
-  std::unordered_set<std::uint64_t> taken_;                           ///< indices of the cells at rest
+  std::vector<std::int32_t> cells_;                          ///< those that hold voxels of the segment
+  std::vector<std::array<std::int32_t, 6>> beyond_;          ///< of each cell of the mesh, those behind its faces; -1
+  std::unordered_multimap<std::uint64_t, std::int32_t> at_;  ///< index of each at rest -> cell
+  std::vector<Eigen::AlignedBox3d> boxes_;                   ///< of cells_, as look_at() found them
+  Bins bins_;                                                ///< of boxes_
   double beyond_most_ = 0;  ///< how far the map of an outermost cell goes on, in its edges
-  double bin_size_ = 1;     ///< [mm]
+  double edge_ = 1;         ///< of a cell, the longest [mm]
 };
 
 }  // namespace hexsolver

@@ -166,7 +166,7 @@ void PenaltyContact::linearize(const NodeVector& u, double projection) {
       is_active = true;
     }
     if (!is_active || !at.is_there) continue;
-    if (const double part = 1 - std::min(projection, Hessian::projected); other_ && pairs_.empty() && part > 0) {
+    if (const double part = 1 - std::min(projection, Hessian::projected); other_ && !holds() && part > 0) {
       const Vec3 slope = -part * (at.to_frame.transpose() * force_at(n, all[n]));
       if (!slope.isZero(0)) {
         const BodyMap::Bending bending = other_->map.bending(at.cell, at.local, u, slope);
@@ -213,26 +213,29 @@ std::int32_t PenaltyContact::shared_hessian(std::size_t cell) const {
 }
 
 std::size_t PenaltyContact::bytes() const {
-  return hexmesh::bytes_of(points_) + hexmesh::bytes_of(held_off_) + hexmesh::bytes_of(kept_held_off_) +
-         hexmesh::bytes_of(frictions_) + hexmesh::bytes_of(located_) + active_.bytes() + other_active_.bytes() +
-         hexmesh::bytes_of(couplings_) + hexmesh::bytes_of(turnings_) +
-         (other_ ? other_->map.bytes() + other_->distance.bytes() : 0);
+  std::size_t sum = hexmesh::bytes_of(points_) + hexmesh::bytes_of(held_off_) + hexmesh::bytes_of(kept_held_off_) +
+                    hexmesh::bytes_of(frictions_) + hexmesh::bytes_of(kept_frictions_) + active_.bytes() +
+                    other_active_.bytes() + hexmesh::bytes_of(couplings_) + hexmesh::bytes_of(turnings_);
+  for (const Places* places : std::initializer_list<const Places*>{&seen_, &held_, &found_})
+    sum += hexmesh::bytes_of(places->all) + static_cast<std::size_t>(places->at.size()) * sizeof(double);
+  return sum + (other_ ? other_->map.bytes() + other_->distance.bytes() : 0);
 }
 
 double PenaltyContact::attach(const NodeVector& u) {
   double changed = 0, in_all = 0;
-  if (!is_attached()) return 0;
+  if (!is_attached() && !other_) return 0;
+  const bool is_begin = !std::exchange(is_solved_, true);
+  if (is_begin && holds_pairs_ && has_friction()) frictions_ = kept_frictions_;  // of a step that failed
   std::vector<Located> held;
-  if (holds_pairs_) {
-    if (!pairs_.empty()) held = locate_all(u);
-    pairs_.clear();
-    located_at_.resize(0);
+  if (holds()) {
+    held = locate_all(u);
+    seen_.forget();
   }
   remember_cells(u);
   const std::vector<Located>& all = locate_all(u);
-  if (holds_pairs_) {
-    pairs_ = all;
-    attached_at_ = u;
+  if (other_ && (holds_pairs_ || is_begin)) {
+    seen_ = {all, u};
+    held_.forget();
   }
   for (std::size_t p = 0; p < points_.size(); ++p) {
     const hexmesh::Gap& g = all[p].gap;
@@ -241,8 +244,9 @@ double PenaltyContact::attach(const NodeVector& u) {
       in_all += std::abs(pressing);
       if (!held.empty()) changed += std::abs(pressing - press(p, held[p].gap.depth));
     }
-    if (is_solved_ && !held_off_.empty()) held_off_[p] = pressing;
+    if (!is_begin && !held_off_.empty()) held_off_[p] = pressing;
     if (!has_friction()) continue;
+    if (holds_pairs_) hold_friction(p, all[p], is_begin || held.empty() ? nullptr : &held[p]);
     Friction& f = frictions_[p];
     const double most = contact_.friction * std::max(pressing, 0.0);
     changed += std::abs(most - f.most);
@@ -250,17 +254,30 @@ double PenaltyContact::attach(const NodeVector& u) {
     f.most = most;
     if (most > 0) f.normal = g.normal.normalized();
   }
-  is_solved_ = true;
   return changed == 0 ? 0 : changed / in_all;
 }
 
+/// Of a point whose place in another segment is found anew, at a step's begin or where one was held: its spring goes on
+/// unless that is another part of the segment.
+void PenaltyContact::hold_friction(std::size_t p, const Located& found, const Located* held) {
+  Friction& f = frictions_[p];
+  const Vec3& before = held ? held->at.place : f.begin;
+  const bool goes_on = f.began && found.at.is_there && (!held || held->at.is_there) &&
+                       (found.at.place - before).norm() <= other_->deepest_at_once;
+  if (!goes_on) f.spring.setZero();
+  f.began = held ? goes_on : found.at.is_there;
+  if (!held) f.begin = found.at.place;
+}
+
 void PenaltyContact::forget(const NodeVector& u) {
+  seen_.forget();
   if (!has_friction()) return;
   const std::vector<Located>& all = locate_all(u);
   for (std::size_t p = 0; p < frictions_.size(); ++p) {
     const At& at = all[p].at;
     frictions_[p] = {at.place, Vec3::Zero(), Vec3::Zero(), 0, false, at.is_there};
   }
+  if (holds_pairs_) kept_frictions_ = frictions_;
 }
 
 double PenaltyContact::keep(const NodeVector& u) {
@@ -279,6 +296,7 @@ double PenaltyContact::keep(const NodeVector& u) {
     f.began = at.is_there;
     f.slipped = d.slips;
   }
+  if (holds_pairs_) kept_frictions_ = frictions_;
   return work;
 }
 

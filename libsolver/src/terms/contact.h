@@ -82,10 +82,10 @@ public:
   /// @returns by how much friction may come to more or less in all, over what it is in all, or the force across the
   ///          surface where places are held
   double attach(const NodeVector& u);
-  /// Whether points went through another part of the body on the way from the last attach() to u. False where no places
-  /// are held.
+  /// Whether points went through another part of the body on the straight way to u from the last attach(), of an
+  /// equilibrium from the first after set_progress(). Through an obstacle: see went_through().
   bool passes_through(const NodeVector& u) const;
-  /// From now on, at u, no spring of it is drawn.
+  /// From now on, at u, no spring of it is drawn and no place is held.
   void forget(const NodeVector& u);
   /// A step ends at u and the next one begins. @returns the work that slips took in it [N mm]
   double keep(const NodeVector& u);
@@ -179,14 +179,26 @@ private:
   };
   Located locate(const Point& p, const NodeVector& u) const { return locate(p, u, place_); }
   Located locate(const Point& p, const NodeVector& u, const Place& place) const;
-  /// f(part, where all points are then), at parts of a step in which none moves against another by more than may be at
-  /// once; until f returns false.
+  /// Where all points are at a displacement.
+  struct Places {
+    std::vector<Located> all;
+    NodeVector at;  ///< u
+
+    bool is_of(const NodeVector& u) const { return at.size() == u.size() && at == u; }
+    void forget() {
+      all.clear();
+      at.resize(0);
+    }
+  };
+  /// Parts of a way in none of which anything moves against another by more than may be at once.
+  double looks_along(const NodeVector& from, const NodeVector& to) const;
+  /// f(part, where all points are then), at the ends of these parts, 256 of them at most; until f returns false.
+  /// @returns the part looked at, less than 1 where the way is too long
   template <class F>
-  void look_ahead(const NodeVector& u, const NodeVector& step, double most, const F& f) const;
+  double look_ahead(const NodeVector& from, const NodeVector& to, const F& f) const;
   Located locate_held(const Point& p, const Located& pair, const NodeVector& u) const;
-  /// Of all points, wherever they are at u.
-  void find_all(const NodeVector& u, std::vector<Located>& all) const;
-  /// Of all points, until the next state is asked for.
+  /// Of all points wherever they are at u, or at the places held; until the next state is asked for.
+  const std::vector<Located>& find_all(const NodeVector& u) const;
   const std::vector<Located>& locate_all(const NodeVector& u) const;
   Vec3 force_at(std::size_t p, const Located& located) const;                         ///< on the body, in the frame [N]
   double stiffness(std::size_t p) const { return strength_ * points_[p].stiffness; }  ///< [N/mm]
@@ -198,6 +210,9 @@ private:
   }
   double energy_of(std::size_t p, double pressing) const;  ///< across the surface [N mm]
   Drawn drawn(std::size_t p, const At& at) const;
+  bool holds() const { return holds_pairs_ && !seen_.all.empty(); }  ///< places
+  void hold_friction(std::size_t p, const Located& found, const Located* held);
+  class Way;  ///< of a point through the other segment
   /// The part of a step before which no point that is nowhere near the segment comes into it.
   double part_before_touch(const NodeVector& u, const NodeVector& step, double most) const;
   static Vec3 force_of(const Drawn& drawn);  ///< on the body, in the frame [N]
@@ -223,6 +238,7 @@ private:
   Vec3 kept_force_ = Vec3::Zero();     ///< likewise, on the body [N]
   bool is_solved_ = false;           ///< whether a solution may be behind the next attach(): not at the begin of a step
   std::vector<Friction> frictions_;  ///< of the points; empty without friction
+  std::vector<Friction> kept_frictions_;  ///< of the last step that was kept; empty where no places are held
   Place place_;
   double strength_ = 1;   ///< part of the stiffness that there is
   PointHessians active_;  ///< of the last linearize(), as the next two
@@ -231,10 +247,8 @@ private:
   std::vector<Turning> turnings_;
   std::unique_ptr<OtherSegment> other_;
   bool holds_pairs_ = false;
-  std::vector<Located> pairs_;            ///< that are held; empty before the first attach()
-  NodeVector attached_at_;                ///< u that they are of
-  mutable NodeVector located_at_;         ///< u that the next are of
-  mutable std::vector<Located> located_;  ///< of another segment
+  Places seen_;                  ///< by attach(), see passes_through(); none before the first and of obstacles
+  mutable Places held_, found_;  ///< the last asked for
 };
 
 }  // namespace hexsolver

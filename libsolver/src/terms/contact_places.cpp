@@ -21,8 +21,10 @@ PenaltyContact::Located PenaltyContact::locate(const Point& p, const NodeVector&
     const Vec3 in_frame = place.inverse() * x;
     return {{in_frame, place.linear().transpose()}, hexmesh::gap_to(contact_.obstacle, in_frame)};
   }
+  const BodyMap::Own own{p.cell, p.rest};
   const BodyMap::Place there =
-      other_->is_self ? other_->map.find_elsewhere(x, u, p.near, {p.cell, p.rest}) : other_->map.find(x, u, p.near);
+      other_->map.find(x, u, p.near, other_->is_self ? &own : nullptr,
+                       [&](const BodyMap::Place& at) { return other_->distance.gap(at.rest).depth; });
   if (there.cell < 0)
     return {{{}, Mat3::Zero(), false}, {std::numeric_limits<double>::infinity(), Vec3::Zero(), Mat3::Zero()}};
   Located out{{there.rest, there.to_rest, true, there.cell, there.weights, there.local},
@@ -41,57 +43,50 @@ PenaltyContact::Located PenaltyContact::locate_held(const Point& p, const Locate
   return out;
 }
 
-void PenaltyContact::find_all(const NodeVector& u, std::vector<Located>& all) const {
-  all.resize(points_.size());
-  if (other_ && other_->is_self) other_->map.look_at(u);
+const std::vector<PenaltyContact::Located>& PenaltyContact::find_all(const NodeVector& u) const {
+  if (other_ && found_.is_of(u)) return found_.all;
+  if (other_) other_->map.look_at(u);
+  found_.all.resize(points_.size());
 #pragma omp parallel for schedule(static) if (points_.size() >= worth_a_team)
-  for (std::size_t p = 0; p < points_.size(); ++p) all[p] = locate(points_[p], u);
+  for (std::size_t p = 0; p < points_.size(); ++p) found_.all[p] = locate(points_[p], u);
+  if (other_) found_.at = u;
+  return found_.all;
 }
 
 const std::vector<PenaltyContact::Located>& PenaltyContact::locate_all(const NodeVector& u) const {
-  if (other_ && located_at_.size() == u.size() && located_at_ == u) return located_;
-  if (pairs_.empty()) {
-    find_all(u, located_);
-  } else {
-    located_.resize(points_.size());
+  if (!holds()) return find_all(u);
+  if (held_.is_of(u)) return held_.all;
+  held_.all.resize(points_.size());
 #pragma omp parallel for schedule(static) if (points_.size() >= worth_a_team)
-    for (std::size_t p = 0; p < points_.size(); ++p) located_[p] = locate_held(points_[p], pairs_[p], u);
-  }
-  if (other_) located_at_ = u;
-  return located_;
+  for (std::size_t p = 0; p < points_.size(); ++p) held_.all[p] = locate_held(points_[p], seen_.all[p], u);
+  held_.at = u;
+  return held_.all;
 }
 
 void PenaltyContact::hold_pairs() { holds_pairs_ = other_ != nullptr; }
 
 void PenaltyContact::remember_cells(const NodeVector& u) {
-  if (!other_ || !pairs_.empty()) return;
-  const auto remember = [&] {
-    const std::vector<Located>& all = locate_all(u);
-    for (std::size_t p = 0; p < points_.size(); ++p) points_[p].near = {all[p].at.cell, all[p].at.local};
-  };
-  remember();
-  if (other_->is_self || std::none_of(points_.begin(), points_.end(), [](const Point& p) { return p.near.cell < 0; }))
-    return;
-  other_->map.look_at(u);
-  located_at_.resize(0);
-  remember();
+  if (!other_ || holds()) return;
+  const std::vector<Located>& all = locate_all(u);
+  for (std::size_t p = 0; p < points_.size(); ++p) points_[p].near = {all[p].at.cell, all[p].at.local};
+}
+
+double PenaltyContact::looks_along(const NodeVector& from, const NodeVector& to) const {
+  Eigen::AlignedBox3d moves;
+  for (Eigen::Index n = 0; n < to.size(); n += 3) moves.extend(Vec3(to.segment<3>(n) - from.segment<3>(n)));
+  return std::max(1.0, std::ceil(moves.diagonal().norm() / other_->deepest_at_once));
 }
 
 template <class F>
-void PenaltyContact::look_ahead(const NodeVector& u, const NodeVector& step, double most, const F& f) const {
-  constexpr int most_looks = 256;
-  Eigen::AlignedBox3d moves;
-  for (const Point& p : points_) moves.extend(mesh_.interpolate(p.cell, p.weights, step));
-  const double apart = most * moves.diagonal().norm();
-  const int looks =
-      std::max(1, static_cast<int>(std::min(std::ceil(apart / other_->deepest_at_once), double(most_looks))));
-  std::vector<Located> then;
+double PenaltyContact::look_ahead(const NodeVector& from, const NodeVector& to, const F& f) const {
+  constexpr double most_looks = 256;
+  const double looks = looks_along(from, to);
   bool goes_on = true;
-  for (int look = 1; goes_on && look <= looks; ++look) {
-    const double part = most * look / looks;
-    find_all(u + part * step, then);
-    goes_on = f(part, then);
+  for (double look = 1; goes_on && look <= std::min(looks, most_looks); ++look) {
+    const double part = look / looks;
+    goes_on = f(part, find_all(part == 1 ? to : (1 - part) * from + part * to));
   }
+  return std::min(1.0, most_looks / looks);
 }
 
 /// Of points near another segment: they come no deeper into it, at a time, than a quarter of its thickness and two
@@ -108,22 +103,24 @@ double PenaltyContact::longest_step(const NodeVector& u, const NodeVector& step)
     if (const double approach = -gap.normal.dot(by); approach > 0)
       part = std::min(part, (std::max(gap.depth, 0.0) + other_->deepest_at_once) / approach);
   }
-  return other_->is_self && pairs_.empty() ? part_before_touch(u, step, part) : part;
+  return holds() ? part : part_before_touch(u, step, part);
 }
 
 double PenaltyContact::part_before_touch(const NodeVector& u, const NodeVector& step, double most) const {
+  const NodeVector end = u + most * step;
+  if (looks_along(u, end) <= 1) return most;  // what is nowhere near is farther off
   const std::vector<Located> before = locate_all(u);
-  double until = most;
-  look_ahead(u, step, most, [&](double part, const std::vector<Located>& then) {
+  double until = 1;
+  const double looked = look_ahead(u, end, [&](double part, const std::vector<Located>& then) {
     for (std::size_t p = 0; p < points_.size(); ++p)
       if (!before[p].at.is_there && then[p].at.is_there && then[p].gap.depth < 0) until = part;
-    return until == most;
+    return until == 1;
   });
-  return until;
+  return most * std::min(until, looked);
 }
 
 double PenaltyContact::gradient_jump(const NodeVector& u) const {
-  if (!other_ || !pairs_.empty()) return 0;
+  if (!other_ || holds()) return 0;
   const std::vector<Located>& all = locate_all(u);
   constexpr double most_part = 1e-3;  // of the forces: what jumps by more is no solution
   double sum = 0, forces = 0;
@@ -140,26 +137,60 @@ double PenaltyContact::gradient_jump(const NodeVector& u) const {
   return std::min(sum, most_part * forces);
 }
 
-bool PenaltyContact::passes_through(const NodeVector& u) const {
-  constexpr double other_way = -0.5;  // cosine
-  const auto turns = [&](const Located& one, const Located& other) {
-    return one.gap.normal.dot(other.gap.normal) < other_way * one.gap.normal.norm() * other.gap.normal.norm();
-  };
-  std::vector<Located> seen = pairs_;  // of each point, where it was there last
-  bool passes = false;
-  if (seen.empty()) return false;
-  look_ahead(attached_at_, u - attached_at_, 1, [&](double /*part*/, const std::vector<Located>& then) {
-    for (std::size_t p = 0; p < points_.size(); ++p) {
-      if (!then[p].at.is_there) continue;
-      if (seen[p].at.is_there)
-        passes = passes || turns(seen[p], then[p]);
-      else
-        passes = passes || then[p].gap.depth < -2 * other_->deepest_at_once;
-      seen[p] = then[p];
+/// Along looks after each other.
+class PenaltyContact::Way {
+public:
+  Way(const OtherSegment& other, const Located& begin) : other_(other) { begin_at(begin); }
+
+  /// Whether the point, which is in `then` now, went through: it is deep inside; or its nearest surface is another than
+  /// where it entered, be it from one look to the next.
+  bool goes_through(const Located& then) {
+    constexpr double other_way = -0.5, another_way = 0.5;  // cosines
+    if (!then.at.is_there) return false;
+    const double deep = other_.deepest_at_once / 2;
+    if (then.gap.depth < -4 * deep) return true;
+    const bool goes_on = last_.at.is_there && (then.at.place - last_.at.place).norm() <= 8 * deep;
+    if (!goes_on) {
+      begin_at(then);
+      return false;
     }
+    deepest_ = std::min(deepest_, then.gap.depth);
+    const double turned = normal_.dot(then.gap.normal) / (normal_.norm() * then.gap.normal.norm());
+    if (turned < another_way && deepest_ < -deep) return true;
+    if (turned < other_way && other_.distance.gap((last_.at.place + then.at.place) / 2).depth < 0) return true;
+    if (then.gap.depth >= -deep)
+      begin_at(then);
+    else
+      last_ = then;
+    return false;
+  }
+
+private:
+  void begin_at(const Located& located) {
+    last_ = located;
+    normal_ = located.gap.normal;
+    deepest_ = 0;
+  }
+
+  const OtherSegment& other_;
+  Located last_;
+  Vec3 normal_;         ///< where it was less than half a step deep last
+  double deepest_ = 0;  ///< since then [mm]
+};
+
+bool PenaltyContact::passes_through(const NodeVector& u) const {
+  if (seen_.all.empty() || seen_.at == u) return false;
+  std::vector<Way> ways;
+  bool passes = false;
+  for (const Located& begin : seen_.all) {
+    ways.emplace_back(*other_, begin);
+    passes = passes || ways.back().goes_through(begin);
+  }
+  const double looked = look_ahead(seen_.at, u, [&](double /*part*/, const std::vector<Located>& then) {
+    for (std::size_t p = 0; p < points_.size() && !passes; ++p) passes = ways[p].goes_through(then[p]);
     return !passes;
   });
-  return passes;
+  return passes || looked < 1;
 }
 
 }  // namespace hexsolver

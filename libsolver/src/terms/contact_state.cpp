@@ -126,11 +126,10 @@ PenaltyContact::State PenaltyContact::state(const NodeVector& u, const Place& pl
   const Point* deepest = nullptr;
   double least = std::numeric_limits<double>::infinity();
   Vec3 normal = Vec3::Zero();
-  std::vector<Located> found;
-  if (other_) find_all(u, found);
+  const std::vector<Located>* found = other_ ? &find_all(u) : nullptr;
   for (std::size_t n = 0; n < points_.size(); ++n) {
     const Point& p = points_[n];
-    const auto [at, g] = other_ ? found[n] : locate(p, u, place);
+    const auto [at, g] = found ? (*found)[n] : locate(p, u, place);
     if (!at.is_there) continue;
     const Vec3 across = at.to_frame.transpose() * g.normal;
     const double depth = other_ && g.depth != 0 ? g.depth / std::max(across.norm(), 1e-9) : g.depth;  // in space

@@ -8,10 +8,10 @@
 #include "hexmesh/lattice/segment_distance.h"
 #include "level/segment_contact.h"
 #include "mesh/hierarchy.h"
+#include "solver/level/contacts.h"
 #include "solver/terms/derivatives.h"
 #include "support/bodies.h"
 #include "support/solve.h"
-#include "terms/body_map.h"
 #include "terms/couplings.h"
 #include "terms/potential.h"
 
@@ -50,14 +50,6 @@ Lattice ball_in_cup(bool slides = true) {
         return r < 7.2 ? 2 : v[2] < 12 ? 1 : 0;
       },
       slides);
-}
-
-Condition held(const std::string& name, const Vec3& point, const Vec3& normal, const Vec3& by = Vec3::Zero()) {
-  Condition c;
-  c.name = name;
-  c.selection.halfspace = HalfSpace{point, normal};
-  c.by = by;
-  return c;
 }
 
 Contact between() {
@@ -113,6 +105,18 @@ TEST(SegmentDistance, SlopesAndCurvaturesAreItsDerivatives) {
   EXPECT_LT(farthest, 2);  // a voxel from the ball that was cut into voxels
 }
 
+/// A floor that is larger than what stands on it goes on flat beside that, and under it.
+TEST(SegmentDistance, OfAFloorIsTheHeightAboveIt) {
+  const Lattice lattice = make({24, 24, 22}, {1, 1, 1}, [](const Index3& v) {
+    return v[2] < 12 ? 1 : v[2] < 20 && v[0] >= 8 && v[0] < 16 && v[1] >= 8 && v[1] < 16 ? 2 : 0;
+  });
+  const hexmesh::SegmentDistance distance(lattice.voxels, lattice.labels, 1, 2);
+  for (double x = 6; x <= 17; x += 0.5)
+    for (const double y : {6.5, 11.0, 16.0})
+      for (const double height : {-0.4, 0.0, 0.4, 1.5})
+        EXPECT_NEAR(distance.gap({x, y, 11.5 + height}).depth, height, 1e-6) << x << ' ' << y;
+}
+
 TEST(BodyMap, FindsWhereMaterialCameFrom) {
   const Lattice lattice = blocks(true, {1, 2, 1});
   for (int level = 0; level < 3; ++level) {
@@ -135,7 +139,7 @@ TEST(BodyMap, FindsWhereMaterialCameFrom) {
       const Vec3 rest = lattice.voxels.position(index);
       const Vec3 x = rest + mesh.interpolate(e.cell, hexmesh::shape_functions(e.local), u);
       for (const hexmesh::Embedding& from : {hexmesh::Embedding{}, near}) {
-        const BodyMap::Place found = map.find(x, u, from);
+        const BodyMap::Place found = map.find(x, u, from, nullptr, beyond_cell);
         ASSERT_GE(found.cell, 0);
         EXPECT_LT((found.rest - rest).norm(), 1e-9);
         const Mat3 f = mesh.edges(static_cast<std::size_t>(found.cell)) * found.to_rest.inverse();
@@ -143,7 +147,7 @@ TEST(BodyMap, FindsWhereMaterialCameFrom) {
       }
       near = e;
     }
-    EXPECT_LT(map.find(Vec3(500, 0, 0), u, {}).cell, 0);
+    EXPECT_LT(map.find(Vec3(500, 0, 0), u, {}, nullptr, beyond_cell).cell, 0);
   }
 }
 
@@ -265,10 +269,26 @@ TEST_P(SegmentContact, StepsGoNoDeeperThanItKnows) {
   const double part = contact->longest_step(at, down);
   EXPECT_LT(part, 0.02);
   EXPECT_GT(part, 1e-4);
-  EXPECT_EQ(contact->longest_step(at, -down), 1);
+  EXPECT_EQ(contact->longest_step(at, -0.1 * down), 1);
 }
 
 INSTANTIATE_TEST_SUITE_P(OnLevels, SegmentContact, testing::Combine(testing::Values(0, 1), testing::Bool()));
+
+/// Of steps by which the upper block is in the lower one, and beyond it, straight or thrown aside first.
+TEST_P(SegmentContact, TellsThatAPartWentThroughAnother) {
+  const NodeVector at = NodeVector::Zero(u.size());
+  NodeVector way = at;
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    for (int a = 0; a < 8; ++a)
+      if (lattice.level(level).segment[c] == 2) way[3 * mesh.node(c, static_cast<std::size_t>(a)) + 2] = -1;
+  contact->set_progress({1});
+  contact->attach(at);
+  EXPECT_FALSE(contact->passes_through(at));
+  EXPECT_FALSE(contact->passes_through(-50 * way)) << "apart";
+  EXPECT_FALSE(contact->passes_through(way)) << "inside, on the side it came from";
+  EXPECT_TRUE(contact->passes_through(7 * way)) << "beyond the middle of the lower block";
+  EXPECT_TRUE(contact->passes_through(100 * way)) << "beyond it";
+}
 
 /// By symmetry nothing slides between two blocks alike that are pressed: they do what one block does.
 TEST(SegmentContacts, TwoBlocksAreAsOne) {
@@ -286,6 +306,74 @@ TEST(SegmentContacts, TwoBlocksAreAsOne) {
       EXPECT_LT(two.contacts[0].deepest_mm, 1e-3);
       EXPECT_FALSE(parted.cell_fields.at("contact_pressure").empty());
     }
+}
+
+/// A small block through larger bodies, whose normals turn little by little or are nowhere told: wherever it is carried
+/// in, at whatever part of a voxel, it is seen, be the end of the way inside or beyond; beside them it is not.
+TEST(SegmentContacts, WaysThroughBodiesOfAnyShapeAreSeen) {
+  const std::vector<std::pair<const char*, std::function<bool(const Vec3&)>>> bodies = {
+      {"ball", [](const Vec3& x) { return x.norm() < 9; }},
+      {"block", [](const Vec3& x) { return x.cwiseAbs().maxCoeff() < 15; }},
+      {"wedge", [](const Vec3& x) { return std::abs(x[2]) < 1.5 + 0.5 * (x[0] + 12) && x[0] < 12 && x[0] > -12; }},
+      {"fin", [](const Vec3& x) { return x[2] < 1.5 && x[2] > (x[0] > 4 ? -15 : -1.5); }},
+      {"plate", [](const Vec3& x) { return std::abs(x[2]) < 3; }}};
+  for (const auto& [name, holds] : bodies) {
+    const Vec3 middle(15.5, 15.5, 15.5);
+    const auto inside = [&, &in = holds](const Index3& v) { return in(Vec3(v[0], v[1], v[2]) - middle); };
+    int top = 31;
+    while (!inside({15, 15, top})) --top;
+    const Lattice lattice = make({32, 32, 40}, {1, 1, 1}, [&](const Index3& v) {
+      if (v[2] >= top + 3 && v[2] < top + 7 && v[0] >= 14 && v[0] < 18 && v[1] >= 14 && v[1] < 18) return 2;
+      return v[2] < 32 && inside(v) ? 1 : 0;
+    });
+    const MeshCells cells(lattice, 1);
+    const Mesh mesh = cells.make_mesh();
+    Selector selector(cells, mesh);
+    const auto contact = make_segment_contact(between(), cells, mesh, selector, false);
+    const auto moved = [&](const Vec3& by) {
+      NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
+      for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+        for (int a = 0; a < 8; ++a)
+          if (lattice.level(1).segment[c] == 2)
+            u.segment<3>(3 * static_cast<Eigen::Index>(mesh.node(c, static_cast<std::size_t>(a)))) = by;
+      return u;
+    };
+    for (const double aside : {-8.0, -6.5, 0.0, 1.5, 5.0})
+      for (const double phase : {0.0, 0.3, 0.5}) {
+        contact->set_progress({1});
+        contact->attach(moved({aside, 0, phase}));
+        for (const double down : {2.0 * (top - 15), 60.0})
+          EXPECT_TRUE(contact->passes_through(moved({aside, 0, phase - 3 - down})))
+              << name << ' ' << aside << ' ' << down;
+        EXPECT_FALSE(contact->passes_through(moved({aside, 0, phase - 2.5}))) << name;
+      }
+    if (inside({15, 15, 5})) {
+      EXPECT_TRUE(contact->passes_through(moved({0, 0, -10}))) << "deep in what is thick";
+    }
+    contact->set_progress({1});
+    contact->attach(moved({40, 0, 0}));
+    EXPECT_FALSE(contact->passes_through(moved({40, 0, -60}))) << name;
+  }
+}
+
+/// Both are held as wholes; turned the other way nothing is in the way.
+TEST(SegmentContacts, OneBlockIsNotCarriedThroughAnother) {
+  Scene scene = pressed({0, 0, -30});
+  scene.conditions[0].selection.halfspace = HalfSpace{{0, 0, 10}, {0, 0, -1}};
+  scene.conditions[1].selection.halfspace = HalfSpace{{0, 0, 12}, {0, 0, 1}};
+  Scene into = scene, away = scene;
+  into.conditions[1].by = away.conditions[1].by = Vec3::Zero();
+  into.conditions[1].turn = Turn{Vec3::UnitY(), -3.1, {30, 0, 11}};
+  away.conditions[1].turn = Turn{Vec3::UnitY(), 3.1, {30, 0, 11}};
+  for (int level = 0; level < 2; ++level) {
+    SolveReport report;
+    for (const Scene& each : {scene, into}) {
+      solve_equilibrium(blocks(), each, level, report);
+      EXPECT_FALSE(report.converged) << level;
+    }
+    solve_equilibrium(blocks(), away, level, report);
+    EXPECT_TRUE(report.converged) << report.reason;
+  }
 }
 
 TEST(SegmentContacts, SegmentsPartWhereNothingHoldsThem) {

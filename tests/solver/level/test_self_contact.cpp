@@ -6,10 +6,10 @@
 #include "hexmesh/core/error.h"
 #include "hexsolver/dynamics/motion.h"
 #include "level/segment_contact.h"
+#include "solver/level/contacts.h"
 #include "solver/terms/derivatives.h"
 #include "support/bodies.h"
 #include "support/solve.h"
-#include "terms/body_map.h"
 #include "terms/potential.h"
 
 namespace test_self_contact {
@@ -40,14 +40,6 @@ Contact itself() {
   return c;
 }
 
-Condition held(const std::string& name, const Vec3& point, const Vec3& normal, const Vec3& by = Vec3::Zero()) {
-  Condition c;
-  c.name = name;
-  c.selection.halfspace = HalfSpace{point, normal};
-  c.by = by;
-  return c;
-}
-
 TEST(BodyMap, FindsWhereElseAPointIs) {
   const Lattice lattice = arch();
   for (int level = 0; level < 2; ++level) {
@@ -63,7 +55,8 @@ TEST(BodyMap, FindsWhereElseAPointIs) {
       std::size_t elsewhere = 0;
       for (const SurfacePoint& p : selector.whole_surface()) {
         const Vec3 rest = mesh.rest_position(p.cell, p.weights), x = rest + mesh.interpolate(p.cell, p.weights, u);
-        const BodyMap::Place found = map.find_elsewhere(x, u, {}, {p.cell, rest});
+        const BodyMap::Own own{p.cell, rest};
+        const BodyMap::Place found = map.find(x, u, {}, &own, beyond_cell);
         if (found.cell < 0) continue;
         EXPECT_LT((found.rest + mesh.interpolate(found.cell, found.weights, u) - x).norm(), 1e-9);
         EXPECT_GT(std::abs(found.rest[1] - rest[1]), 15) << "in the other arm";
@@ -131,6 +124,23 @@ TEST(SelfContacts, StepsDoNotGoThrough) {
   EXPECT_LT(part * 80, 27);  // where the end of the arm, 24 mm apart, comes
   EXPECT_GT(part * 80, 23);
   EXPECT_EQ(contact->longest_step(at, 0.2 * step), 1);
+}
+
+/// In a slot of few voxels normals turn in the middle, which nothing goes through.
+TEST(SelfContacts, WhatGoesThroughASlotGoesThroughNothing) {
+  for (const int thick : {12, 13, 14}) {  // slots of 8, 6 and 4 voxels
+    const Lattice lattice = arch(thick);
+    for (int level = 0; level < 2; ++level) {
+      const MeshCells cells(lattice, level);
+      const Mesh mesh = cells.make_mesh();
+      Selector selector(cells, mesh);
+      const auto contact = make_segment_contact(itself(), cells, mesh, selector, false);
+      contact->set_progress({1});
+      contact->attach(NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs())));
+      EXPECT_FALSE(contact->passes_through(closing(mesh, 0.9 * (32 - 2 * thick)))) << thick << " at " << level;
+      EXPECT_TRUE(contact->passes_through(closing(mesh, 60))) << thick << " at " << level;
+    }
+  }
 }
 
 TEST(SelfContacts, ArmsThatAreClosedBearEachOther) {

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "hexsolver/scene/scene.h"
+#include "terms/body_map.h"
+
+/// What tests of contacts within a body share.
+namespace testing_support {
+
+/// The points behind a plane, held or moved.
+inline hexsolver::Condition held(const std::string& name, const hexsolver::Vec3& point, const hexsolver::Vec3& normal,
+                                 const hexsolver::Vec3& by = hexsolver::Vec3::Zero()) {
+  hexsolver::Condition c;
+  c.name = name;
+  c.selection.halfspace = hexsolver::HalfSpace{point, normal};
+  c.by = by;
+  return c;
+}
+
+/// How far a place is beyond its cell, in edges: a body that fills its cells.
+inline double beyond_cell(const hexsolver::BodyMap::Place& place) {
+  return ((place.local.array() - 0.5).abs() - 0.5).maxCoeff();
+}
+
+}  // namespace testing_support
