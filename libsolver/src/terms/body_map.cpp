@@ -163,7 +163,8 @@ BodyMap::Place BodyMap::find(const Vec3& x, const NodeVector& u, const hexmesh::
   const auto try_from = [&](const hexmesh::Embedding& from) {
     const Place found = walk(x, u, from);
     if (!is_of_segment(found) || (own && !is_elsewhere(found, *own))) return found.cell;
-    if (const double d = depth(found); best.cell < 0 || d < deepest) {
+    const double d = depth(found);
+    if (best.cell < 0 || (d < std::min(deepest, 0.0) && outside_cell(found.local) <= on_face)) {
       best = found;
       deepest = d;
     }

@@ -38,9 +38,10 @@ public:
   /// How far outside a place is in the rest shape [mm]; < 0 inside.
   using Depth = std::function<double(const Place&)>;
 
-  /// Of the places that cells have for x, which look_at() found near it, the deepest.
-  /// @param near   a cell to begin at and where in it, as of a displacement not far from u; cell < 0: none. Its place
-  ///               is taken at once where it is inside
+  /// Of the places that cells have for x, which look_at() found near it, that of the nearest, unless others are inside:
+  /// then the deepest.
+  /// @param near   a cell to begin at and where in it, as of a displacement not far from u, whose place counts as the
+  ///               nearest and is taken at once where it is inside; cell < 0: none
   /// @param own    nullptr: not of the segment
   Place find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near, const Own* own,
              const Depth& depth) const;
