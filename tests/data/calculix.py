@@ -149,10 +149,11 @@ def deck(mesh, materials, scene, steps=1, rest=None):
         rows += [f"*NSET, NSET=C{number}"] + [f"{n}," for n in nodes]
     # CalculiX ends a step where its correction is small, not zero: large strain gets a step more, of the same loads.
     for part in [n / steps for n in range(1, steps + 1)] + ([1] if law != "cauchy" else []):
-        rows += ["*STEP" + (", INC=1000" if law == "cauchy" and "contact" in scene else "" if law == "cauchy" else ", NLGEOM, INC=1000"), "*STATIC, SOLVER=SPOOLES"]
+        is_linear = law == "cauchy" and "contact" not in scene
+        rows += ["*STEP" + (", NLGEOM" if law != "cauchy" else "") + ("" if is_linear else ", INC=1000"), "*STATIC, SOLVER=SPOOLES"]
         if "contact" in scene:
             rows += ["0.1, 1., 1e-5, 0.1", "*CONTROLS, PARAMETERS=FIELD", "1e-8, 1e-8, , , 1e-8, 1e-8"]
-        if law != "cauchy":
+        elif law != "cauchy":
             rows += ["0.25, 1., 1e-4, 1.", "*CONTROLS, PARAMETERS=FIELD", "1e-10, 1e-8, , , 1e-10, 1e-10"]
         rows.append("*BOUNDARY")
         for condition, nodes in zip(conditions, held):

@@ -111,12 +111,12 @@ double PenaltyContact::part_before_touch(const NodeVector& u, const NodeVector& 
   if (looks_along(u, end) <= 1) return most;  // what is nowhere near is farther off
   const std::vector<Located> before = locate_all(u);
   double until = 1;
-  const double looked = look_ahead(u, end, [&](double part, const std::vector<Located>& then) {
+  look_ahead(u, end, [&](double part, const std::vector<Located>& then) {
     for (std::size_t p = 0; p < points_.size(); ++p)
       if (!before[p].at.is_there && then[p].at.is_there && then[p].gap.depth < 0) until = part;
     return until == 1;
   });
-  return most * std::min(until, looked);
+  return most * until;  // of a way too long to look along passes_through() tells
 }
 
 double PenaltyContact::gradient_jump(const NodeVector& u) const {
@@ -147,9 +147,9 @@ public:
   bool goes_through(const Located& then) {
     constexpr double other_way = -0.5, another_way = 0.5;  // cosines
     if (!then.at.is_there) return false;
-    const double deep = other_.deepest_at_once / 2;
-    if (then.gap.depth < -4 * deep) return true;
-    const bool goes_on = last_.at.is_there && (then.at.place - last_.at.place).norm() <= 8 * deep;
+    const double at_once = other_.deepest_at_once, deep = at_once / 2;
+    if (then.gap.depth < -2 * at_once) return true;
+    const bool goes_on = last_.at.is_there && (then.at.place - last_.at.place).norm() <= 4 * at_once;
     if (!goes_on) {
       begin_at(then);
       return false;
