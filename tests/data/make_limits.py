@@ -2,6 +2,8 @@
 
 Beam: 160 x 40 x 40 mm, one end clamped, 1000 kg/m^3 under 9.81 m/s^2 across; half of it, C3D20R, graded to the clamp.
 Cylinder: radius 50 mm, ends clamped and moved together; half the height, axisymmetric CAX8R, graded to the edge.
+Punch: radius 12, 20 mm high, with a round end of radius 20, clamped, moved into a cylinder of radius 30, 30 mm high, held
+below; CAX8R, graded to where they meet, without friction. The force.
 Values on three meshes, each twice as fine as the one before, and what they tend to: Aitken's extrapolation.
 """
 import json
@@ -57,19 +59,59 @@ def beam(young_kpa, poisson, law, n):
     return [u[2], u[0]]
 
 
+def axisymmetric(along_r, along_z, first=0):
+    """Numbers of nodes, and nodes of elements, by place in a grid."""
+    node, elements = {}, {}
+    at = lambda i, k: node.setdefault((i, k), first + len(node) + 1)  # noqa: E731
+    order = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)]
+    for i in range(0, along_r - 1, 2):
+        for k in range(0, along_z - 1, 2):
+            elements[i, k] = [at(i + a, k + b) for a, b in order]
+    return node, elements
+
+
+def solid(name, elements, first, material):
+    rows = [f"*ELEMENT, TYPE=CAX8R, ELSET={name}"] + [f"{first + m + 1}, " + ", ".join(map(str, e)) for m, e in enumerate(elements)]
+    return rows + [f"*MATERIAL, NAME={name}", material.rstrip(), f"*SOLID SECTION, ELSET={name}, MATERIAL={name}"]
+
+
+def punch(depth, n):
+    """Force of the punch, E 10 kPa, nu 0.45, on the cylinder, 20 kPa, 0.3 [N]; n elements along each."""
+    end, radius, height, base_radius, base_height = 20, 12, 20, 30, 30
+    rb = graded(n, radius, 4) + [radius + r for r in graded(n // 3, base_radius - radius, 3)[1:]]
+    zb = [-z for z in reversed(graded(n, base_height, 12))]
+    rp, zp = graded(n, radius, 4), graded(n, height, 12)
+    below, base = axisymmetric(len(rb), len(zb))
+    above, tip = axisymmetric(len(rp), len(zp), len(below))
+    rise = lambda r: end - (end ** 2 - r ** 2) ** 0.5  # noqa: E731
+    rows = ["*NODE"] + [f"{m}, {rb[i]:.12g}, {zb[k]:.12g}, 0" for (i, k), m in below.items()]
+    rows += [f"{m}, {rp[i]:.12g}, {rise(rp[i]) + zp[k] / height * (height - rise(rp[i])):.12g}, 0" for (i, k), m in above.items()]
+    rows += solid("B", base.values(), 0, calculix.material(20, 0.3, "cauchy"))
+    rows += solid("P", tip.values(), len(base), calculix.material(10, 0.45, "cauchy"))
+    rows += ["*SURFACE, NAME=SB"] + [f"{m + 1}, S3" for m, (i, k) in enumerate(base) if k == len(zb) - 3 and rb[i] < radius]
+    rows += ["*SURFACE, NAME=SP"] + [f"{len(base) + m + 1}, S1" for m, (_, k) in enumerate(tip) if k == 0]
+    rows += ["*SURFACE INTERACTION, NAME=I", "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR", "80",
+             "*CONTACT PAIR, INTERACTION=I, TYPE=SURFACE TO SURFACE", "SP, SB"]
+    held = [m for (_, k), m in below.items() if k == 0]
+    moved = [m for (_, k), m in above.items() if k == len(zp) - 1]
+    axis = [m for (i, k), m in below.items() if i == 0 and k > 0] + [m for (i, k), m in above.items() if i == 0 and k < len(zp) - 1]
+    rows += ["*NSET, NSET=MOVED"] + [f"{m}," for m in moved] + ["*STEP, INC=1000", "*STATIC", "0.1, 1., 1e-6, 0.1", "*BOUNDARY"]
+    rows += [f"{m}, 1, 1" for m in axis] + [f"{m}, 1, 2" for m in held]
+    for m in moved:
+        rows += [f"{m}, 1, 1", f"{m}, 2, 2, {-depth:.12g}"]
+    rows += ["*NODE PRINT, NSET=MOVED, TOTALS=ONLY, FREQUENCY=1000", "RF", "*END STEP"]
+    sums = re.findall(r"total force[^\n]*\n\s*([^\n]+)", calculix.run("\n".join(rows) + "\n"))
+    slice_of_circle = 2 / 360  # that CalculiX makes of such elements
+    return [abs(float(sums[-1].split()[1])) / slice_of_circle]
+
+
 def cylinder(height, compression, poisson, law, n):
     """How much the radius grows half way [mm]; n elements along the radius and half the height."""
     rs = [50 - r for r in reversed(graded(n, 50, 8))]
     zs = [height / 2 - z for z in reversed(graded(n, height / 2, 8))]
-    node, elements = {}, []
-    at = lambda i, k: node.setdefault((i, k), len(node) + 1)  # noqa: E731
-    order = [(0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1)]
-    for i in range(0, len(rs) - 1, 2):
-        for k in range(0, len(zs) - 1, 2):
-            elements.append([at(i + a, k + b) for a, b in order])
+    node, elements = axisymmetric(len(rs), len(zs))
     rows = ["*NODE"] + [f"{n}, {rs[i]:.12g}, {zs[k]:.12g}, 0" for (i, k), n in node.items()]
-    rows += ["*ELEMENT, TYPE=CAX8R, ELSET=E"] + [f"{m + 1}, " + ", ".join(map(str, e)) for m, e in enumerate(elements)]
-    rows += ["*MATERIAL, NAME=M", calculix.material(100, poisson, law).rstrip(), "*SOLID SECTION, ELSET=E, MATERIAL=M"]
+    rows += solid("E", elements.values(), 0, calculix.material(100, poisson, law))
     boundary = ["*BOUNDARY"]
     for (i, k), number in node.items():
         if k == len(zs) - 1:
@@ -106,6 +148,8 @@ def main():
                           [4, 8, 16] if law == "cauchy" else [3, 6, 12], ["tip_z_mm", "tip_x_mm"][:1 if law == "cauchy" else 2]))
     for height in (30, 43, 50, 100, 200):
         found.append(case(f"cylinder, cauchy, height {height}, 10 %", lambda n: cylinder(height, 0.1, 0.49, "cauchy", n), [16, 32, 64], ["growth_mm"]))
+    for depth in (1, 1.5, 2):
+        found.append(case(f"punch, cauchy, depth {depth}", lambda n: punch(depth, n), [9, 18, 36], ["force_n"]))
     (HERE / "limits.json").write_text(json.dumps(found, indent=1) + "\n")
 
 

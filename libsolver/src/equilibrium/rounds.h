@@ -41,12 +41,14 @@ public:
   /// @param moved  by the last round, beside how far the body has come from where it began
   /// @param back   against the round before
   void add(double moved, bool back) {
-    constexpr double part = 0.1, falls = 0.7;
-    const double nothing = std::min(1e-6, still_), sharp = std::min(1e-3, still_);
+    constexpr double part = 0.1, falls = 0.7, least_learnt = 1.0 / 4;
+    const double nothing = std::min(1e-6, still_), sharp = std::min({1e-3, still_, tolerance_});
     // Rounds that each move q times as much as the one before have moved q / (1 - q) before them.
-    const bool rests = moved * moved <= still_ * std::max(0.0, before_ - moved);
+    const bool is_first = before_ == std::numeric_limits<double>::infinity();
+    const bool rests = !is_first && moved * moved <= still_ * std::max(0.0, before_ - moved);
     if (tolerance_ <= sharp && (rests || moved <= nothing))
       at_rest_ = std::exchange(mode_.lets_go, true) || lets_go_ == LetsGo::never;
+    if (back && moved > falls * before_) mode_.learns = std::max(least_learnt, mode_.learns / 2);
     if (moved > falls * before_)  // to and fro between two states, or slowly along
       mode_.caution = back ? std::min(1.0, 2 * mode_.caution) : std::max(least_caution, mode_.caution / 2);
     before_ = moved;

@@ -104,7 +104,7 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
 
 bool LevelProblem::attach(const NodeVector& u, const PullMode& mode) {
   if (!matches_.empty()) hexsolver::attach(matches_, *elastic_, potential_->at_all(u), mode);
-  attach_contacts(u);
+  attach_contacts(u, mode.learns);
   if (carrying_) carrying_->anchor(potential_->at_all(u));
   return !matches_.empty() || has_attached_contacts() || carrying_;
 }
@@ -119,16 +119,18 @@ bool LevelProblem::passes_through_itself(const NodeVector& u) const {
 }
 
 std::vector<double> LevelProblem::contact_pressure(const NodeVector& u) const {
-  std::vector<PenaltyContact::Pressed> pressed(contacts_.empty() ? 0 : mesh().num_cells());
-  for (const PenaltyContact* c : contacts_) c->add_pressed(potential_->at_all(u), pressed);
-  std::vector<double> out;
-  for (const PenaltyContact::Pressed& cell : pressed) out.push_back(cell.area > 0 ? cell.force / cell.area : 0);
-  return out;
+  if (contacts_.empty()) return {};
+  std::vector<PressedPoint> pressed;
+  for (const PenaltyContact* c : contacts_) {
+    const std::vector<PressedPoint> of_one = c->pressed(potential_->at_all(u));
+    pressed.insert(pressed.end(), of_one.begin(), of_one.end());
+  }
+  return pressure_of_cells(mesh(), pressed);
 }
 
-double LevelProblem::attach_contacts(const NodeVector& u) {
+double LevelProblem::attach_contacts(const NodeVector& u, double learns) {
   double changed = 0;
-  for (PenaltyContact* c : contacts_) changed = std::max(changed, c->attach(potential_->at_all(u)));
+  for (PenaltyContact* c : contacts_) changed = std::max(changed, c->attach(potential_->at_all(u), learns));
   return changed;
 }
 

@@ -103,7 +103,7 @@ public:
   std::vector<LoadTotal> loads(const NodeVector& u) const;
   NodeVector load(const NodeVector& u) const;  ///< of all of these on the nodes [N]; empty without any
   const std::vector<PenaltyContact*>& contacts() const noexcept { return contacts_; }
-  /// Of obstacles on the surface of each cell that touches, its area at rest [MPa]; empty without any.
+  /// Of obstacles on the surface of each cell that touches, see pressure_of_cells(); empty without any.
   std::vector<double> contact_pressure(const NodeVector& u) const;
   const std::vector<MatchTerm*>& matches() const noexcept { return matches_; }
 
@@ -113,7 +113,7 @@ public:
 
   bool has_attached_contacts() const;  ///< that attach_contacts() changes
   /// See PenaltyContact::attach(): the most that a contact changes.
-  double attach_contacts(const NodeVector& u);
+  double attach_contacts(const NodeVector& u, double learns = 1);
   /// See PenaltyContact: a part of the body another, on the way from the last attach_contacts() to u.
   bool passes_through_itself(const NodeVector& u) const;
   void forget_frictions(const NodeVector& u);  ///< see PenaltyContact

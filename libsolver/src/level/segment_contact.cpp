@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "hexmesh/core/error.h"
 #include "scene/solid_segments.h"
@@ -77,11 +78,20 @@ Pair body_with_itself(const Contact& contact, const Lattice& lattice) {
   return pair;
 }
 
-/// 1 where a label is of the second, 2 where it is of the first alone.
+constexpr std::uint16_t second = 1, first_alone = 2;  // roles of labels
+
+/// How far a point of a staircase of voxels is outside the smooth surface of its body; 0 where that is less than six
+/// voxels thick, of which means over neighbours take off the edges [mm].
+double outside_own(const hexmesh::SegmentDistance& own, const Vec3& point, double voxel) {
+  const hexmesh::Gap gap = own.gap(point);
+  const Vec3 inside = point - 3 * voxel * gap.normal.normalized();
+  return own.gap(inside).depth < gap.depth - 2 * voxel ? gap.depth : 0;
+}
+
 std::vector<std::uint16_t> roles(const Lattice& lattice, const Pair& pair) {
   std::vector<std::uint16_t> out(lattice.labels.size());
   for (std::size_t n = 0; n < out.size(); ++n)
-    out[n] = pair.second[lattice.labels[n]] ? 1 : pair.first[lattice.labels[n]] ? 2 : 0;
+    out[n] = pair.second[lattice.labels[n]] ? second : pair.first[lattice.labels[n]] ? first_alone : 0;
   return out;
 }
 
@@ -95,18 +105,34 @@ std::unique_ptr<PenaltyContact> make_segment_contact(const Contact& contact, con
                                               "solve.grading = \"off\"",
                                               contact.name, contact.where));
   const Pair pair = contact.self ? body_with_itself(contact, lattice) : pair_of_segments(contact, lattice);
-  hexmesh::SegmentDistance distance(lattice.voxels, roles(lattice, pair), 1, 2);
-  if (const double voxel = lattice.voxels.spacing().minCoeff(); distance.thickness() < 1.25 * voxel)
+  const std::vector<std::uint16_t> labels = roles(lattice, pair);
+  hexmesh::SegmentDistance distance(lattice.voxels, labels, second, first_alone);
+  const double voxel = lattice.voxels.spacing().minCoeff();
+  if (distance.thickness() < 1.25 * voxel)
     throw Error(ErrorKind::input,
                 fmt::format("contact '{}' ({}) is with what is nowhere three voxels of {:g} mm thick, whose surface is "
                             "told by means over neighbours, expected finer voxels",
                             contact.name, contact.where, voxel));
-  const double at_once = std::min(distance.thickness() / 4, 2 * lattice.voxels.spacing().minCoeff());
-  auto segment = std::make_unique<OtherSegment>(
-      OtherSegment{std::move(distance), BodyMap(cells, mesh, pair.second), pair.young, {}, at_once, contact.self});
-  for (const hexmesh::ExposedFace& face : pair.faces) segment->touching.push_back(pair.second[face.neighbour]);
-  return std::make_unique<PenaltyContact>(contact, cells, mesh, selector.centers_of(pair.faces), is_hard,
-                                          std::move(segment));
+  const double at_once = std::min(distance.thickness() / 4, 2 * voxel);
+  auto segment = std::make_unique<OtherSegment>(OtherSegment{
+      std::move(distance), BodyMap(cells, mesh, pair.second), pair.young, {}, {}, at_once, contact.self, {}});
+  if (!contact.self) {
+    Labels others = pair.second;
+    others.flip();
+    segment->surface = selector.centers_of(faces_between(lattice, pair.second, others));
+  }
+  const std::vector<SurfacePoint> points = selector.centers_of(pair.faces);
+  std::optional<hexmesh::SegmentDistance> own;
+  if (!contact.self) own.emplace(lattice.voxels, labels, first_alone, second);
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    const Vec3 at = mesh.rest_position(points[n].cell, points[n].weights);
+    const bool touches = !contact.self && pair.second[pair.faces[n].neighbour];
+    segment->touching.push_back(touches);
+    segment->begin.push_back(
+        touches ? segment->distance.gap(at).depth
+                : -outside_own(own ? *own : segment->distance, at, lattice.voxels.spacing().maxCoeff()));
+  }
+  return std::make_unique<PenaltyContact>(contact, cells, mesh, points, is_hard, std::move(segment));
 }
 
 }  // namespace hexsolver

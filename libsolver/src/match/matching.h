@@ -25,10 +25,11 @@ struct Pull {
   void reset(std::size_t num_points);
 };
 
-/// How all that matches pull to is pulled to in a round.
+/// How all that matches pull to is pulled to in a round, and what contacts learn from the one before.
 struct PullMode {
   double caution = 0;    ///< 0: with the second derivatives there; 1: with springs that bound the energy
   bool lets_go = false;  ///< of what stays far, beside the rest
+  double learns = 1;     ///< see PenaltyContact::attach()
 };
 
 /// What one [[match]] of a scene asks of a body, wherever the body is. It knows points of the body and nothing of

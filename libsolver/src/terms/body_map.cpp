@@ -66,8 +66,10 @@ BodyMap::BodyMap(const MeshCells& cells, const Mesh& mesh, const std::vector<boo
     }
   }
   constexpr double cells_beyond = 0.75, voxels_beyond = 3;
-  for (std::size_t d = 0; d < 3; ++d)
+  for (std::size_t d = 0; d < 3; ++d) {
+    voxel_[static_cast<Eigen::Index>(d)] = 1.0 / level.voxels_per_cell[d];
     beyond_most_ = std::max(beyond_most_, cells_beyond + voxels_beyond / level.voxels_per_cell[d]);
+  }
   edge_ = mesh.edges().colwise().norm().maxCoeff();
 }
 
@@ -144,7 +146,9 @@ bool BodyMap::touch(std::int32_t one, std::int32_t other) const {
 bool BodyMap::is_of_segment(const Place& place) const {
   if (place.cell < 0) return false;
   Index3 at = mesh_.cells()[hexmesh::as_size(place.cell)];
-  if (outside_cell(place.local) <= on_face) return true;
+  const Vec3 outside = ((place.local.array() - 0.5).abs() - 0.5).matrix();
+  if ((outside.array() <= voxel_.array()).all())
+    return true;  // so near to a cell a force would end where it still presses
   for (std::size_t d = 0; d < 3; ++d) at[d] += static_cast<std::int32_t>(std::floor(place.local[Eigen::Index(d)]));
   const auto [begin, end] = at_.equal_range(hexmesh::sort_key(at));
   return begin == end || std::any_of(begin, end, [&](const auto& other) { return touch(place.cell, other.second); });

@@ -78,6 +78,7 @@ private:
   std::unordered_multimap<std::uint64_t, std::int32_t> at_;  ///< index of each at rest -> cell
   std::vector<Eigen::AlignedBox3d> boxes_;                   ///< of cells_, as look_at() found them
   Bins bins_;                                                ///< of boxes_
+  Vec3 voxel_;                                               ///< in edges of a cell
   double beyond_most_ = 0;  ///< how far the map of an outermost cell goes on, in its edges
   double edge_ = 1;         ///< of a cell, the longest [mm]
 };

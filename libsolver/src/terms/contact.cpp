@@ -36,9 +36,9 @@ PenaltyContact::PenaltyContact(const Contact& contact, const MeshCells& cells, c
     const SurfacePoint& p = points[n];
     points_.push_back({p.cell, p.weights, mesh.rest_position(p.cell, p.weights), p.area,
                        contact.stiffness > 0 ? contact.stiffness : stiffness_found(cells, p, other_.get())});
-    if (!other_ || !other_->touching[n]) continue;
-    points_.back().begin = other_->distance.gap(points_.back().rest).depth;
-    points_.back().is_bonded = contact.adhesion;
+    if (!other_) continue;
+    points_.back().begin = other_->begin[n];
+    points_.back().is_bonded = contact.adhesion && other_->touching[n];
   }
   active_.reserve(points_.size());
   if (is_hard) kept_held_off_.resize(points_.size());
@@ -218,10 +218,10 @@ std::size_t PenaltyContact::bytes() const {
                     other_active_.bytes() + hexmesh::bytes_of(couplings_) + hexmesh::bytes_of(turnings_);
   for (const Places* places : std::initializer_list<const Places*>{&seen_, &held_, &found_})
     sum += hexmesh::bytes_of(places->all) + static_cast<std::size_t>(places->at.size()) * sizeof(double);
-  return sum + (other_ ? other_->map.bytes() + other_->distance.bytes() : 0);
+  return sum + (other_ ? other_->map.bytes() + other_->distance.bytes() + hexmesh::bytes_of(other_->surface) : 0);
 }
 
-double PenaltyContact::attach(const NodeVector& u) {
+double PenaltyContact::attach(const NodeVector& u, double learns) {
   double changed = 0, in_all = 0;
   if (!is_attached() && !other_) return 0;
   const bool is_begin = !std::exchange(is_solved_, true);
@@ -244,7 +244,7 @@ double PenaltyContact::attach(const NodeVector& u) {
       in_all += std::abs(pressing);
       if (!held.empty()) changed += std::abs(pressing - press(p, held[p].gap.depth));
     }
-    if (!is_begin && !held_off_.empty()) held_off_[p] = pressing;
+    if (!is_begin && !held_off_.empty()) held_off_[p] += learns * (pressing - held_off_[p]);
     if (!has_friction()) continue;
     if (holds_pairs_) hold_friction(p, all[p], is_begin || held.empty() ? nullptr : &held[p]);
     Friction& f = frictions_[p];

@@ -19,11 +19,25 @@ namespace hexsolver {
 struct OtherSegment {
   hexmesh::SegmentDistance distance;
   BodyMap map;
-  double young;                ///< [MPa]
-  std::vector<bool> touching;  ///< of the surface points, those that are on it at rest
-  double deepest_at_once;      ///< how deep a point may come in one step of Newton's method [mm]
-  bool is_self;                ///< the surface is its own
+  double young;                       ///< [MPa]
+  std::vector<bool> touching;         ///< of the surface points, those that are on it at rest
+  std::vector<double> begin;          ///< of the surface points, see PenaltyContact::Point
+  double deepest_at_once;             ///< how deep a point may come in one step of Newton's method [mm]
+  bool is_self;                       ///< the surface is its own
+  std::vector<SurfacePoint> surface;  ///< of what moves with it; none where it is its own
 };
+
+/// A point that something presses on.
+struct PressedPoint {
+  std::int32_t cell;
+  NodeWeights weights;
+  double force;  ///< across the surface [N]
+  double area;   ///< at rest [mm^2]
+};
+
+/// Of each cell [MPa], 0 where no point is: the pressure of a node is the force that points hand to it by their weights
+/// over the area that they do, that of a cell the mean over its points, so that the whole force is kept.
+std::vector<double> pressure_of_cells(const Mesh& mesh, const std::vector<PressedPoint>& points);
 
 /// An obstacle that surface points enter against springs: W = sum_p k_p/2 min(gap_p, 0)^2, the gap that of the moved
 /// point, spread to the nodes by H^T.
@@ -79,9 +93,11 @@ public:
   void hold_pairs();
   /// The forces of hard points (but for the first time in a step), what friction may come to, mu N, and which places
   /// are held are those at u.
+  /// @param learns  part of their change that the forces of hard points take, up to 1: where what presses is about to
+  ///                slide off to either side, less than the whole of it leads to rest
   /// @returns by how much friction may come to more or less in all, over what it is in all, or the force across the
   ///          surface where places are held
-  double attach(const NodeVector& u);
+  double attach(const NodeVector& u, double learns = 1);
   /// Whether points went through another part of the body on the straight way to u from the last attach(), of an
   /// equilibrium from the first after set_progress(). Through an obstacle: see went_through().
   bool passes_through(const NodeVector& u) const;
@@ -98,12 +114,9 @@ public:
     Vec3 force = Vec3::Zero();  ///< on the body, or the first segment; none of a body on itself [N]
     bool is_inside = false;     ///< the obstacle's middle lies in the body: it went through the surface
   };
-  struct Pressed {
-    double force = 0;  ///< across the surface [N]
-    double area = 0;   ///< of the points that press, at rest [mm^2]
-  };
-  /// Add the points of each cell, shape (num_cells).
-  void add_pressed(const NodeVector& u, std::vector<Pressed>& of_cells) const;
+  /// Points on the obstacle, or nearly, as forces of single points tell little: where a surface made of voxels presses
+  /// some of a cell bear it all. Of two segments at both.
+  std::vector<PressedPoint> pressed(const NodeVector& u) const;
 
   /// What it does to the body on its way, with the forces at u where it is, at its begin or end [N mm].
   double work_of_motion(const NodeVector& u, const Progress& begin, const Progress& end) const;
@@ -141,10 +154,10 @@ private:
     std::int32_t cell;
     NodeWeights weights;
     Vec3 rest;
-    Vec3 area;                     ///< outward, at rest
-    double stiffness;              ///< [N/mm]
-    double begin = 0;              ///< its depth at rest where it touches another segment, which counts as none [mm]
-    bool is_bonded = false;        ///< it never leaves that segment
+    Vec3 area;               ///< outward, at rest
+    double stiffness;        ///< [N/mm]
+    double begin = 0;        ///< its depth in another segment that counts as none; < 0: outside its own surface [mm]
+    bool is_bonded = false;  ///< it never leaves that segment
     hexmesh::Embedding near = {};  ///< where in that segment it was last
   };
   /// Of a point along the obstacle's surface, in its frame.

@@ -73,7 +73,11 @@ void PenaltyContact::remember_cells(const NodeVector& u) {
 
 double PenaltyContact::looks_along(const NodeVector& from, const NodeVector& to) const {
   Eigen::AlignedBox3d moves;
-  for (Eigen::Index n = 0; n < to.size(); n += 3) moves.extend(Vec3(to.segment<3>(n) - from.segment<3>(n)));
+  const auto extend_by = [&](const auto& p) {
+    moves.extend(Vec3(mesh_.interpolate(p.cell, p.weights, to) - mesh_.interpolate(p.cell, p.weights, from)));
+  };
+  std::for_each(points_.begin(), points_.end(), extend_by);
+  std::for_each(other_->surface.begin(), other_->surface.end(), extend_by);
   return std::max(1.0, std::ceil(moves.diagonal().norm() / other_->deepest_at_once));
 }
 
@@ -144,9 +148,11 @@ public:
 
   /// Whether the point, which is in `then` now, went through: it is deep inside; or its nearest surface is another than
   /// where it entered, be it from one look to the next.
-  bool goes_through(const Located& then) {
+  /// @param begin  see Point
+  bool goes_through(Located then, double begin) {
     constexpr double other_way = -0.5, another_way = 0.5;  // cosines
     if (!then.at.is_there) return false;
+    then.gap.depth += std::min(begin, 0.0);  // of the voxels themselves
     const double at_once = other_.deepest_at_once, deep = at_once / 2;
     if (then.gap.depth < -2 * at_once) return true;
     const bool goes_on = last_.at.is_there && (then.at.place - last_.at.place).norm() <= 4 * at_once;
@@ -182,12 +188,13 @@ bool PenaltyContact::passes_through(const NodeVector& u) const {
   if (seen_.all.empty() || seen_.at == u) return false;
   std::vector<Way> ways;
   bool passes = false;
-  for (const Located& begin : seen_.all) {
-    ways.emplace_back(*other_, begin);
-    passes = passes || ways.back().goes_through(begin);
+  for (std::size_t p = 0; p < points_.size(); ++p) {
+    ways.emplace_back(*other_, seen_.all[p]);
+    passes = passes || ways.back().goes_through(seen_.all[p], points_[p].begin);
   }
   const double looked = look_ahead(seen_.at, u, [&](double /*part*/, const std::vector<Located>& then) {
-    for (std::size_t p = 0; p < points_.size() && !passes; ++p) passes = ways[p].goes_through(then[p]);
+    for (std::size_t p = 0; p < points_.size() && !passes; ++p)
+      passes = ways[p].goes_through(then[p], points_[p].begin);
     return !passes;
   });
   return passes || looked < 1;

@@ -46,22 +46,24 @@ double PenaltyContact::largest_load_step(double displaced) const {
   return moved > step ? std::min(most, step / moved) : most;
 }
 
-void PenaltyContact::add_pressed(const NodeVector& u, std::vector<Pressed>& of_cells) const {
-  const auto add = [&](std::int32_t cell, double force, const Point& p) {
-    Pressed& pressed = of_cells[hexmesh::as_size(cell)];
-    pressed.force += force;
-    pressed.area += p.area.norm();
-  };
+std::vector<PressedPoint> PenaltyContact::pressed(const NodeVector& u) const {
+  constexpr double of_face = 0.3, of_cell = 0.1;  // of their lengths
+  std::vector<PressedPoint> out;
   const std::vector<Located>& all = locate_all(u);
   for (std::size_t n = 0; n < points_.size(); ++n) {
     const Point& p = points_[n];
     const auto& [at, gap] = all[n];
     const double pressing = press(n, gap.depth);
-    if (pressing == 0) continue;
+    const double area = p.area.norm();
+    const double cell = mesh_.edges(hexmesh::as_size(p.cell)).colwise().norm().minCoeff();
+    if (pressing == 0 && gap.depth > std::max(of_face * std::sqrt(area), of_cell * cell)) continue;
     const double force = pressing * (at.to_frame.transpose() * gap.normal).norm();
-    add(p.cell, force, p);
-    if (at.cell >= 0) add(at.cell, force, p);
+    out.push_back({p.cell, p.weights, force, area});
+    if (at.cell < 0) continue;
+    const Vec3 within = at.local.cwiseMax(0).cwiseMin(1);  // places may be a little beyond their cell
+    out.push_back({at.cell, hexmesh::shape_functions(within), force, area});
   }
+  return out;
 }
 
 double PenaltyContact::work_of_motion(const NodeVector& u, const Progress& begin, const Progress& end) const {
@@ -153,6 +155,28 @@ PenaltyContact::State PenaltyContact::state(const NodeVector& u, const Place& pl
   // The surface point that is deepest faces the obstacle, unless that is behind the surface.
   if (!is_boundless()) s.is_inside = normal.dot(outward(*deepest, u)) > 0;
   return s;
+}
+
+std::vector<double> pressure_of_cells(const Mesh& mesh, const std::vector<PressedPoint>& pressed) {
+  const auto num_nodes = static_cast<Eigen::Index>(mesh.num_all_nodes());
+  Eigen::ArrayXd force = Eigen::ArrayXd::Zero(num_nodes), area = force;
+  const auto nodes = [&](const PressedPoint& p) {
+    const CellNodes& of_cell = mesh.cell_nodes()[hexmesh::as_size(p.cell)];
+    return Eigen::Map<const Eigen::Array<std::int32_t, 8, 1>>(of_cell.data());
+  };
+  for (const PressedPoint& p : pressed) {
+    force(nodes(p)) += p.force * p.weights.array();
+    area(nodes(p)) += p.area * p.weights.array();
+  }
+  const Eigen::ArrayXd of_nodes = (area > 0).select(force / area, 0);
+  std::vector<double> out(mesh.num_cells()), areas(out.size());
+  for (const PressedPoint& p : pressed) {
+    out[hexmesh::as_size(p.cell)] += p.area * (p.weights.array() * of_nodes(nodes(p))).sum();
+    areas[hexmesh::as_size(p.cell)] += p.area;
+  }
+  for (std::size_t c = 0; c < out.size(); ++c)
+    if (areas[c] > 0) out[c] /= areas[c];
+  return out;
 }
 
 }  // namespace hexsolver

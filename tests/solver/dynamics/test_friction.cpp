@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "hexsolver/dynamics/motion.h"
 #include "hexsolver/equilibrium/equilibrium.h"
@@ -78,6 +80,52 @@ TEST(Friction, ABlockSlidesDownASteeperSlope) {
     EXPECT_NEAR(lost, taken, 0.01 * taken);
     EXPECT_EQ(motion.contacts()[0].slipping, motion.contacts()[0].points);
   }
+}
+
+/// Two blocks on a floor, the first pulled ever more strongly, a soft strap between them: it goes once the pull is all
+/// its friction, and the second once it is that of both.
+TEST(Friction, OfAChainOfBlocksOneSlipsAfterTheOther) {
+  constexpr double seconds = 2, most = 0.1, slipped = 0.02;  // N, mm
+  const hexmesh::LabelVolume volume = make_volume({11, 4, 4}, {5, 5, 5}, [](const Index3& v) {
+    if (v[0] < 4 || v[0] > 6) return 1;
+    return v[2] == 2 && (v[1] == 1 || v[1] == 2) ? 2 : 0;
+  });
+  const Lattice lattice = hexmesh::build_lattice(volume,
+                                                 {{{1, "block"}, hexmesh::material_from_units(1e3, 0.3, 1000), 0, ""},
+                                                  {{2, "strap"}, hexmesh::material_from_units(20, 0.3, 1), 0, ""}},
+                                                 {3, {0, 0, 0}, {}});
+  const double weight = 8000 * 1e-9 * earth;
+  Scene scene;
+  scene.gravity = {0, 0, -earth};
+  scene.finds_strain = false;
+  scene.contacts = {floor_at(-2.5 + weight / (16 * 10 * 5), mu)};
+  Force pull;
+  pull.name = "pull";
+  pull.selection.halfspace = HalfSpace{{52.4, 0, 0}, {1, 0, 0}};
+  pull.history = History{{{0, Vec3::Zero()}, {seconds, Vec3(most, 0, 0)}}};
+  scene.forces = {pull};
+  Dynamics d;
+  d.step = 4e-3;
+  d.duration = seconds;
+  scene.dynamics = d;
+  Motion motion(lattice, scene, 0);
+  double first = 0, second = 0;  // N, when each goes
+  while (second == 0 && motion.time() < seconds - 1e-9) {
+    ASSERT_TRUE(motion.step()) << motion.reason();
+    const double force = most * motion.time() / seconds;
+    double ahead = 0, behind = 0;
+    for (std::size_t n = 0; n < motion.mesh().num_nodes(); ++n) {
+      const double along = motion.displacement()[3 * static_cast<Eigen::Index>(n)], at = motion.mesh().position(n)[0];
+      if (at > 52) ahead = std::max(ahead, along);
+      if (at < -2) behind = std::max(behind, along);
+    }
+    if (first == 0 && ahead > slipped) first = force;
+    if (second == 0 && behind > slipped) second = force;
+  }
+  std::printf("one block of %.4f N friction goes at %.4f N, both at %.4f N\n", mu * weight, first, second);
+  const double strap = 20e-3 * 50 / 15;  // N/mm, E A / length: what it pulls with as the first has slipped
+  EXPECT_NEAR(first, mu * weight + strap * slipped, 0.02 * mu * weight);
+  EXPECT_NEAR(second, 2 * mu * weight, 0.02 * 2 * mu * weight);
 }
 
 /// Without friction the energy stays what it was.
