@@ -85,8 +85,9 @@ SolveReport begin_report(const Scene& scene) {
 Outcome solve_forward(const Lattice& lattice, const Scene& scene, int level, Levels<LocalLevel> levels,
                       SolveReport report, const SolveProgress& progress) {
   Solved<LocalLevel> solved = NestedIteration<LocalLevel>(std::move(levels), scene, level, report, progress).run();
-  solved.level->set_progress({solved.state.load_fraction});
   const LevelProblem& problem = solved.level->problem();
+  if (const Progress reached{solved.state.load_fraction}; !(problem.progress() == reached))
+    solved.level->set_progress(reached);  // else contacts are as the last step left them
   add_memory(lattice, problem, solved.state.newton, report);
   return make_result(lattice, problem, solved.state.u, std::move(report));
 }

@@ -29,6 +29,8 @@ public:
   RotatingCells build(Elasticity elasticity, const CoarseStart<LocalLevel>* start, NodeVector& u);
   NodeVector make_zero() const { return NodeVector::Zero(static_cast<Eigen::Index>(problem_.mesh().num_dofs())); }
   bool attach(const NodeVector& u, const PullMode& mode) { return problem_.attach(u, mode); }
+  bool settle(const NodeVector& u) { return problem_.settle_contacts(u); }
+  void unsettle() { problem_.unsettle_contacts(); }
   RoundLimits round_limits() const;
   std::optional<std::string> gone_through(const NodeVector& u) const;
   std::optional<std::string> through_obstacle(const NodeVector& u) const;

@@ -103,6 +103,18 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
     rounds.add(moved / (size + nothing * level.diameter()), back);
   }
   NewtonOutcomeOf<Vector> outcome = level.minimize(sharply, u, progress);
+  if constexpr (requires { level.settle(u); })  // to the tolerance, where forces had a jump
+    if (outcome.converged && level.settle(u)) {
+      Vector loose = copy_of(u);
+      NewtonOutcomeOf<Vector> settled = level.minimize(sharply, u, progress);
+      add_work(settled.converged ? settled : outcome, settled.converged ? outcome : settled);
+      if (settled.converged) {
+        outcome = std::move(settled);
+      } else {
+        u = std::move(loose);
+        level.unsettle();
+      }
+    }
   add_work(outcome, before);
   outcome.moving = rounds.moving();
   return outcome;

@@ -134,6 +134,16 @@ double LevelProblem::attach_contacts(const NodeVector& u, double learns) {
   return changed;
 }
 
+bool LevelProblem::settle_contacts(const NodeVector& u) {
+  bool settles = false;
+  for (PenaltyContact* c : contacts_) settles = c->settle(potential_->at_all(u)) || settles;
+  return settles;
+}
+
+void LevelProblem::unsettle_contacts() {
+  for (PenaltyContact* c : contacts_) c->unsettle();
+}
+
 void LevelProblem::forget_frictions(const NodeVector& u) {
   for (PenaltyContact* c : contacts_) c->forget(potential_->at_all(u));
 }

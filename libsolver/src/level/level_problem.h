@@ -94,6 +94,7 @@ public:
 
   /// Prescribe displacements, forces and places of obstacles as they are then; before that they are all there in full.
   void set_progress(const Progress& progress);
+  const Progress& progress() const noexcept { return progress_; }
 
   struct LoadTotal {
     std::string name;
@@ -114,6 +115,8 @@ public:
   bool has_attached_contacts() const;  ///< that attach_contacts() changes
   /// See PenaltyContact::attach(): the most that a contact changes.
   double attach_contacts(const NodeVector& u, double learns = 1);
+  bool settle_contacts(const NodeVector& u);  ///< see PenaltyContact::settle(): of any
+  void unsettle_contacts();
   /// See PenaltyContact: a part of the body another, on the way from the last attach_contacts() to u.
   bool passes_through_itself(const NodeVector& u) const;
   void forget_frictions(const NodeVector& u);  ///< see PenaltyContact

@@ -58,6 +58,7 @@ void PenaltyContact::set_progress(const Progress& progress) {
   strength_ = contact_.grows ? progress.fraction : 1;
   held_off_ = kept_held_off_;
   is_solved_ = false;
+  unsettle();
 }
 
 bool PenaltyContact::is_boundless() const { return other_ || std::holds_alternative<HalfSpace>(contact_.obstacle); }
@@ -224,6 +225,7 @@ std::size_t PenaltyContact::bytes() const {
 double PenaltyContact::attach(const NodeVector& u, double learns) {
   double changed = 0, in_all = 0;
   if (!is_attached() && !other_) return 0;
+  unsettle();
   const bool is_begin = !std::exchange(is_solved_, true);
   if (is_begin && holds_pairs_ && has_friction()) frictions_ = kept_frictions_;  // of a step that failed
   std::vector<Located> held;

@@ -91,6 +91,9 @@ public:
   /// with X0, x0 and F^-1 of that place: in a step of a motion forces then have no jump where F has one. Another term
   /// than of segments is as before.
   void hold_pairs();
+  /// The same from u on, until the next attach() or set_progress(). @returns whether forces have a jump there
+  bool settle(const NodeVector& u);
+  void unsettle();  ///< not any more
   /// The forces of hard points (but for the first time in a step), what friction may come to, mu N, and which places
   /// are held are those at u.
   /// @param learns  part of their change that the forces of hard points take, up to 1: where what presses is about to
@@ -223,7 +226,8 @@ private:
   }
   double energy_of(std::size_t p, double pressing) const;  ///< across the surface [N mm]
   Drawn drawn(std::size_t p, const At& at) const;
-  bool holds() const { return holds_pairs_ && !seen_.all.empty(); }  ///< places
+  bool holds() const { return (holds_pairs_ && !seen_.all.empty()) || !settled_.empty(); }  ///< places
+  const std::vector<Located>& pairs() const { return settled_.empty() ? seen_.all : settled_; }
   void hold_friction(std::size_t p, const Located& found, const Located* held);
   class Way;  ///< of a point through the other segment
   /// The part of a step before which no point that is nowhere near the segment comes into it.
@@ -260,8 +264,9 @@ private:
   std::vector<Turning> turnings_;
   std::unique_ptr<OtherSegment> other_;
   bool holds_pairs_ = false;
-  Places seen_;                  ///< by attach(), see passes_through(); none before the first and of obstacles
-  mutable Places held_, found_;  ///< the last asked for
+  Places seen_;                   ///< by attach(), see passes_through(); none before the first and of obstacles
+  std::vector<Located> settled_;  ///< by settle()
+  mutable Places held_, found_;   ///< the last asked for
 };
 
 }  // namespace hexsolver

@@ -58,12 +58,24 @@ const std::vector<PenaltyContact::Located>& PenaltyContact::locate_all(const Nod
   if (held_.is_of(u)) return held_.all;
   held_.all.resize(points_.size());
 #pragma omp parallel for schedule(static) if (points_.size() >= worth_a_team)
-  for (std::size_t p = 0; p < points_.size(); ++p) held_.all[p] = locate_held(points_[p], seen_.all[p], u);
+  for (std::size_t p = 0; p < points_.size(); ++p) held_.all[p] = locate_held(points_[p], pairs()[p], u);
   held_.at = u;
   return held_.all;
 }
 
 void PenaltyContact::hold_pairs() { holds_pairs_ = other_ != nullptr; }
+
+bool PenaltyContact::settle(const NodeVector& u) {
+  if (gradient_jump(u) == 0) return false;
+  settled_ = find_all(u);
+  held_.forget();
+  return true;
+}
+
+void PenaltyContact::unsettle() {
+  settled_.clear();
+  held_.forget();
+}
 
 void PenaltyContact::remember_cells(const NodeVector& u) {
   if (!other_ || holds()) return;

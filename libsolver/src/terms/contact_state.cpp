@@ -128,7 +128,7 @@ PenaltyContact::State PenaltyContact::state(const NodeVector& u, const Place& pl
   const Point* deepest = nullptr;
   double least = std::numeric_limits<double>::infinity();
   Vec3 normal = Vec3::Zero();
-  const std::vector<Located>* found = other_ ? &find_all(u) : nullptr;
+  const std::vector<Located>* found = other_ ? &(settled_.empty() ? find_all(u) : locate_all(u)) : nullptr;
   for (std::size_t n = 0; n < points_.size(); ++n) {
     const Point& p = points_[n];
     const auto [at, g] = found ? (*found)[n] : locate(p, u, place);

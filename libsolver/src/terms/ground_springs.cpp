@@ -6,10 +6,11 @@
 namespace hexsolver {
 
 void GroundSprings::anchor(const NodeVector& u) {
-  constexpr double falls = 0.7, softest = 1.0 / 16;
+  constexpr double falls = 0.7, little = 0.01;  // little: of how far it has come; it no longer looks for what stops it
   NodeVector moved = anchor_.size() == 0 ? u : NodeVector(u - anchor_);
+  const double softest = moved.norm() < little * u.norm() ? 1.0 / 16384 : 1.0 / 16;
   if (moved_.size() > 0 && moved.norm() > falls * moved_.norm())
-    factor_ = moved.dot(moved_) > 0 ? std::max(factor_ / 2, softest) : std::min(2 * factor_, 1.0);
+    factor_ = moved.dot(moved_) > 0 ? std::max(factor_ / 2, std::min(factor_, softest)) : std::min(2 * factor_, 1.0);
   moved_ = std::move(moved);
   anchor_ = u;
 }
