@@ -441,8 +441,46 @@ TEST(SegmentContacts, ABodyRestsInAnother) {
     solve_equilibrium(lattice, scene, level, report);
     ASSERT_TRUE(report.converged) << report.reason;
     EXPECT_LT((report.contacts[0].force_n - Vec3(0, 0, weight)).norm(), 1e-5 * weight) << level;
+    EXPECT_LT(report.balance.sum().force_n.norm(), 1e-8 * weight) << level;
     EXPECT_LT(report.contacts[0].deepest_mm, 1e-3);
   }
+}
+
+/// Points on borders of cells of what they press on, whose slopes differ: the energy has a kink there until they
+/// settle.
+TEST(SegmentContacts, ForcesHaveNoJumpOncePlacesSettle) {
+  const Lattice lattice = blocks();
+  const MeshCells cells(lattice, 0);
+  const Mesh mesh = cells.make_mesh();
+  Selector selector(cells, mesh);
+  const auto contact = make_segment_contact(between(), cells, mesh, selector, false);
+  const auto moved = [&](double along) {
+    NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
+    for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+      for (int a = 0; a < 8; ++a) {
+        const std::size_t n = mesh.node(c, static_cast<std::size_t>(a));
+        const double x = mesh.position(n)[0];
+        u.segment<3>(3 * static_cast<Eigen::Index>(n)) =
+            lattice.level(0).segment[c] == 2 ? Vec3(along, 0, -0.3) : Vec3(0, 0, 0.02 * x * x);
+      }
+    return u;
+  };
+  constexpr double half_a_cell = 0.5, step = 1e-4;
+  contact->set_progress({1});
+  contact->attach(moved(half_a_cell));
+  const auto kink = [&] {
+    return std::abs(contact->energy(moved(half_a_cell + step)) + contact->energy(moved(half_a_cell - step)) -
+                    2 * contact->energy(moved(half_a_cell))) /
+           step;
+  };
+  const double loose = kink();
+  EXPECT_GT(contact->gradient_jump(moved(half_a_cell)), 0);
+  EXPECT_TRUE(contact->settle(moved(half_a_cell)));
+  EXPECT_EQ(contact->gradient_jump(moved(half_a_cell)), 0);
+  EXPECT_LT(kink(), 1e-2 * loose);
+  contact->unsettle();
+  EXPECT_EQ(kink(), loose);
+  EXPECT_FALSE(contact->settle(moved(0.3)));
 }
 
 TEST(SegmentContacts, CellsThatHoldSegmentsTogetherAreRefused) {
