@@ -76,10 +76,9 @@ Result magnified(Result result, double factor) {
 
 std::string unit_of_field(const std::string& name) {
   static const std::map<std::string, std::string> units = {
-      {"displacement", "mm"},          {"strain_energy_density", "N/mm^2"},
-      {"von_mises_stress", "MPa"},     {"pressure", "MPa"},
-      {"smoothed_pressure", "MPa"},    {"contact_pressure", "MPa"},
-      {"rotation_degrees", "degrees"}, {"young_modulus", "MPa"}};
+      {"displacement", "mm"}, {"strain_energy_density", "N/mm^2"}, {"von_mises_stress", "MPa"},
+      {"pressure", "MPa"},    {"smoothed_pressure", "MPa"},        {"contact_pressure", "MPa"},
+      {"contact_gap", "mm"},  {"rotation_degrees", "degrees"},     {"young_modulus", "MPa"}};
   const auto unit = units.find(name);
   return unit == units.end() ? "" : unit->second;
 }

@@ -93,7 +93,8 @@ void add_notes(vtkDataSet& set, const Result& result) {
   vtkNew<vtkStringArray> units;
   units->SetName("units");
   units->InsertNextValue(
-      "mm, N, MPa, s; patient LPS; displacement, rest_displacement, displacement_from_rest in mm; velocity in mm/s; "
+      "mm, N, MPa, s; patient LPS; displacement, rest_displacement, displacement_from_rest, contact_gap in mm; "
+      "velocity in mm/s; "
       "load, contact_force, reaction in N; "
       "strain_energy_density in "
       "N/mm^2; "

@@ -63,6 +63,23 @@ private:
   bool at_rest_ = false;
 };
 
+/// From a solution but for jumps of forces, which places that are held have not, to the tolerance; where that fails it
+/// stays.
+template <class Level, class Vector>
+void settle(Level& level, const NewtonOptions& options, Vector& u, const NewtonProgress& progress,
+            NewtonOutcomeOf<Vector>& outcome) {
+  Vector loose = copy_of(u);
+  NewtonOutcomeOf<Vector> settled = level.minimize(options, u, progress);
+  if (settled.converged) {
+    add_work(settled, outcome);
+    outcome = std::move(settled);
+  } else {
+    add_work(outcome, settled);
+    u = std::move(loose);
+    level.unsettle();
+  }
+}
+
 /// Newton's method, and where the scene has matches again and again, each time from what the state before is nearest
 /// to, until that moves it no more: roughly at first, the last time to the tolerance.
 /// @param is_look  the state is wanted for a difference only
@@ -103,18 +120,8 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
     rounds.add(moved / (size + nothing * level.diameter()), back);
   }
   NewtonOutcomeOf<Vector> outcome = level.minimize(sharply, u, progress);
-  if constexpr (requires { level.settle(u); })  // to the tolerance, where forces had a jump
-    if (outcome.converged && level.settle(u)) {
-      Vector loose = copy_of(u);
-      NewtonOutcomeOf<Vector> settled = level.minimize(sharply, u, progress);
-      add_work(settled.converged ? settled : outcome, settled.converged ? outcome : settled);
-      if (settled.converged) {
-        outcome = std::move(settled);
-      } else {
-        u = std::move(loose);
-        level.unsettle();
-      }
-    }
+  if constexpr (requires { level.settle(u); })
+    if (outcome.converged && level.settle(u)) settle(level, sharply, u, progress, outcome);
   add_work(outcome, before);
   outcome.moving = rounds.moving();
   return outcome;

@@ -118,14 +118,13 @@ bool LevelProblem::passes_through_itself(const NodeVector& u) const {
                      [&](const auto* c) { return c->passes_through(potential_->at_all(u)); });
 }
 
-std::vector<double> LevelProblem::contact_pressure(const NodeVector& u) const {
-  if (contacts_.empty()) return {};
-  std::vector<PressedPoint> pressed;
+std::vector<TouchPoint> LevelProblem::touch_points(const NodeVector& u) const {
+  std::vector<TouchPoint> out;
   for (const PenaltyContact* c : contacts_) {
-    const std::vector<PressedPoint> of_one = c->pressed(potential_->at_all(u));
-    pressed.insert(pressed.end(), of_one.begin(), of_one.end());
+    const std::vector<TouchPoint> of_one = c->touch_points(potential_->at_all(u));
+    out.insert(out.end(), of_one.begin(), of_one.end());
   }
-  return pressure_of_cells(mesh(), pressed);
+  return out;
 }
 
 double LevelProblem::attach_contacts(const NodeVector& u, double learns) {
@@ -137,11 +136,13 @@ double LevelProblem::attach_contacts(const NodeVector& u, double learns) {
 bool LevelProblem::settle_contacts(const NodeVector& u) {
   bool settles = false;
   for (PenaltyContact* c : contacts_) settles = c->settle(potential_->at_all(u)) || settles;
-  return settles;
+  if (carrying_) carrying_->fade();
+  return settles || carrying_;
 }
 
 void LevelProblem::unsettle_contacts() {
   for (PenaltyContact* c : contacts_) c->unsettle();
+  if (carrying_) carrying_->unfade();
 }
 
 void LevelProblem::forget_frictions(const NodeVector& u) {

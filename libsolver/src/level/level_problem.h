@@ -104,8 +104,7 @@ public:
   std::vector<LoadTotal> loads(const NodeVector& u) const;
   NodeVector load(const NodeVector& u) const;  ///< of all of these on the nodes [N]; empty without any
   const std::vector<PenaltyContact*>& contacts() const noexcept { return contacts_; }
-  /// Of obstacles on the surface of each cell that touches, see pressure_of_cells(); empty without any.
-  std::vector<double> contact_pressure(const NodeVector& u) const;
+  std::vector<TouchPoint> touch_points(const NodeVector& u) const;  ///< of all contacts
   const std::vector<MatchTerm*>& matches() const noexcept { return matches_; }
 
   /// Find what each [[match]] pulls to from a state, see MatchTerm, what obstacles exert there, and let what
@@ -115,7 +114,8 @@ public:
   bool has_attached_contacts() const;  ///< that attach_contacts() changes
   /// See PenaltyContact::attach(): the most that a contact changes.
   double attach_contacts(const NodeVector& u, double learns = 1);
-  bool settle_contacts(const NodeVector& u);  ///< see PenaltyContact::settle(): of any
+  /// See PenaltyContact::settle(), and springs of what is carried fade. @returns whether any of these is there
+  bool settle_contacts(const NodeVector& u);
   void unsettle_contacts();
   /// See PenaltyContact: a part of the body another, on the way from the last attach_contacts() to u.
   bool passes_through_itself(const NodeVector& u) const;

@@ -160,7 +160,12 @@ Outcome make_result(const Lattice& lattice, const LevelProblem& problem, const N
   report.pressure_checkerboard = measures.pressure_checkerboard;
   CellFields fields;
   add_prestretches(problem.prestretches(), fields);
-  if (!problem.contacts().empty()) fields["contact_pressure"] = problem.contact_pressure(u);
+  if (!problem.contacts().empty()) {
+    const double farthest = hexmesh::SegmentDistance::most_voxels * lattice.voxels.spacing().maxCoeff();
+    const std::vector<TouchPoint> points = problem.touch_points(u);
+    fields["contact_pressure"] = pressure_of_cells(problem.mesh(), points);
+    fields["contact_gap"] = gap_of_cells(problem.mesh(), points, farthest);
+  }
   if (!problem.islands().empty()) fields["island"] = {problem.islands().begin(), problem.islands().end()};
   Result result = state_of_cells(problem.cells(), problem.elastic(), u, std::move(measures), std::move(fields));
   add_surface_and_conditions(problem, u, result);

@@ -126,11 +126,8 @@ std::unique_ptr<PenaltyContact> make_segment_contact(const Contact& contact, con
   if (!contact.self) own.emplace(lattice.voxels, labels, first_alone, second);
   for (std::size_t n = 0; n < points.size(); ++n) {
     const Vec3 at = mesh.rest_position(points[n].cell, points[n].weights);
-    const bool touches = !contact.self && pair.second[pair.faces[n].neighbour];
-    segment->touching.push_back(touches);
-    segment->begin.push_back(
-        touches ? segment->distance.gap(at).depth
-                : -outside_own(own ? *own : segment->distance, at, lattice.voxels.spacing().maxCoeff()));
+    segment->touching.push_back(!contact.self && pair.second[pair.faces[n].neighbour]);
+    segment->outside.push_back(outside_own(own ? *own : segment->distance, at, lattice.voxels.spacing().maxCoeff()));
   }
   return std::make_unique<PenaltyContact>(contact, cells, mesh, points, is_hard, std::move(segment));
 }

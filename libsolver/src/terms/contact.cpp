@@ -37,8 +37,12 @@ PenaltyContact::PenaltyContact(const Contact& contact, const MeshCells& cells, c
     points_.push_back({p.cell, p.weights, mesh.rest_position(p.cell, p.weights), p.area,
                        contact.stiffness > 0 ? contact.stiffness : stiffness_found(cells, p, other_.get())});
     if (!other_) continue;
-    points_.back().begin = other_->begin[n];
-    points_.back().is_bonded = contact.adhesion && other_->touching[n];
+    if (!other_->touching[n]) {
+      points_.back().outside = other_->outside[n];
+      continue;
+    }
+    points_.back().begin = other_->distance.gap(points_.back().rest).depth;
+    points_.back().is_bonded = contact.adhesion;
   }
   active_.reserve(points_.size());
   if (is_hard) kept_held_off_.resize(points_.size());

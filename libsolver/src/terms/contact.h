@@ -21,23 +21,30 @@ struct OtherSegment {
   BodyMap map;
   double young;                       ///< [MPa]
   std::vector<bool> touching;         ///< of the surface points, those that are on it at rest
-  std::vector<double> begin;          ///< of the surface points, see PenaltyContact::Point
+  std::vector<double> outside;        ///< how far surface points are outside the smooth surface of their body [mm]
   double deepest_at_once;             ///< how deep a point may come in one step of Newton's method [mm]
   bool is_self;                       ///< the surface is its own
   std::vector<SurfacePoint> surface;  ///< of what moves with it; none where it is its own
 };
 
-/// A point that something presses on.
-struct PressedPoint {
+/// A point of a surface that may touch.
+struct TouchPoint {
   std::int32_t cell;
   NodeWeights weights;
+  double gap;    ///< to what it may touch, < 0 inside [mm]
   double force;  ///< across the surface [N]
   double area;   ///< at rest [mm^2]
+  /// It is there, or nearly: forces of single points tell little, where a surface made of voxels presses some of a cell
+  /// bear it all.
+  bool touches;
 };
 
-/// Of each cell [MPa], 0 where no point is: the pressure of a node is the force that points hand to it by their weights
-/// over the area that they do, that of a cell the mean over its points, so that the whole force is kept.
-std::vector<double> pressure_of_cells(const Mesh& mesh, const std::vector<PressedPoint>& points);
+/// Of each cell [MPa], 0 where no point touches: the pressure of a node is the force that points hand to it by their
+/// weights over the area that they do, that of a cell the mean over its points, so that the whole force is kept.
+std::vector<double> pressure_of_cells(const Mesh& mesh, const std::vector<TouchPoint>& points);
+
+/// Of each cell, the least of its points, `farthest` at most [mm].
+std::vector<double> gap_of_cells(const Mesh& mesh, const std::vector<TouchPoint>& points, double farthest);
 
 /// An obstacle that surface points enter against springs: W = sum_p k_p/2 min(gap_p, 0)^2, the gap that of the moved
 /// point, spread to the nodes by H^T.
@@ -117,9 +124,8 @@ public:
     Vec3 force = Vec3::Zero();  ///< on the body, or the first segment; none of a body on itself [N]
     bool is_inside = false;     ///< the obstacle's middle lies in the body: it went through the surface
   };
-  /// Points on the obstacle, or nearly, as forces of single points tell little: where a surface made of voxels presses
-  /// some of a cell bear it all. Of two segments at both.
-  std::vector<PressedPoint> pressed(const NodeVector& u) const;
+  /// Of all points that are near enough to tell, of two segments at both.
+  std::vector<TouchPoint> touch_points(const NodeVector& u) const;
 
   /// What it does to the body on its way, with the forces at u where it is, at its begin or end [N mm].
   double work_of_motion(const NodeVector& u, const Progress& begin, const Progress& end) const;
@@ -157,10 +163,11 @@ private:
     std::int32_t cell;
     NodeWeights weights;
     Vec3 rest;
-    Vec3 area;               ///< outward, at rest
-    double stiffness;        ///< [N/mm]
-    double begin = 0;        ///< its depth in another segment that counts as none; < 0: outside its own surface [mm]
-    bool is_bonded = false;  ///< it never leaves that segment
+    Vec3 area;                     ///< outward, at rest
+    double stiffness;              ///< [N/mm]
+    double begin = 0;              ///< its depth at rest where it touches another segment, which counts as none [mm]
+    double outside = 0;            ///< of its own smooth surface, where it touches none [mm]
+    bool is_bonded = false;        ///< it never leaves that segment
     hexmesh::Embedding near = {};  ///< where in that segment it was last
   };
   /// Of a point along the obstacle's surface, in its frame.

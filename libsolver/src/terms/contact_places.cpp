@@ -29,7 +29,7 @@ PenaltyContact::Located PenaltyContact::locate(const Point& p, const NodeVector&
     return {{{}, Mat3::Zero(), false}, {std::numeric_limits<double>::infinity(), Vec3::Zero(), Mat3::Zero()}};
   Located out{{there.rest, there.to_rest, true, there.cell, there.weights, there.local},
               other_->distance.gap(there.rest)};
-  out.gap.depth -= p.begin;
+  out.gap.depth += p.outside - p.begin;
   return out;
 }
 
@@ -39,7 +39,7 @@ PenaltyContact::Located PenaltyContact::locate_held(const Point& p, const Locate
   const Vec3 other = pair.at.place + mesh_.interpolate(pair.at.cell, pair.at.weights, u);
   out.at.place += pair.at.to_frame * (now(p, u) - other);
   out.gap = other_->distance.gap(out.at.place);
-  out.gap.depth -= p.begin;
+  out.gap.depth += p.outside - p.begin;
   return out;
 }
 
@@ -73,6 +73,7 @@ bool PenaltyContact::settle(const NodeVector& u) {
 }
 
 void PenaltyContact::unsettle() {
+  if (settled_.empty()) return;
   settled_.clear();
   held_.forget();
 }
@@ -160,11 +161,11 @@ public:
 
   /// Whether the point, which is in `then` now, went through: it is deep inside; or its nearest surface is another than
   /// where it entered, be it from one look to the next.
-  /// @param begin  see Point
-  bool goes_through(Located then, double begin) {
+  /// @param outside  see Point
+  bool goes_through(Located then, double outside) {
     constexpr double other_way = -0.5, another_way = 0.5;  // cosines
     if (!then.at.is_there) return false;
-    then.gap.depth += std::min(begin, 0.0);  // of the voxels themselves
+    then.gap.depth -= outside;  // of the voxels themselves
     const double at_once = other_.deepest_at_once, deep = at_once / 2;
     if (then.gap.depth < -2 * at_once) return true;
     const bool goes_on = last_.at.is_there && (then.at.place - last_.at.place).norm() <= 4 * at_once;
@@ -202,11 +203,11 @@ bool PenaltyContact::passes_through(const NodeVector& u) const {
   bool passes = false;
   for (std::size_t p = 0; p < points_.size(); ++p) {
     ways.emplace_back(*other_, seen_.all[p]);
-    passes = passes || ways.back().goes_through(seen_.all[p], points_[p].begin);
+    passes = passes || ways.back().goes_through(seen_.all[p], points_[p].outside);
   }
   const double looked = look_ahead(seen_.at, u, [&](double /*part*/, const std::vector<Located>& then) {
     for (std::size_t p = 0; p < points_.size() && !passes; ++p)
-      passes = ways[p].goes_through(then[p], points_[p].begin);
+      passes = ways[p].goes_through(then[p], points_[p].outside);
     return !passes;
   });
   return passes || looked < 1;

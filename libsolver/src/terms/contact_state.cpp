@@ -14,6 +14,11 @@ namespace {
 constexpr double part_of_thickness = 0.25;  // that an obstacle may move at a time
 constexpr double part_with_friction = 0.1;  // of the load at a time
 
+/// @param across  by how much more the depth changes than the place in space, 1 of an obstacle
+double depth_in_space(const hexmesh::Gap& gap, double across) {
+  return gap.depth == 0 ? 0 : gap.depth / std::max(across, 1e-9);
+}
+
 }  // namespace
 
 /// Nanson's formula with F at the centre of the cell.
@@ -46,22 +51,25 @@ double PenaltyContact::largest_load_step(double displaced) const {
   return moved > step ? std::min(most, step / moved) : most;
 }
 
-std::vector<PressedPoint> PenaltyContact::pressed(const NodeVector& u) const {
+std::vector<TouchPoint> PenaltyContact::touch_points(const NodeVector& u) const {
   constexpr double of_face = 0.3, of_cell = 0.1;  // of their lengths
-  std::vector<PressedPoint> out;
+  std::vector<TouchPoint> out;
   const std::vector<Located>& all = locate_all(u);
   for (std::size_t n = 0; n < points_.size(); ++n) {
     const Point& p = points_[n];
     const auto& [at, gap] = all[n];
-    const double pressing = press(n, gap.depth);
-    const double area = p.area.norm();
+    if (!at.is_there) continue;
+    const double pressing = press(n, gap.depth), area = p.area.norm();
     const double cell = mesh_.edges(hexmesh::as_size(p.cell)).colwise().norm().minCoeff();
-    if (pressing == 0 && gap.depth > std::max(of_face * std::sqrt(area), of_cell * cell)) continue;
-    const double force = pressing * (at.to_frame.transpose() * gap.normal).norm();
-    out.push_back({p.cell, p.weights, force, area});
+    const double across = (at.to_frame.transpose() * gap.normal).norm();
+    TouchPoint point{p.cell, p.weights,   depth_in_space(gap, other_ ? across : 1), pressing * across,
+                     area,   pressing > 0};
+    point.touches = point.touches || gap.depth <= std::max(of_face * std::sqrt(area), of_cell * cell);
+    out.push_back(point);
     if (at.cell < 0) continue;
-    const Vec3 within = at.local.cwiseMax(0).cwiseMin(1);  // places may be a little beyond their cell
-    out.push_back({at.cell, hexmesh::shape_functions(within), force, area});
+    point.cell = at.cell;
+    point.weights = hexmesh::shape_functions(at.local.cwiseMax(0).cwiseMin(1));  // places may be beyond their cell
+    out.push_back(point);
   }
   return out;
 }
@@ -134,7 +142,7 @@ PenaltyContact::State PenaltyContact::state(const NodeVector& u, const Place& pl
     const auto [at, g] = found ? (*found)[n] : locate(p, u, place);
     if (!at.is_there) continue;
     const Vec3 across = at.to_frame.transpose() * g.normal;
-    const double depth = other_ && g.depth != 0 ? g.depth / std::max(across.norm(), 1e-9) : g.depth;  // in space
+    const double depth = depth_in_space(g, other_ ? across.norm() : 1);
     if (!deepest || depth < least) {
       deepest = &p;
       least = depth;
@@ -157,25 +165,36 @@ PenaltyContact::State PenaltyContact::state(const NodeVector& u, const Place& pl
   return s;
 }
 
-std::vector<double> pressure_of_cells(const Mesh& mesh, const std::vector<PressedPoint>& pressed) {
+std::vector<double> pressure_of_cells(const Mesh& mesh, const std::vector<TouchPoint>& points) {
   const auto num_nodes = static_cast<Eigen::Index>(mesh.num_all_nodes());
   Eigen::ArrayXd force = Eigen::ArrayXd::Zero(num_nodes), area = force;
-  const auto nodes = [&](const PressedPoint& p) {
+  const auto nodes = [&](const TouchPoint& p) {
     const CellNodes& of_cell = mesh.cell_nodes()[hexmesh::as_size(p.cell)];
     return Eigen::Map<const Eigen::Array<std::int32_t, 8, 1>>(of_cell.data());
   };
-  for (const PressedPoint& p : pressed) {
+  for (const TouchPoint& p : points) {
+    if (!p.touches) continue;
     force(nodes(p)) += p.force * p.weights.array();
     area(nodes(p)) += p.area * p.weights.array();
   }
   const Eigen::ArrayXd of_nodes = (area > 0).select(force / area, 0);
   std::vector<double> out(mesh.num_cells()), areas(out.size());
-  for (const PressedPoint& p : pressed) {
+  for (const TouchPoint& p : points) {
+    if (!p.touches) continue;
     out[hexmesh::as_size(p.cell)] += p.area * (p.weights.array() * of_nodes(nodes(p))).sum();
     areas[hexmesh::as_size(p.cell)] += p.area;
   }
   for (std::size_t c = 0; c < out.size(); ++c)
     if (areas[c] > 0) out[c] /= areas[c];
+  return out;
+}
+
+std::vector<double> gap_of_cells(const Mesh& mesh, const std::vector<TouchPoint>& points, double farthest) {
+  std::vector<double> out(mesh.num_cells(), farthest);
+  for (const TouchPoint& p : points) {
+    double& least = out[hexmesh::as_size(p.cell)];
+    least = std::min(least, p.gap);
+  }
   return out;
 }
 

@@ -22,6 +22,9 @@ public:
 
   /// v = u. Where that moves it on and on the same way the springs are softer from then on, to and fro stiffer.
   void anchor(const NodeVector& u);
+  /// Until the next anchor() they hardly pull: what obstacles stop rests on these alone.
+  void fade() { faded_ = 1.0 / 1024; }
+  void unfade() { faded_ = 1; }
 
   EffectKind effect() const override { return effect_; }
   std::size_t bytes() const override {
@@ -40,6 +43,7 @@ private:
   template <class Vector>
   void add_product_of(const Vector& x, Vector& y) const;
 
+  double factor() const { return factor_ * faded_; }
   double of_cell(std::size_t cell) const;  ///< 0 for a cell without springs
   CellVector drawn(std::int32_t cell, const NodeVector& u) const {
     const CellVector at = mesh_.gather(cell, u);
@@ -52,6 +56,7 @@ private:
   NodeVector anchor_;  ///< v; empty: zero
   NodeVector moved_;   ///< by the last anchor()
   double factor_ = 1;  ///< of the stiffness
+  double faded_ = 1;   ///< likewise
 };
 
 }  // namespace hexsolver

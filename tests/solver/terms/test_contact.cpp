@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "hexsolver/equilibrium/equilibrium.h"
 #include "solver/terms/derivatives.h"
 #include "support/bodies.h"
@@ -137,6 +139,9 @@ TEST(Contact, ABarPressedByAPlaneIsTwoSpringsInARow) {
     if (level == 0) {
       EXPECT_NEAR(largest, force / 30, 1e-7 * force);
     }
+    const std::vector<double>& gaps = result.cell_fields.at("contact_gap");
+    EXPECT_NEAR(*std::min_element(gaps.begin(), gaps.end()), -force / penalty, 1e-7);
+    EXPECT_LE(*std::max_element(gaps.begin(), gaps.end()), 12 * 2.0);  // as far as it is told
     EXPECT_EQ(report.contacts[0].points, 30U);
     EXPECT_NEAR(report.contacts[0].deepest_mm, force / penalty, 1e-7);
     EXPECT_LT((report.contacts[0].force_n - Vec3(0, 0, -force)).norm(), 1e-7 * force);
