@@ -48,9 +48,10 @@ public:
     const bool rests = !is_first && moved * moved <= still_ * std::max(0.0, before_ - moved);
     if (tolerance_ <= sharp && (rests || moved <= nothing))
       at_rest_ = std::exchange(mode_.lets_go, true) || lets_go_ == LetsGo::never;
-    if (back && moved > falls * before_) mode_.learns = std::max(least_learnt, mode_.learns / 2);
-    if (moved > falls * before_)  // to and fro between two states, or slowly along
+    if (moved > falls * before_) {  // to and fro between two states, or slowly along
       mode_.caution = back ? std::min(1.0, 2 * mode_.caution) : std::max(least_caution, mode_.caution / 2);
+      if (back) mode_.learns = std::max(least_learnt, mode_.learns / 2);
+    }
     before_ = moved;
     tolerance_ = std::clamp(part * moved, sharp, tolerance_);
   }

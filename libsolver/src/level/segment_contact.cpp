@@ -125,9 +125,11 @@ std::unique_ptr<PenaltyContact> make_segment_contact(const Contact& contact, con
   std::optional<hexmesh::SegmentDistance> own;
   if (!contact.self) own.emplace(lattice.voxels, labels, first_alone, second);
   for (std::size_t n = 0; n < points.size(); ++n) {
+    const bool touches = !contact.self && pair.second[pair.faces[n].neighbour];
     const Vec3 at = mesh.rest_position(points[n].cell, points[n].weights);
-    segment->touching.push_back(!contact.self && pair.second[pair.faces[n].neighbour]);
-    segment->outside.push_back(outside_own(own ? *own : segment->distance, at, lattice.voxels.spacing().maxCoeff()));
+    segment->touching.push_back(touches);
+    segment->outside.push_back(
+        touches ? 0 : outside_own(own ? *own : segment->distance, at, lattice.voxels.spacing().maxCoeff()));
   }
   return std::make_unique<PenaltyContact>(contact, cells, mesh, points, is_hard, std::move(segment));
 }

@@ -32,8 +32,10 @@ std::array<std::int32_t, 4> face_of(const CellNodes& nodes, int side) {
   return out;
 }
 
-/// How far a place is beyond its cell, in edges; < 0 inside.
-double outside_cell(const Vec3& local) { return ((local.array() - 0.5).abs() - 0.5).maxCoeff(); }
+/// How far a place is beyond its cell along each axis, in edges; < 0 inside.
+Eigen::Array3d beyond_cell(const Vec3& local) { return (local.array() - 0.5).abs() - 0.5; }
+
+double outside_cell(const Vec3& local) { return beyond_cell(local).maxCoeff(); }
 
 constexpr double on_face = 1e-9;  // so far outside a place still is in its cell
 
@@ -146,9 +148,7 @@ bool BodyMap::touch(std::int32_t one, std::int32_t other) const {
 bool BodyMap::is_of_segment(const Place& place) const {
   if (place.cell < 0) return false;
   Index3 at = mesh_.cells()[hexmesh::as_size(place.cell)];
-  const Vec3 outside = ((place.local.array() - 0.5).abs() - 0.5).matrix();
-  if ((outside.array() <= voxel_.array()).all())
-    return true;  // so near to a cell a force would end where it still presses
+  if ((beyond_cell(place.local) <= voxel_.array()).all()) return true;  // else a force ends where it still presses
   for (std::size_t d = 0; d < 3; ++d) at[d] += static_cast<std::int32_t>(std::floor(place.local[Eigen::Index(d)]));
   const auto [begin, end] = at_.equal_range(hexmesh::sort_key(at));
   return begin == end || std::any_of(begin, end, [&](const auto& other) { return touch(place.cell, other.second); });

@@ -37,10 +37,8 @@ PenaltyContact::PenaltyContact(const Contact& contact, const MeshCells& cells, c
     points_.push_back({p.cell, p.weights, mesh.rest_position(p.cell, p.weights), p.area,
                        contact.stiffness > 0 ? contact.stiffness : stiffness_found(cells, p, other_.get())});
     if (!other_) continue;
-    if (!other_->touching[n]) {
-      points_.back().outside = other_->outside[n];
-      continue;
-    }
+    points_.back().outside = other_->outside[n];
+    if (!other_->touching[n]) continue;
     points_.back().begin = other_->distance.gap(points_.back().rest).depth;
     points_.back().is_bonded = contact.adhesion;
   }

@@ -157,15 +157,17 @@ double PenaltyContact::gradient_jump(const NodeVector& u) const {
 /// Along looks after each other.
 class PenaltyContact::Way {
 public:
-  Way(const OtherSegment& other, const Located& begin) : other_(other) { begin_at(begin); }
+  /// @param outside  see Point
+  Way(const OtherSegment& other, double outside, const Located& begin) : other_(other), outside_(outside) {
+    begin_at(begin);
+  }
 
   /// Whether the point, which is in `then` now, went through: it is deep inside; or its nearest surface is another than
   /// where it entered, be it from one look to the next.
-  /// @param outside  see Point
-  bool goes_through(Located then, double outside) {
+  bool goes_through(Located then) {
     constexpr double other_way = -0.5, another_way = 0.5;  // cosines
     if (!then.at.is_there) return false;
-    then.gap.depth -= outside;  // of the voxels themselves
+    then.gap.depth -= outside_;  // of the voxels themselves
     const double at_once = other_.deepest_at_once, deep = at_once / 2;
     if (then.gap.depth < -2 * at_once) return true;
     const bool goes_on = last_.at.is_there && (then.at.place - last_.at.place).norm() <= 4 * at_once;
@@ -192,6 +194,7 @@ private:
   }
 
   const OtherSegment& other_;
+  double outside_;
   Located last_;
   Vec3 normal_;         ///< where it was less than half a step deep last
   double deepest_ = 0;  ///< since then [mm]
@@ -202,12 +205,11 @@ bool PenaltyContact::passes_through(const NodeVector& u) const {
   std::vector<Way> ways;
   bool passes = false;
   for (std::size_t p = 0; p < points_.size(); ++p) {
-    ways.emplace_back(*other_, seen_.all[p]);
-    passes = passes || ways.back().goes_through(seen_.all[p], points_[p].outside);
+    ways.emplace_back(*other_, points_[p].outside, seen_.all[p]);
+    passes = passes || ways.back().goes_through(seen_.all[p]);
   }
   const double looked = look_ahead(seen_.at, u, [&](double /*part*/, const std::vector<Located>& then) {
-    for (std::size_t p = 0; p < points_.size() && !passes; ++p)
-      passes = ways[p].goes_through(then[p], points_[p].outside);
+    for (std::size_t p = 0; p < points_.size() && !passes; ++p) passes = ways[p].goes_through(then[p]);
     return !passes;
   });
   return passes || looked < 1;

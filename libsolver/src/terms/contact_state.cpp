@@ -62,9 +62,13 @@ std::vector<TouchPoint> PenaltyContact::touch_points(const NodeVector& u) const 
     const double pressing = press(n, gap.depth), area = p.area.norm();
     const double cell = mesh_.edges(hexmesh::as_size(p.cell)).colwise().norm().minCoeff();
     const double across = (at.to_frame.transpose() * gap.normal).norm();
-    TouchPoint point{p.cell, p.weights,   depth_in_space(gap, other_ ? across : 1), pressing * across,
-                     area,   pressing > 0};
-    point.touches = point.touches || gap.depth <= std::max(of_face * std::sqrt(area), of_cell * cell);
+    const double nearly = std::max(of_face * std::sqrt(area), of_cell * cell);
+    TouchPoint point{p.cell,
+                     p.weights,
+                     depth_in_space(gap, other_ ? across : 1),
+                     pressing * across,
+                     area,
+                     pressing != 0 || gap.depth <= nearly};
     out.push_back(point);
     if (at.cell < 0) continue;
     point.cell = at.cell;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <string>
 
 #include "hexsolver/scene/scene.h"
+#include "level/segment_contact.h"
 #include "terms/body_map.h"
 
 /// What tests of contacts within a body share.
@@ -18,6 +20,17 @@ inline hexsolver::Condition held(const std::string& name, const hexsolver::Vec3&
   c.by = by;
   return c;
 }
+
+/// A contact within a body by itself, on a level.
+struct ContactOnLevel {
+  ContactOnLevel(const hexsolver::Contact& scene, const hexmesh::Lattice& lattice, int level) : cells(lattice, level) {
+    hexsolver::Selector selector(cells, mesh);
+    contact = hexsolver::make_segment_contact(scene, cells, mesh, selector, false);
+  }
+  const hexsolver::MeshCells cells;
+  const hexsolver::Mesh mesh = cells.make_mesh();
+  std::unique_ptr<hexsolver::PenaltyContact> contact;
+};
 
 /// How far a place is beyond its cell, in edges: a body that fills its cells.
 inline double beyond_cell(const hexsolver::BodyMap::Place& place) {

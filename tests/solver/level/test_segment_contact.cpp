@@ -151,6 +151,18 @@ TEST(BodyMap, FindsWhereMaterialCameFrom) {
   }
 }
 
+/// u(node), of which segment its cells are, and where it is at rest.
+NodeVector displaced_by(const Lattice& lattice, int level, const Mesh& mesh,
+                        const std::function<Vec3(bool is_above, const Vec3& x)>& field) {
+  NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    for (int a = 0; a < 8; ++a) {
+      const std::size_t n = mesh.node(c, static_cast<std::size_t>(a));
+      u.segment<3>(3 * static_cast<Eigen::Index>(n)) = field(lattice.level(level).segment[c] == 2, mesh.position(n));
+    }
+  return u;
+}
+
 /// The term of a contact, with both blocks deformed so that they press, and all of its forms of forces; on levels, with
 /// places looked for anew and held.
 class SegmentContact : public testing::TestWithParam<std::tuple<int, bool>> {
@@ -182,17 +194,10 @@ protected:
   }
   /// The upper block comes down, turns a little and slides along the other, both strained.
   NodeVector field(double part) const {
-    NodeVector out = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
-    for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-      for (int a = 0; a < 8; ++a) {
-        const std::size_t n = mesh.node(c, static_cast<std::size_t>(a));
-        const Vec3 x = mesh.position(n);
-        const bool is_above = lattice.level(level).segment[c] == 2;
-        out.segment<3>(3 * static_cast<Eigen::Index>(n)) =
-            is_above ? Vec3(part * (0.7 + 0.03 * x[1]), 0.05 * x[0] * part, -part * (0.5 + 0.02 * x[0]))
-                     : Vec3(0.05 * x[0], 0.02 * x[2], 0.03 * x[1] + 0.02 * x[2]);
-      }
-    return out;
+    return displaced_by(lattice, level, mesh, [part](bool is_above, const Vec3& x) -> Vec3 {
+      if (is_above) return {part * (0.7 + 0.03 * x[1]), 0.05 * x[0] * part, -part * (0.5 + 0.02 * x[0])};
+      return {0.05 * x[0], 0.02 * x[2], 0.03 * x[1] + 0.02 * x[2]};
+    });
   }
 };
 
@@ -277,10 +282,9 @@ INSTANTIATE_TEST_SUITE_P(OnLevels, SegmentContact, testing::Combine(testing::Val
 /// Of steps by which the upper block is in the lower one, and beyond it, straight or thrown aside first.
 TEST_P(SegmentContact, TellsThatAPartWentThroughAnother) {
   const NodeVector at = NodeVector::Zero(u.size());
-  NodeVector way = at;
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-    for (int a = 0; a < 8; ++a)
-      if (lattice.level(level).segment[c] == 2) way[3 * mesh.node(c, static_cast<std::size_t>(a)) + 2] = -1;
+  const NodeVector way = displaced_by(lattice, level, mesh, [](bool is_above, const Vec3& /*x*/) -> Vec3 {
+    return {0, 0, is_above ? -1.0 : 0.0};
+  });
   contact->set_progress({1});
   contact->attach(at);
   EXPECT_FALSE(contact->passes_through(at));
@@ -326,17 +330,12 @@ TEST(SegmentContacts, WaysThroughBodiesOfAnyShapeAreSeen) {
       if (v[2] >= top + 3 && v[2] < top + 7 && v[0] >= 14 && v[0] < 18 && v[1] >= 14 && v[1] < 18) return 2;
       return v[2] < 32 && inside(v) ? 1 : 0;
     });
-    const MeshCells cells(lattice, 1);
-    const Mesh mesh = cells.make_mesh();
-    Selector selector(cells, mesh);
-    const auto contact = make_segment_contact(between(), cells, mesh, selector, false);
+    const ContactOnLevel on(between(), lattice, 1);
+    const Mesh& mesh = on.mesh;
+    PenaltyContact* contact = on.contact.get();
     const auto moved = [&](const Vec3& by) {
-      NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
-      for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-        for (int a = 0; a < 8; ++a)
-          if (lattice.level(1).segment[c] == 2)
-            u.segment<3>(3 * static_cast<Eigen::Index>(mesh.node(c, static_cast<std::size_t>(a)))) = by;
-      return u;
+      return displaced_by(lattice, 1, mesh,
+                          [&by](bool is_above, const Vec3& /*x*/) -> Vec3 { return is_above ? by : Vec3::Zero(); });
     };
     for (const double aside : {-8.0, -6.5, 0.0, 1.5, 5.0})
       for (const double phase : {0.0, 0.3, 0.5}) {
@@ -450,20 +449,13 @@ TEST(SegmentContacts, ABodyRestsInAnother) {
 /// settle.
 TEST(SegmentContacts, ForcesHaveNoJumpOncePlacesSettle) {
   const Lattice lattice = blocks();
-  const MeshCells cells(lattice, 0);
-  const Mesh mesh = cells.make_mesh();
-  Selector selector(cells, mesh);
-  const auto contact = make_segment_contact(between(), cells, mesh, selector, false);
+  const ContactOnLevel on(between(), lattice, 0);
+  const Mesh& mesh = on.mesh;
+  PenaltyContact* contact = on.contact.get();
   const auto moved = [&](double along) {
-    NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
-    for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-      for (int a = 0; a < 8; ++a) {
-        const std::size_t n = mesh.node(c, static_cast<std::size_t>(a));
-        const double x = mesh.position(n)[0];
-        u.segment<3>(3 * static_cast<Eigen::Index>(n)) =
-            lattice.level(0).segment[c] == 2 ? Vec3(along, 0, -0.3) : Vec3(0, 0, 0.02 * x * x);
-      }
-    return u;
+    return displaced_by(lattice, 0, mesh, [along](bool is_above, const Vec3& x) -> Vec3 {
+      return is_above ? Vec3(along, 0, -0.3) : Vec3(0, 0, 0.02 * x[0] * x[0]);
+    });
   };
   constexpr double half_a_cell = 0.5, step = 1e-4;
   contact->set_progress({1});

@@ -115,10 +115,9 @@ INSTANTIATE_TEST_SUITE_P(OnLevels, SelfContact, testing::Combine(testing::Values
 /// What is nowhere near is seen on the way of a step: it ends before a part has gone through another.
 TEST(SelfContacts, StepsDoNotGoThrough) {
   const Lattice lattice = arch();
-  const MeshCells cells(lattice, 0);
-  const Mesh mesh = cells.make_mesh();
-  Selector selector(cells, mesh);
-  const auto contact = make_segment_contact(itself(), cells, mesh, selector, false);
+  const ContactOnLevel on(itself(), lattice, 0);
+  const Mesh& mesh = on.mesh;
+  PenaltyContact* contact = on.contact.get();
   const NodeVector at = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs())), step = closing(mesh, 80);
   const double part = contact->longest_step(at, step);
   EXPECT_LT(part * 80, 27);  // where the end of the arm, 24 mm apart, comes
@@ -131,10 +130,9 @@ TEST(SelfContacts, WhatGoesThroughASlotGoesThroughNothing) {
   for (const int thick : {12, 13, 14}) {  // slots of 8, 6 and 4 voxels
     const Lattice lattice = arch(thick);
     for (int level = 0; level < 2; ++level) {
-      const MeshCells cells(lattice, level);
-      const Mesh mesh = cells.make_mesh();
-      Selector selector(cells, mesh);
-      const auto contact = make_segment_contact(itself(), cells, mesh, selector, false);
+      const ContactOnLevel on(itself(), lattice, level);
+      const Mesh& mesh = on.mesh;
+      PenaltyContact* contact = on.contact.get();
       contact->set_progress({1});
       contact->attach(NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs())));
       EXPECT_FALSE(contact->passes_through(closing(mesh, 0.9 * (32 - 2 * thick)))) << thick << " at " << level;
@@ -178,10 +176,9 @@ TEST(SelfContacts, AFoldedSheetDoesNotPassThroughItself) {
   d.duration = 0.4;
   scene.dynamics = d;
   scene.finds_strain = false;
-  const MeshCells cells(lattice, 1);
-  const Mesh mesh = cells.make_mesh();
-  Selector selector(cells, mesh);
-  const auto contact = make_segment_contact(itself(), cells, mesh, selector, false);
+  const ContactOnLevel on(itself(), lattice, 1);
+  const Mesh& mesh = on.mesh;
+  PenaltyContact* contact = on.contact.get();
   Motion motion(lattice, scene, 1);
   double deepest = 0, highest = 0;
   for (int n = 0; n < 200; ++n) {
