@@ -22,12 +22,6 @@ CellLocator::CellLocator(const Grid& voxels, const Index3& voxels_per_cell, std:
   if (!owners.empty()) owners_ = &owners;
 }
 
-std::int32_t CellLocator::owner_of(const Index3& voxel) const {
-  const auto offset = static_cast<std::int64_t>(voxels_.offset(voxel));
-  const auto found = std::lower_bound(owners_->voxels.begin(), owners_->voxels.end(), offset);
-  return found != owners_->voxels.end() && *found == offset ? owners_->cells[found - owners_->voxels.begin()] : -1;
-}
-
 std::int32_t CellLocator::choose(std::int32_t cell, const Index3& voxel) const {
   if (owners_ == nullptr || !shares_index(cell)) return cell;
   Index3 low, high, home;
@@ -49,7 +43,7 @@ std::int32_t CellLocator::choose(std::int32_t cell, const Index3& voxel) const {
           is_beyond = false;
           const double distance = from.cwiseProduct(voxels_.spacing()).norm();
           if (!(distance < least)) continue;
-          if (const std::int32_t owner = owner_of(v); owner >= 0) {
+          if (const std::int32_t owner = owners_->of(static_cast<std::int64_t>(voxels_.offset(v))); owner >= 0) {
             nearest = owner;
             least = distance;
           }

@@ -4,13 +4,30 @@
 #include <algorithm>
 
 #include "hexmesh/lattice/lattice.h"
-#include "hexmesh/lattice/locator.h"
 
 namespace hexmesh {
 
 bool Parting::slide(std::uint16_t one, std::uint16_t other) const {
   return std::any_of(sliding.begin(), sliding.end(),
                      [&](const auto& pair) { return pair == std::pair(one, other) || pair == std::pair(other, one); });
+}
+
+std::int32_t VoxelOwners::of(std::int64_t voxel) const {
+  const auto found = std::lower_bound(voxels.begin(), voxels.end(), voxel);
+  return found != voxels.end() && *found == voxel ? cells[as_size(found - voxels.begin())] : -1;
+}
+
+std::int32_t SplitCells::copy(std::int32_t cell, int corner) const {
+  const auto found = std::lower_bound(corners.begin(), corners.end(), 8 * std::int64_t{cell} + corner);
+  const bool is_there = found != corners.end() && *found == 8 * std::int64_t{cell} + corner;
+  return is_there ? copies[as_size(found - corners.begin())] : 0;
+}
+
+std::pair<std::int32_t, std::int32_t> cells_at(std::span<const Index3> cells, const Index3& index) {
+  const auto first = std::lower_bound(cells.begin(), cells.end(), index, i_fastest);
+  auto end = first;
+  while (end != cells.end() && *end == index) ++end;
+  return {static_cast<std::int32_t>(first - cells.begin()), static_cast<std::int32_t>(end - cells.begin())};
 }
 
 NodeNumbering number_nodes(std::span<const Index3> cells, const SplitCells& split) {
@@ -46,19 +63,29 @@ std::size_t count_nodes(std::span<const Index3> cells, const SplitCells& split) 
 
 NodeNumbering nodes_of(const Level& level) { return number_nodes(level.cells, level.split); }
 
-std::vector<std::int32_t> coarser_cells_of(const Lattice& lattice, int number, int coarser) {
+std::int32_t coarser_cell_of(const Lattice& lattice, int number, std::int32_t cell, int coarser) {
   const Level &level = lattice.level(number), &above = lattice.level(coarser);
-  const CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells, level.split.owners);
-  const CellLocator coarser_at(lattice.voxels, above.voxels_per_cell, above.cells);
+  const Index3 low = first_in(level.cells[as_size(cell)], level.voxels_per_cell);
+  const auto [first, end] = cells_at(above.cells, coarser_index(low, above.voxels_per_cell));
+  if (end - first <= 1) return first < end ? first : -1;
+  const bool is_one_of_several = shares_index(level.cells, as_size(cell));
+  Index3 high, v;
+  for (std::size_t d = 0; d < 3; ++d)
+    high[d] = std::min(low[d] + level.voxels_per_cell[d], lattice.voxels.extent()[d]);
+  for (v[2] = low[2]; v[2] < high[2]; ++v[2])
+    for (v[1] = low[1]; v[1] < high[1]; ++v[1])
+      for (v[0] = low[0]; v[0] < high[0]; ++v[0]) {
+        const auto voxel = static_cast<std::int64_t>(lattice.voxels.offset(v));
+        if (is_one_of_several && level.split.owners.of(voxel) != cell) continue;
+        if (const std::int32_t owner = above.split.owners.of(voxel); owner >= 0) return owner;
+      }
+  return -1;
+}
+
+std::vector<std::int32_t> coarser_cells_of(const Lattice& lattice, int number, int coarser) {
   std::vector<std::int32_t> out;
-  for (const Index3& cell : level.cells) {
-    Index3 first;
-    for (std::size_t d = 0; d < 3; ++d) first[d] = cell[d] * level.voxels_per_cell[d];
-    out.push_back(coarser_at.cell_of_voxel(first));
-  }
-  const VoxelOwners& owners = above.split.owners;
-  for (std::size_t n = 0; n < owners.voxels.size(); ++n)
-    out[as_size(locator.cell_of_voxel(lattice.voxels.index(as_size(owners.voxels[n]))))] = owners.cells[n];
+  for (std::size_t c = 0; c < lattice.level(number).cells.size(); ++c)
+    out.push_back(coarser_cell_of(lattice, number, static_cast<std::int32_t>(c), coarser));
   return out;
 }
 

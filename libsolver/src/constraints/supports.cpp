@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <tuple>
 
 #include "core/symmetric_eigen.h"
 #include "hexmesh/core/partition.h"
+#include "mesh/face_neighbours.h"
 
 namespace hexsolver {
 namespace {
@@ -69,51 +69,11 @@ std::vector<std::string> describe(const BodyPart& part, const MatrixXd& motions)
   return words;
 }
 
-/// Cells that share a whole face.
-void join_by_faces(const Mesh& mesh, hexmesh::Partition& partition) {
-  // Two cells share a face where they share its four nodes: sort the faces by their lowest and highest node.
-  struct Face {
-    std::int32_t low, high, cell;
-  };
-  static constexpr std::array<std::array<std::size_t, 4>, 6> corners = {
-      {{0, 2, 4, 6}, {1, 3, 5, 7}, {0, 1, 4, 5}, {2, 3, 6, 7}, {0, 1, 2, 3}, {4, 5, 6, 7}}};
-  std::vector<Face> faces;
-  faces.reserve(6 * mesh.num_cells());
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-    for (const auto& f : corners) {
-      const CellNodes& n = mesh.cell_nodes()[c];
-      faces.push_back({n[f[0]], n[f[3]], static_cast<std::int32_t>(c)});
-    }
-  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
-    return std::tie(a.low, a.high, a.cell) < std::tie(b.low, b.high, b.cell);
-  });
-  for (std::size_t f = 1; f < faces.size(); ++f)
-    if (faces[f].low == faces[f - 1].low && faces[f].high == faces[f - 1].high)
-      partition.join(faces[f].cell, faces[f - 1].cell);
-}
-
-/// Cells whose faces are in those of others, which are as large or larger.
-void join_by_places(const Mesh& mesh, hexmesh::Partition& partition) {
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
-    const Index3& size = mesh.sizes()[mesh.size_of(c)].size;
-    for (std::size_t d = 0; d < 3; ++d)
-      for (const std::int32_t step : {-1, size[d]}) {
-        Index3 beyond = mesh.nodes()[mesh.node(c, 0)];
-        beyond[d] += step;
-        if (const std::int32_t other = cell_at(beyond, mesh.cells(), mesh.sizes()); other >= 0)
-          partition.join(static_cast<std::int32_t>(c), other);
-      }
-  }
-}
-
 }  // namespace
 
 std::vector<std::int32_t> parts_of(const Mesh& mesh, std::size_t& num_parts) {
   hexmesh::Partition partition(mesh.num_cells());
-  if (mesh.is_graded())
-    join_by_places(mesh, partition);
-  else
-    join_by_faces(mesh, partition);
+  for_each_shared_face(mesh, [&](std::int32_t cell, int, std::int32_t other) { partition.join(cell, other); });
   std::vector<std::int32_t> part(mesh.num_cells(), -1);
   num_parts = 0;
   for (std::size_t c = 0; c < part.size(); ++c) {
@@ -221,8 +181,9 @@ std::vector<FreePart> free_parts(const Mesh& mesh, const std::vector<ConstraintP
     for (int a = 0; a < 8; ++a) {
       Index3 place = mesh.nodes()[n];
       for (int d = 0; d < 3; ++d) place[static_cast<std::size_t>(d)] -= hexmesh::corner_bit(a, d);
-      if (const std::int32_t c = cell_at(place, mesh.cells(), mesh.sizes()); c >= 0)
-        meet(n, static_cast<std::size_t>(c));
+      const auto [first, end] = cells_at(place, mesh.cells(), mesh.sizes());
+      for (std::int32_t c = first; c < end; ++c)
+        if (!mesh.is_graded_and_split() || holds_node(mesh, hexmesh::as_size(c), n)) meet(n, hexmesh::as_size(c));
     }
   std::vector<Joint> joints;
   for (std::size_t n = 0; n < meeting.size(); ++n)

@@ -52,9 +52,7 @@ Index3 LocalLevel::ratio_to(const LocalLevel& coarser) const {
 }
 
 std::vector<std::int32_t> LocalLevel::parents_in(const LocalLevel& coarser) const {
-  const MeshCells &cells = problem_.cells(), &above = coarser.problem().cells();
-  if (cells.lattice().parting.any()) return hexmesh::coarser_cells_of(cells.lattice(), cells.level(), above.level());
-  return parents_of(problem_.mesh(), coarser.problem().mesh(), ratio_to(coarser));
+  return holders(problem_.cells(), coarser.problem().cells());
 }
 
 void LocalLevel::prolongate(const LocalLevel& coarser, const NodeVector& from, NodeVector& to) const {

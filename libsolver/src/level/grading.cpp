@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_map>
 
 #include "level/coarser_levels.h"
+#include "level/segment_contact.h"
 #include "selection/selection.h"
 #include "terms/contact.h"
 
@@ -31,8 +33,9 @@ std::vector<Vec3> find_rough_places(const Lattice& lattice, const Scene& asked) 
   if (scene.contacts.empty()) return places;
   const std::vector<SurfacePoint> surface = selector.whole_surface();
   for (const Contact& c : scene.contacts) {
-    PenaltyContact contact(c, cells, mesh, surface);
-    const std::vector<Vec3> touched = contact.places_swept_at_rest();
+    const std::vector<Vec3> touched = c.is_within_body()
+                                          ? places_of_touch(c, lattice)
+                                          : PenaltyContact(c, cells, mesh, surface).places_swept_at_rest();
     places.insert(places.end(), touched.begin(), touched.end());
   }
   return places;
@@ -43,21 +46,42 @@ class Distances {
 public:
   Distances(const Lattice& lattice, const std::vector<Vec3>& places) : lattice_(lattice) {
     const Vec3 spacing = lattice.voxels.spacing();
-    for (const Vec3& p : places)
-      places_.push_back((lattice.voxels.continuous_index(p).array() + 0.5).matrix().cwiseProduct(spacing));
+    for (const Vec3& p : places) {
+      const Vec3 place = (lattice.voxels.continuous_index(p).array() + 0.5).matrix().cwiseProduct(spacing);
+      blocks_[hexmesh::sort_key(block_of(place))].push_back(place);
+    }
   }
 
   bool is_any_within(double distance, int level, const Index3& cell) const {
     const Vec3 size = lattice_.cell_size(level);
     const Vec3 low = Vec3(cell[0], cell[1], cell[2]).cwiseProduct(size), high = low + size;
-    return std::any_of(places_.begin(), places_.end(), [&](const Vec3& p) {
+    const Index3 first = block_of(low - Vec3::Constant(distance)), last = block_of(high + Vec3::Constant(distance));
+    const auto is_near = [&](const Vec3& p) {
       return (p - p.cwiseMax(low).cwiseMin(high)).squaredNorm() < distance * distance;
-    });
+    };
+    Index3 block;
+    for (block[2] = first[2]; block[2] <= last[2]; ++block[2])
+      for (block[1] = first[1]; block[1] <= last[1]; ++block[1])
+        for (block[0] = first[0]; block[0] <= last[0]; ++block[0])
+          if (const auto found = blocks_.find(hexmesh::sort_key(block));
+              found != blocks_.end() && std::any_of(found->second.begin(), found->second.end(), is_near))
+            return true;
+    return false;
   }
 
 private:
+  /// Of a place, those beyond the lower sides of the box among those in it.
+  Index3 block_of(const Vec3& place) const {
+    const Vec3 edges = voxels_in_block * lattice_.voxels.spacing();
+    Index3 out;
+    for (std::size_t d = 0; d < 3; ++d)
+      out[d] = std::max(0, static_cast<std::int32_t>(place[static_cast<Eigen::Index>(d)] / edges[static_cast<Eigen::Index>(d)]));
+    return out;
+  }
+
+  static constexpr double voxels_in_block = 16;
   const Lattice& lattice_;
-  std::vector<Vec3> places_;
+  std::unordered_map<std::uint64_t, std::vector<Vec3>> blocks_;  ///< places
 };
 
 MeshCells grade(const Lattice& lattice, int level, int coarser_by, const Distances& distances) {

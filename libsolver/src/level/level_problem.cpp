@@ -71,7 +71,7 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
     : cells_(cells_for(lattice, scene, level)),
       scene_(scene),
       progress_(at_the_end(scene)),
-      hierarchy_(cells_.make_mesh(), lattice.corner(), coarsest_dofs(lattice, scene)) {
+      hierarchy_(cells_, coarsest_dofs(lattice, scene)) {
   hierarchy_.in_double = is_of_high_contrast(lattice);
   Selector selector(cells_, mesh());
   std::vector<ConstraintPoint> points = select_points(scene, selector);

@@ -15,9 +15,8 @@ Index3 times(const Index3& a, const Index3& b) { return {a[0] * b[0], a[1] * b[1
 OnLevel::OnLevel(const MeshCells& cells, const Mesh& mesh) : mesh_(mesh) {
   const hexmesh::Level& level = cells.lattice().level(cells.level());
   const Index3 &voxels = level.voxels_per_cell, &unit = cells.unit();
-  numbering_ = hexmesh::number_nodes(level.cells);
-  for (const Index3& cell : level.cells)
-    cell_of_.push_back(cell_at(hexmesh::coarser_index(times(cell, voxels), unit), mesh.cells(), mesh.sizes()));
+  numbering_ = hexmesh::nodes_of(level);
+  cell_of_ = holders(MeshCells(cells.lattice(), cells.level()), cells);
   places_.resize(numbering_.nodes.size());
   for (std::size_t c = 0; c < cell_of_.size(); ++c) {
     const std::size_t graded = hexmesh::as_size(cell_of_[c]);

@@ -97,13 +97,18 @@ std::vector<std::uint16_t> roles(const Lattice& lattice, const Pair& pair) {
 
 }  // namespace
 
+std::vector<Vec3> places_of_touch(const Contact& contact, const Lattice& lattice) {
+  std::vector<Vec3> out;
+  if (contact.self) return out;
+  const Pair pair = pair_of_segments(contact, lattice);
+  for (const hexmesh::ExposedFace& face : pair.faces)
+    if (pair.second[face.neighbour]) out.push_back(lattice.voxels.position(hexmesh::face_index(face)));
+  return out;
+}
+
 std::unique_ptr<PenaltyContact> make_segment_contact(const Contact& contact, const MeshCells& cells, const Mesh& mesh,
                                                      Selector& selector, bool is_hard) {
   const Lattice& lattice = cells.lattice();
-  if (cells.is_graded())
-    throw Error(ErrorKind::input, fmt::format("contact '{}' ({}) is of parts of the body, expected cells alike, "
-                                              "solve.grading = \"off\"",
-                                              contact.name, contact.where));
   const Pair pair = contact.self ? body_with_itself(contact, lattice) : pair_of_segments(contact, lattice);
   const std::vector<std::uint16_t> labels = roles(lattice, pair);
   hexmesh::SegmentDistance distance(lattice.voxels, labels, second, first_alone);

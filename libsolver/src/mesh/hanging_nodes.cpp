@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <map>
+#include <tuple>
 
 #include "hexmesh/core/index.h"
+#include "hexmesh/core/partition.h"
+#include "hexmesh/lattice/split_cells.h"
 #include "mesh/mesh.h"
 
 namespace hexsolver {
@@ -12,114 +15,162 @@ namespace {
 
 using hexmesh::Index3;
 
-Index3 corner_in_finest(const Index3& cell, const Index3& size, int a) {
-  const Index3 c = hexmesh::corner_of(cell, a);
-  return {c[0] * size[0], c[1] * size[1], c[2] * size[2]};
-}
+/// Corners of cells, 8 cell + corner, that are one node.
+class Corners {
+public:
+  Corners(std::span<const Index3> cells, std::span<const CellsOfSize> sizes, const SplitNodes* split)
+      : cells_(cells), sizes_(sizes), split_(split), same_(8 * cells.size()), hangs_on_(8 * cells.size(), -1) {
+    join_alike();
+    for (std::size_t c = 0; c < cells.size(); ++c)
+      for (int a = 0; a < 8; ++a) join_larger(c, a);
+    std::vector<std::int32_t> of_node(hangs_on_.size(), -1);
+    for (std::size_t n = 0; n < hangs_on_.size(); ++n) {
+      std::int32_t& on = of_node[hexmesh::as_size(node(n))];
+      on = std::max(on, hangs_on_[n]);
+    }
+    hangs_on_ = std::move(of_node);
+  }
+
+  std::size_t size() const { return hangs_on_.size(); }
+  std::int32_t node(std::size_t corner) { return same_.root(static_cast<std::int32_t>(corner)); }
+  /// The cell that a node hangs on; -1 if it is free.
+  std::int32_t hangs_on(std::int32_t node) const { return hangs_on_[hexmesh::as_size(node)]; }
+
+  /// In edges of the finest cells.
+  Index3 place(std::size_t corner) const {
+    return hexmesh::first_in(hexmesh::corner_of(cells_[corner / 8], static_cast<int>(corner % 8)), size_of_cell(corner / 8));
+  }
+
+  /// Where a place is in a cell, [0, 1]^3 inside.
+  Vec3 local(const Index3& place, std::size_t cell) const {
+    Vec3 out;
+    for (std::size_t d = 0; d < 3; ++d)
+      out[static_cast<Eigen::Index>(d)] =
+          static_cast<double>(place[d]) / size_of_cell(cell)[d] - cells_[cell][d];
+    return out;
+  }
+
+private:
+  const Index3& size_of_cell(std::size_t cell) const { return sizes_[size_of(cell, sizes_)].size; }
+  std::int32_t copy(std::size_t corner) const {
+    return split_ ? split_->copy(corner / 8, static_cast<int>(corner % 8)) : 0;
+  }
+
+  /// Those of cells of a size at one index.
+  void join_alike() {
+    std::vector<std::tuple<std::uint64_t, std::size_t, std::int32_t, std::int32_t>> order;
+    for (std::size_t n = 0; n < size(); ++n)
+      order.emplace_back(hexmesh::sort_key(place(n)), size_of(n / 8, sizes_), copy(n), static_cast<std::int32_t>(n));
+    std::sort(order.begin(), order.end());
+    for (std::size_t n = 1; n < order.size(); ++n) {
+      const auto& [key, of_size, of_copy, corner] = order[n];
+      const auto& [last_key, last_size, last_copy, last] = order[n - 1];
+      if (std::tie(key, of_size, of_copy) == std::tie(last_key, last_size, last_copy)) same_.join(corner, last);
+    }
+  }
+
+  /// With larger cells that hold it.
+  void join_larger(std::size_t cell, int a) {
+    const std::size_t corner = 8 * cell + static_cast<std::size_t>(a), size = size_of(cell, sizes_);
+    const Index3 at = place(corner);
+    for (int around = 0; around < 8; ++around) {
+      Index3 beside = at;
+      for (int d = 0; d < 3; ++d) beside[static_cast<std::size_t>(d)] -= hexmesh::corner_bit(around, d);
+      const auto [first, end] = cells_at(beside, cells_, sizes_);
+      for (std::int32_t other = first; other < end; ++other) {
+        const auto larger = hexmesh::as_size(other);
+        if (size_of(larger, sizes_) <= size || (split_ && !split_->holds(larger, at, copy(corner)))) continue;
+        const Vec3 in = local(at, larger);
+        if ((in.array() == 0 || in.array() == 1).all())
+          same_.join(static_cast<std::int32_t>(corner), 8 * other + (in[0] == 1) + 2 * (in[1] == 1) + 4 * (in[2] == 1));
+        else
+          hangs_on_[corner] = std::max(hangs_on_[corner], other);
+      }
+    }
+  }
+
+  std::span<const Index3> cells_;
+  std::span<const CellsOfSize> sizes_;
+  const SplitNodes* split_;
+  hexmesh::Partition same_;
+  std::vector<std::int32_t> hangs_on_;  ///< of corners, then of nodes
+};
 
 /// What each node hangs on, found once.
 class Hangings {
 public:
-  Hangings(std::span<const Index3> cells, std::span<const CellsOfSize> sizes, const std::vector<Index3>& nodes,
-           const std::vector<CellNodes>& cell_nodes)
-      : cells_(cells), sizes_(sizes), nodes_(nodes), cell_nodes_(cell_nodes), known_(nodes.size()) {
-    for (std::size_t n = 0; n < nodes.size(); ++n) cell_of_.push_back(find_cell(n));
-  }
+  explicit Hangings(Corners& corners) : corners_(corners), known_(corners.size()) {}
 
-  bool hangs(std::size_t node) const { return cell_of_[node] >= 0; }
-  /// Of free nodes by their present numbers.
-  const std::map<std::int32_t, double>& of(std::size_t node) {
-    std::map<std::int32_t, double>& out = known_[node];
+  /// Of free nodes.
+  const std::map<std::int32_t, double>& of(std::int32_t node) {
+    std::map<std::int32_t, double>& out = known_[hexmesh::as_size(node)];
     if (!out.empty()) return out;
-    const std::int32_t cell = cell_of_[node];
+    const std::int32_t cell = corners_.hangs_on(node);
     if (cell < 0) {
-      out[static_cast<std::int32_t>(node)] = 1;
+      out[node] = 1;
       return out;
     }
-    const auto c = static_cast<std::size_t>(cell);
-    const Index3& size = sizes_[size_of(c, sizes_)].size;
-    Vec3 place;
-    for (std::size_t d = 0; d < 3; ++d)
-      place[static_cast<Eigen::Index>(d)] = static_cast<double>(nodes_[node][d]) / size[d] - cells_[c][d];
-    const NodeWeights weights = hexmesh::shape_functions(place);
+    const NodeWeights weights =
+        hexmesh::shape_functions(corners_.local(corners_.place(hexmesh::as_size(node)), hexmesh::as_size(cell)));
     for (std::size_t a = 0; a < 8; ++a) {
       const double weight = weights[static_cast<Eigen::Index>(a)];
       if (weight == 0) continue;
-      for (const auto& [n, w] : of(static_cast<std::size_t>(cell_nodes_[c][a]))) out[n] += weight * w;
+      for (const auto& [n, w] : of(corners_.node(8 * hexmesh::as_size(cell) + a))) out[n] += weight * w;
     }
     return out;
   }
 
 private:
-  /// The largest cell that a node touches and is no corner of; -1 if it is free.
-  std::int32_t find_cell(std::size_t node) const {
-    std::int32_t found = -1;
-    for (int a = 0; a < 8; ++a) {
-      Index3 place = nodes_[node];
-      for (int d = 0; d < 3; ++d) place[static_cast<std::size_t>(d)] -= hexmesh::corner_bit(a, d);
-      const std::int32_t cell = cell_at(place, cells_, sizes_);
-      if (cell <= found) continue;  // larger cells come later
-      const CellNodes& corners = cell_nodes_[static_cast<std::size_t>(cell)];
-      if (std::find(corners.begin(), corners.end(), static_cast<std::int32_t>(node)) == corners.end()) found = cell;
-    }
-    return found;
-  }
-
-  std::span<const Index3> cells_;
-  std::span<const CellsOfSize> sizes_;
-  const std::vector<Index3>& nodes_;
-  const std::vector<CellNodes>& cell_nodes_;
-  std::vector<std::int32_t> cell_of_;  ///< that a node hangs on
+  Corners& corners_;
   std::vector<std::map<std::int32_t, double>> known_;
 };
 
 }  // namespace
 
-std::int32_t cell_at(const Index3& place, std::span<const Index3> cells, std::span<const CellsOfSize> sizes) {
-  if (*std::min_element(place.begin(), place.end()) < 0) return -1;
+std::pair<std::int32_t, std::int32_t> cells_at(const Index3& place, std::span<const Index3> cells,
+                                               std::span<const CellsOfSize> sizes) {
+  if (*std::min_element(place.begin(), place.end()) < 0) return {0, 0};
   for (std::size_t s = 0; s < sizes.size(); ++s) {
-    const Index3 index = hexmesh::coarser_index(place, sizes[s].size);
-    const auto begin = cells.begin() + static_cast<std::ptrdiff_t>(sizes[s].first);
-    const auto end = cells.begin() + static_cast<std::ptrdiff_t>(end_of_size(s, cells.size(), sizes));
-    const auto found = std::lower_bound(begin, end, index, hexmesh::i_fastest);
-    if (found != end && *found == index) return static_cast<std::int32_t>(found - cells.begin());
+    const std::size_t begin = sizes[s].first;
+    const auto [first, end] = hexmesh::cells_at(cells.subspan(begin, end_of_size(s, cells.size(), sizes) - begin),
+                                                hexmesh::coarser_index(place, sizes[s].size));
+    if (first < end) return {first + static_cast<std::int32_t>(begin), end + static_cast<std::int32_t>(begin)};
   }
-  return -1;
+  return {0, 0};
 }
 
-GradedNumbering number_graded_nodes(std::span<const Index3> cells, std::span<const CellsOfSize> sizes) {
-  hexmesh::NodeNumbering all{{}, std::vector<CellNodes>(cells.size())};
-  const auto place = [&](std::size_t c, int a) { return corner_in_finest(cells[c], sizes[size_of(c, sizes)].size, a); };
-  for (std::size_t c = 0; c < cells.size(); ++c)
-    for (int a = 0; a < 8; ++a) all.nodes.push_back(place(c, a));
-  std::sort(all.nodes.begin(), all.nodes.end(), hexmesh::i_fastest);
-  all.nodes.erase(std::unique(all.nodes.begin(), all.nodes.end()), all.nodes.end());
-  for (std::size_t c = 0; c < cells.size(); ++c)
-    for (int a = 0; a < 8; ++a)
-      all.cell_nodes[c][static_cast<std::size_t>(a)] = static_cast<std::int32_t>(
-          std::lower_bound(all.nodes.begin(), all.nodes.end(), place(c, a), hexmesh::i_fastest) - all.nodes.begin());
+std::int32_t cell_at(const Index3& place, std::span<const Index3> cells, std::span<const CellsOfSize> sizes) {
+  const auto [first, end] = cells_at(place, cells, sizes);
+  return first < end ? first : -1;
+}
 
-  Hangings hangings(cells, sizes, all.nodes, all.cell_nodes);
-  std::vector<std::int32_t> number(all.nodes.size());
+GradedNumbering number_graded_nodes(std::span<const Index3> cells, std::span<const CellsOfSize> sizes,
+                                    const SplitNodes* split) {
+  Corners corners(cells, sizes, split);
+  std::vector<std::pair<std::uint64_t, std::int32_t>> nodes;  // by place
+  for (std::size_t n = 0; n < corners.size(); ++n)
+    if (corners.node(n) == static_cast<std::int32_t>(n))
+      nodes.emplace_back(hexmesh::sort_key(corners.place(n)), static_cast<std::int32_t>(n));
+  std::sort(nodes.begin(), nodes.end());
+  std::stable_partition(nodes.begin(), nodes.end(), [&](const auto& n) { return corners.hangs_on(n.second) < 0; });
+
   GradedNumbering out;
-  std::vector<std::size_t> hanging;
-  for (std::size_t n = 0; n < number.size(); ++n) {
-    if (hangings.hangs(n)) {
-      hanging.push_back(n);
-      continue;
-    }
-    number[n] = static_cast<std::int32_t>(out.numbering.nodes.size());
-    out.numbering.nodes.push_back(all.nodes[n]);
+  std::vector<std::int32_t> number(corners.size());
+  for (const auto& [key, node] : nodes) {
+    number[hexmesh::as_size(node)] = static_cast<std::int32_t>(out.numbering.nodes.size());
+    out.numbering.nodes.push_back(corners.place(hexmesh::as_size(node)));
   }
-  for (const std::size_t n : hanging) {
-    number[n] = static_cast<std::int32_t>(out.numbering.nodes.size());
-    out.numbering.nodes.push_back(all.nodes[n]);
-    HangingNode& node = out.hanging.emplace_back();
-    for (const auto& [on, weight] : hangings.of(n)) node.emplace_back(number[static_cast<std::size_t>(on)], weight);
+  Hangings hangings(corners);
+  for (const auto& [key, node] : nodes) {
+    if (corners.hangs_on(node) < 0) continue;
+    HangingNode& hanging = out.hanging.emplace_back();
+    for (const auto& [on, weight] : hangings.of(node))
+      hanging.emplace_back(number[hexmesh::as_size(on)], weight);
+    std::sort(hanging.begin(), hanging.end());
   }
-  out.numbering.cell_nodes = std::move(all.cell_nodes);
-  for (CellNodes& nodes : out.numbering.cell_nodes)
-    for (std::int32_t& n : nodes) n = number[static_cast<std::size_t>(n)];
+  out.numbering.cell_nodes.resize(cells.size());
+  for (std::size_t n = 0; n < corners.size(); ++n)
+    out.numbering.cell_nodes[n / 8][n % 8] = number[hexmesh::as_size(corners.node(n))];
   return out;
 }
 

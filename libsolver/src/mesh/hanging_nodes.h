@@ -39,13 +39,31 @@ struct GradedNumbering {
   std::vector<HangingNode> hanging;
 };
 
-/// A corner of a cell is free where it is a corner of all cells that it touches. Else it hangs on the corners of the
-/// largest that it is no corner of, by trilinear interpolation.
-/// @param cells  those of each size sorted, i fastest
-/// @param sizes  finest first
-GradedNumbering number_graded_nodes(std::span<const hexmesh::Index3> cells, std::span<const CellsOfSize> sizes);
+/// Which nodes cells have where they are split, so that several stand at an index.
+class SplitNodes {
+public:
+  virtual ~SplitNodes() = default;
+  /// Which of the nodes at its index, for cells of its size, the corner of a cell is.
+  virtual std::int32_t copy(std::size_t cell, int corner) const = 0;
+  /// Whether smaller cells that a cell could be divided into have a node, by its place in edges of the finest cells.
+  /// @param copy  which, for cells of the size below
+  virtual bool holds(std::size_t cell, const hexmesh::Index3& place, std::int32_t copy) const = 0;
+};
 
-/// The cell that covers a place, which counts edges of the finest cells; -1 if none does.
+/// A corner of a cell is free where it is a corner of all cells that hold it: those that it touches, or of split cells
+/// those that would share its node if they were as small. Else it hangs on the corners of the larger one that it is no
+/// corner of, by trilinear interpolation.
+/// @param cells  those of each size sorted, i fastest
+/// @param sizes  finest first; cells that touch differ by one at most
+/// @param split  nullptr: each index has one node
+GradedNumbering number_graded_nodes(std::span<const hexmesh::Index3> cells, std::span<const CellsOfSize> sizes,
+                                    const SplitNodes* split);
+
+/// The cells that cover a place, which counts edges of the finest cells, several where they are split: from the first on
+/// and behind the last.
+std::pair<std::int32_t, std::int32_t> cells_at(const hexmesh::Index3& place, std::span<const hexmesh::Index3> cells,
+                                               std::span<const CellsOfSize> sizes);
+/// The first of them; -1 if there is none.
 std::int32_t cell_at(const hexmesh::Index3& place, std::span<const hexmesh::Index3> cells,
                      std::span<const CellsOfSize> sizes);
 

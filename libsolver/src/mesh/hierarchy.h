@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "mesh/mesh_cells.h"
 #include "mesh/prolongation.h"
 #include "mesh/subdomain.h"
 
@@ -24,12 +25,14 @@ struct Hierarchy {
   /// @param coarsest_dofs  merge until a level has at most this many; up to Multigrid::most_dense a dense factor is
   /// made
   Hierarchy(Mesh finest, const Vec3& corner, std::size_t coarsest_dofs = usual_coarsest_dofs);
+  /// Graded cells merge size by size until they are alike.
+  explicit Hierarchy(const MeshCells& cells, std::size_t coarsest_dofs = usual_coarsest_dofs);
   static constexpr std::size_t usual_coarsest_dofs = 600;
 
   /// Of one level so far.
   explicit Hierarchy(Mesh finest) { meshes.push_back(std::move(finest)); }
 
-  /// Merge the last of the levels there are, and so on, until one has at most so many degrees of freedom.
+  /// Merge the last of the levels there are, whose cells are alike, and so on, until one has at most so many degrees of freedom.
   void add_coarser(const Vec3& corner, std::size_t coarsest_dofs);
 
   void push_coarser(Mesh coarse, hexmesh::Merge merge);  ///< a level into which the last one merges

@@ -19,15 +19,14 @@ Mesh::Mesh(std::vector<Index3> cells, hexmesh::NodeNumbering numbering, const Ma
   cut_into_batches();
 }
 
-Mesh::Mesh(std::vector<Index3> cells, std::vector<CellsOfSize> sizes, const Vec3& corner)
-    : cells_(std::move(cells)), sizes_(std::move(sizes)), corner_(corner) {
-  if (is_graded()) {
-    GradedNumbering nodes = number_graded_nodes(cells_, sizes_);
-    numbering_ = std::move(nodes.numbering);
-    set_hanging(nodes.hanging);
-  } else {
-    numbering_ = hexmesh::number_nodes(cells_);
-  }
+Mesh::Mesh(std::vector<Index3> cells, std::vector<CellsOfSize> sizes, const Vec3& corner, const SplitNodes* split)
+    : cells_(std::move(cells)),
+      sizes_(std::move(sizes)),
+      corner_(corner),
+      is_graded_and_split_(is_graded() && split != nullptr) {
+  GradedNumbering nodes = number_graded_nodes(cells_, sizes_, split);
+  numbering_ = std::move(nodes.numbering);
+  set_hanging(nodes.hanging);
   cut_into_batches();
 }
 

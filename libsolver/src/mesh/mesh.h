@@ -41,7 +41,9 @@ public:
   /// Of cells of several sizes, two cells that touch differing by one size at most.
   /// @param cells   those of each size sorted, i fastest; the index of a cell counts cells of its size
   /// @param sizes   finest first
-  Mesh(std::vector<Index3> cells, std::vector<CellsOfSize> sizes, const Vec3& corner);
+  /// @param split   where several cells stand at one index, or do not share its node; else nullptr
+  Mesh(std::vector<Index3> cells, std::vector<CellsOfSize> sizes, const Vec3& corner,
+       const SplitNodes* split = nullptr);
 
   std::size_t num_cells() const noexcept { return cells_.size(); }
   std::size_t num_nodes() const noexcept { return numbering_.nodes.size() - num_hanging(); }  ///< those that are free
@@ -60,6 +62,7 @@ public:
 
   const std::vector<CellsOfSize>& sizes() const noexcept { return sizes_; }  ///< finest first
   bool is_graded() const noexcept { return sizes_.size() > 1; }
+  bool is_graded_and_split() const noexcept { return is_graded_and_split_; }
   std::size_t size_of(std::size_t cell) const noexcept { return hexsolver::size_of(cell, sizes_); }  ///< of sizes()
   std::size_t end_of_size(std::size_t size) const noexcept {  ///< behind its last cell
     return hexsolver::end_of_size(size, num_cells(), sizes_);
@@ -69,12 +72,14 @@ public:
   /// f(free node, weight) for what the corner of a cell is made of: itself, or what it hangs on.
   template <class F>
   void for_each_free(std::size_t cell, std::size_t corner, F&& f) const {
-    const std::size_t n = node(cell, corner);
-    if (n < num_nodes()) {
-      f(static_cast<std::int32_t>(n), 1.0);
-      return;
-    }
-    for_each_support(n - num_nodes(), f);
+    for_each_free(node(cell, corner), f);
+  }
+  template <class F>
+  void for_each_free(std::size_t node, F&& f) const {  ///< likewise of a node
+    if (node < num_nodes())
+      f(static_cast<std::int32_t>(node), 1.0);
+    else
+      for_each_support(node - num_nodes(), f);
   }
 
   /// f(number of a hanging node, free node, weight) for all that nodes hang on.
@@ -239,6 +244,7 @@ private:
   std::vector<std::int32_t> batch_of_;                      ///< cell
   std::vector<std::pair<std::size_t, std::size_t>> slabs_;  ///< ranges of cells, one layer k each, gaps kept empty
   std::vector<std::size_t> slabs_of_size_;                  ///< the first of each size, and one behind the last
+  bool is_graded_and_split_ = false;
 };
 
 /// Products of matrices of cells, whose vectors are of all nodes, with vectors of the free ones.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hexmesh/lattice/lattice.h"
+#include "hexmesh/lattice/merge.h"
 #include "mesh/mesh.h"
 
 namespace hexsolver {
@@ -53,6 +54,14 @@ public:
 
   Mesh make_mesh() const;
 
+  /// Of cells of several levels: the finest merged into those of the next level. @pre is_graded()
+  MeshCells coarser() const;
+
+  /// The cell that holds one of a level, which is none of coarser ones of these; -1 if there is none.
+  std::int32_t holder(int level, std::int32_t cell) const;
+  /// The cell of a voxel that has a material; -1 if there is none.
+  std::int32_t cell_of_voxel(const Index3& voxel) const;
+
   /// The element of each cell, all levels' that occur numbered one after the other.
   std::vector<std::int32_t> elements() const;
   std::size_t num_elements() const noexcept { return num_elements_; }
@@ -63,13 +72,22 @@ private:
     while (levels_[l].first > cell) --l;
     return levels_[l];
   }
+  MeshCells() = default;  // of nothing
   void add_level(int level, std::vector<std::int32_t> cells);
+  /// Of a level's cell its number in the mesh; -1 if it is not there.
+  static std::int32_t number(const OfLevel& of, std::int32_t cell);
 
-  const hexmesh::Lattice* lattice_;
-  int level_;
+  const hexmesh::Lattice* lattice_ = nullptr;
+  int level_ = 0;
   std::vector<OfLevel> levels_;
   std::size_t size_ = 0, num_elements_ = 0;
 };
+
+/// The cell of coarser ones, or of the same, that each cell is in.
+std::vector<std::int32_t> holders(const MeshCells& of, const MeshCells& in);
+
+/// How cells merge into fine.coarser().
+hexmesh::Merge merge_into(const MeshCells& fine, const MeshCells& coarse);
 
 /// The elements of some of a level's, or of all where none are named.
 std::vector<hexmesh::Element> form_elements(const hexmesh::Lattice& lattice, const MeshCells::OfLevel& of);

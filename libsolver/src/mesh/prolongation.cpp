@@ -96,15 +96,4 @@ void Prolongation::restrict_to(const FloatNodeVector& fine, FloatNodeVector& coa
   transposed_.multiply(fine, coarse);
 }
 
-std::vector<std::int32_t> parents_of(const Mesh& fine, const Mesh& coarse, const Index3& ratio) {
-  std::vector<std::int32_t> out(fine.num_cells());
-  Index3 last{};  // cells in a row have the same parent
-  for (std::size_t c = 0; c < out.size(); ++c) {
-    const Index3 place = hexmesh::coarser_index(fine.nodes()[fine.node(c, 0)], ratio);
-    out[c] = c > 0 && place == last ? out[c - 1] : cell_at(place, coarse.cells(), coarse.sizes());
-    last = place;
-  }
-  return out;
-}
-
 }  // namespace hexsolver

@@ -40,8 +40,4 @@ private:
   Rows forward_, transposed_;
 };
 
-/// The cell of a coarser mesh that each cell is in.
-/// @param ratio  as of Prolongation
-std::vector<std::int32_t> parents_of(const Mesh& fine, const Mesh& coarse, const Index3& ratio);
-
 }  // namespace hexsolver

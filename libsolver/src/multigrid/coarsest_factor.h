@@ -79,8 +79,8 @@ private:
         dense_matrix_.block<3, 3>(row, column) += block;
       });
     }
-    hexsolver::for_each_block(mesh, couplings, [&](std::size_t row, std::size_t column, const Mat3& block) {
-      dense_matrix_.block<3, 3>(3 * static_cast<Index>(row), 3 * static_cast<Index>(column)) += block;
+    hexsolver::for_each_block(mesh, couplings, [&](std::int32_t row, std::int32_t column, const Mat3& block) {
+      dense_matrix_.block<3, 3>(3 * Index{row}, 3 * Index{column}) += block;
     });
     if (held)
       held->for_each_held_entry([&](Index row, Index column, double value) {
@@ -105,11 +105,10 @@ private:
             entries.emplace_back(first_row + row, first_column + column, block(row, column));
       });
     }
-    hexsolver::for_each_block(mesh, couplings, [&](std::size_t first_row, std::size_t first_column, const Mat3& block) {
+    hexsolver::for_each_block(mesh, couplings, [&](std::int32_t first_row, std::int32_t first_column, const Mat3& block) {
       for (int column = 0; column < 3; ++column)
         for (int row = 0; row < 3; ++row)
-          entries.emplace_back(3 * static_cast<Index>(first_row) + row, 3 * static_cast<Index>(first_column) + column,
-                               block(row, column));
+          entries.emplace_back(3 * Index{first_row} + row, 3 * Index{first_column} + column, block(row, column));
     });
     if (held)
       held->for_each_held_entry([&](Index row, Index column, double value) {

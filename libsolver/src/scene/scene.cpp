@@ -73,7 +73,6 @@ void check_frictions(Scene& scene) {
     if (scene.loaded)
       throw Error(ErrorKind::input,
                   what + ", which a shape without load does not know yet, expected solve.reference = \"rest\"");
-    if (scene.is_graded()) throw Error(ErrorKind::input, what + ", expected cells alike, solve.grading = \"off\"");
   }
   if (scene.loaded)
     for (const Contact& c : scene.loaded->contacts)

@@ -205,12 +205,16 @@ const hexmesh::CellLocator& Selector::locator() {
 
 Embedding Selector::embed(const Index3& voxel, const Vec3& voxel_index) const {
   if (locator_) return locator_->in_cell_of_voxel(voxel, voxel_index);
-  Embedding e{cell_at(hexmesh::coarser_index(voxel, cells_.unit()), mesh_.cells(), mesh_.sizes()), {}};
-  const auto cell = hexmesh::as_size(e.cell);
-  const Index3& size = cells_.lattice_level(cell).voxels_per_cell;
+  return in_cell(cells_.cell_of_voxel(voxel), voxel_index);
+}
+
+/// Where a place is in a cell.
+Embedding Selector::in_cell(std::int32_t cell, const Vec3& voxel_index) const {
+  Embedding e{cell, {}};
+  const Index3& size = cells_.lattice_level(hexmesh::as_size(cell)).voxels_per_cell;
   for (std::size_t d = 0; d < 3; ++d) {
     const auto axis = static_cast<Eigen::Index>(d);
-    e.local[axis] = (voxel_index[axis] + 0.5) / size[d] - mesh_.cells()[cell][d];
+    e.local[axis] = (voxel_index[axis] + 0.5) / size[d] - mesh_.cells()[hexmesh::as_size(cell)][d];
   }
   return e;
 }
@@ -309,13 +313,13 @@ std::vector<SurfacePoint> Selector::embed(const std::vector<Vec3>& places) {
   // Graded cells hold whole cells of their finest level.
   const hexmesh::Level& finest = lattice().level(cells_.level());
   std::optional<const hexmesh::CellLocator> of_finest;
-  if (mesh_.is_graded()) of_finest.emplace(lattice().voxels, finest.voxels_per_cell, finest.cells);
+  if (mesh_.is_graded())
+    of_finest.emplace(lattice().voxels, finest.voxels_per_cell, finest.cells, finest.split.owners);
   std::vector<SurfacePoint> out;
   for (const Vec3& place : places) {
     Embedding e = (of_finest ? *of_finest : locator()).locate_position(place);
     if (of_finest && e.cell >= 0)
-      e = embed(hexmesh::first_in(finest.cells[hexmesh::as_size(e.cell)], finest.voxels_per_cell),
-                lattice().voxels.continuous_index(place));
+      e = in_cell(cells_.holder(cells_.level(), e.cell), lattice().voxels.continuous_index(place));
     out.emplace_back();
     if (e.cell >= 0) out.back() = {e.cell, hexmesh::shape_functions(e.local), Vec3::Zero()};
   }

@@ -78,6 +78,7 @@ private:
   const hexmesh::Lattice& lattice() const noexcept { return cells_.lattice(); }
   const hexmesh::CellLocator& locator();  ///< @pre cells alike
   hexmesh::Embedding embed(const Index3& voxel, const Vec3& voxel_index) const;
+  hexmesh::Embedding in_cell(std::int32_t cell, const Vec3& voxel_index) const;
   std::vector<Candidate> choose_candidates(const Selection& selection, const std::string& what);
 
   MeshCells cells_;

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include "hexmesh/core/bytes.h"
+#include "mesh/face_neighbours.h"
 
 namespace hexsolver {
 namespace {
@@ -22,16 +22,6 @@ Corners corners_of(const Mesh& mesh, std::int32_t cell, const NodeVector& u) {
   return out;
 }
 
-/// The nodes of a face, by side (see hexmesh::ExposedFace), sorted.
-std::array<std::int32_t, 4> face_of(const CellNodes& nodes, int side) {
-  std::array<std::int32_t, 4> out{};
-  std::size_t n = 0;
-  for (int a = 0; a < 8; ++a)
-    if (hexmesh::corner_bit(a, side / 2) == side % 2) out[n++] = nodes[static_cast<std::size_t>(a)];
-  std::sort(out.begin(), out.end());
-  return out;
-}
-
 /// How far a place is beyond its cell along each axis, in edges; < 0 inside.
 Eigen::Array3d beyond_cell(const Vec3& local) { return (local.array() - 0.5).abs() - 0.5; }
 
@@ -42,44 +32,67 @@ constexpr double on_face = 1e-9;  // so far outside a place still is in its cell
 }  // namespace
 
 BodyMap::BodyMap(const MeshCells& cells, const Mesh& mesh, const std::vector<bool>& of)
-    : mesh_(mesh), corner_(cells.lattice().corner()), beyond_(mesh.num_cells(), {-1, -1, -1, -1, -1, -1}) {
+    : mesh_(mesh), corner_(cells.lattice().corner()), holds_(mesh.num_cells()) {
   const hexmesh::Lattice& lattice = cells.lattice();
-  const hexmesh::Level& level = lattice.level(cells.level());
-  const hexmesh::CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells, level.split.owners);
-  std::vector<bool> holds(mesh.num_cells());
+  const hexmesh::Level& finest = lattice.level(cells.level());
+  const hexmesh::CellLocator locator(lattice.voxels, finest.voxels_per_cell, finest.cells, finest.split.owners);
+  std::vector<bool> holds(finest.cells.size());
   for (std::size_t n = 0; n < lattice.labels.size(); ++n)
     if (of[lattice.labels[n]])
       if (const std::int32_t cell = locator.cell_of_voxel(lattice.voxels.index(n)); cell >= 0)
-        holds[static_cast<std::size_t>(cell)] = true;
-  std::map<std::array<std::int32_t, 4>, std::pair<std::int32_t, int>> open;  // faces that one cell has so far
-  for (std::size_t c = 0; c < holds.size(); ++c) {
-    if (!holds[c]) continue;
-    cells_.push_back(static_cast<std::int32_t>(c));
-    at_.emplace(hexmesh::sort_key(mesh.cells()[c]), static_cast<std::int32_t>(c));
-    for (int side = 0; side < 6; ++side) {
-      const auto [face, is_new] =
-          open.try_emplace(face_of(mesh.cell_nodes()[c], side), static_cast<std::int32_t>(c), side);
-      if (is_new) continue;
-      const auto [other, its_side] = face->second;
-      if (its_side == (side ^ 1) && beyond_[static_cast<std::size_t>(other)][static_cast<std::size_t>(its_side)] < 0) {
-        beyond_[c][static_cast<std::size_t>(side)] = other;
-        beyond_[static_cast<std::size_t>(other)][static_cast<std::size_t>(its_side)] = static_cast<std::int32_t>(c);
-      }
+        holds[hexmesh::as_size(cell)] = true;
+  for (std::size_t c = 0; c < holds.size(); ++c)
+    if (holds[c]) holds_[hexmesh::as_size(cells.holder(cells.level(), static_cast<std::int32_t>(c)))] = true;
+  for (std::size_t c = 0; c < holds_.size(); ++c)
+    if (holds_[c]) cells_.push_back(static_cast<std::int32_t>(c));
+
+  std::vector<std::pair<std::int32_t, std::int32_t>> beyond;  // 6 cell + side, other
+  for_each_shared_face(mesh, [&](std::int32_t cell, int side, std::int32_t other) {
+    if (!holds_[hexmesh::as_size(cell)] || !holds_[hexmesh::as_size(other)]) return;
+    beyond.emplace_back(6 * cell + side, other);
+    beyond.emplace_back(6 * other + (side ^ 1), cell);
+  });
+  std::sort(beyond.begin(), beyond.end());
+  for (const auto& [at, other] : beyond) {
+    beyond_begin_.resize(hexmesh::as_size(at) + 1, static_cast<std::int32_t>(beyond_.size()));
+    beyond_.push_back(other);
+  }
+  beyond_begin_.resize(6 * mesh.num_cells() + 1, static_cast<std::int32_t>(beyond_.size()));
+
+  constexpr double cells_beyond = 0.75, voxels_beyond = 3;
+  for (const CellsOfSize& size : mesh.sizes()) {
+    OfSize& added = sizes_.emplace_back();
+    added.edge = size.edges.colwise().norm().maxCoeff();
+    for (std::size_t d = 0; d < 3; ++d) {
+      const double voxels = size.size[d] * cells.unit()[d];
+      added.voxel[static_cast<Eigen::Index>(d)] = 1 / voxels;
+      added.beyond_most = std::max(added.beyond_most, cells_beyond + voxels_beyond / voxels);
     }
   }
-  constexpr double cells_beyond = 0.75, voxels_beyond = 3;
+}
+
+std::span<const std::int32_t> BodyMap::beyond(std::int32_t cell, int side) const {
+  const auto row = hexmesh::as_size(6 * cell + side);
+  return std::span(beyond_).subspan(hexmesh::as_size(beyond_begin_[row]),
+                                    hexmesh::as_size(beyond_begin_[row + 1] - beyond_begin_[row]));
+}
+
+Vec3 BodyMap::local_in(std::int32_t other, std::int32_t cell, const Vec3& local) const {
+  const auto c = hexmesh::as_size(cell), o = hexmesh::as_size(other);
+  const Index3 &size = mesh_.sizes()[mesh_.size_of(c)].size, &other_size = mesh_.sizes()[mesh_.size_of(o)].size;
+  Vec3 out;
   for (std::size_t d = 0; d < 3; ++d) {
-    voxel_[static_cast<Eigen::Index>(d)] = 1.0 / level.voxels_per_cell[d];
-    beyond_most_ = std::max(beyond_most_, cells_beyond + voxels_beyond / level.voxels_per_cell[d]);
+    const std::int32_t from = mesh_.cells()[c][d] * size[d] - mesh_.cells()[o][d] * other_size[d];
+    out[static_cast<Eigen::Index>(d)] = (local[static_cast<Eigen::Index>(d)] * size[d] + from) / other_size[d];
   }
-  edge_ = mesh.edges().colwise().norm().maxCoeff();
+  return out;
 }
 
 /// Newton's method for x(local) = x from `local`, which it moves.
 BodyMap::End BodyMap::invert(const Vec3& x, const NodeVector& u, std::int32_t cell, Vec3& local) const {
   constexpr int most_steps = 20;
   constexpr double exact = 1e-12;
-  const double far = beyond_most_ + 0.5;
+  const double far = size_of(cell).beyond_most + 0.5;
   const Corners corners = corners_of(mesh_, cell, u);
   for (int step = 0; step < most_steps; ++step) {
     const Mat3 jacobian = corners * hexmesh::shape_gradients(local);
@@ -94,7 +107,7 @@ BodyMap::End BodyMap::invert(const Vec3& x, const NodeVector& u, std::int32_t ce
     if (by.lpNorm<Eigen::Infinity>() < exact) return outside > 0 ? End::left : End::found;
   }
   const double miss = (x - corners * hexmesh::shape_functions(local)).norm();
-  if (miss > 2e-9 * edge_) return End::failed;
+  if (miss > 2e-9 * size_of(cell).edge) return End::failed;
   return outside_cell(local) > 0 ? End::left : End::found;
 }
 
@@ -123,17 +136,17 @@ BodyMap::Place BodyMap::walk(const Vec3& x, const NodeVector& u, const hexmesh::
       sides[static_cast<std::size_t>(d)] = {std::max(-local[d], local[d] - 1), 2 * d + (local[d] > 0.5)};
     std::sort(sides.begin(), sides.end(), std::greater<>());
     std::int32_t next = -1;
-    int crossed = 0;
     for (const auto& [by, side] : sides) {
-      if (by <= 0) break;
-      const std::int32_t beyond = beyond_[static_cast<std::size_t>(cell)][static_cast<std::size_t>(side)];
-      if (beyond < 0 || beyond == before) continue;
-      next = beyond;
-      crossed = side;
-      break;
+      if (by <= 0 || next >= 0) break;
+      double nearest = std::numeric_limits<double>::infinity();  // of several smaller ones
+      for (const std::int32_t other : beyond(cell, side)) {
+        const double away = other == before ? nearest : outside_cell(local_in(other, cell, local));
+        if (away < nearest) next = other;
+        nearest = std::min(nearest, away);
+      }
     }
-    if (next < 0) return sides[0].first > beyond_most_ ? Place{} : place(u, cell, local);
-    local[crossed / 2] += crossed % 2 == 1 ? -1 : 1;
+    if (next < 0) return sides[0].first > size_of(cell).beyond_most ? Place{} : place(u, cell, local);
+    local = local_in(next, cell, local);
     before = cell;
     cell = next;
   }
@@ -147,16 +160,26 @@ bool BodyMap::touch(std::int32_t one, std::int32_t other) const {
 
 bool BodyMap::is_of_segment(const Place& place) const {
   if (place.cell < 0) return false;
-  Index3 at = mesh_.cells()[hexmesh::as_size(place.cell)];
-  if ((beyond_cell(place.local) <= voxel_.array()).all()) return true;  // else a force ends where it still presses
-  for (std::size_t d = 0; d < 3; ++d) at[d] += static_cast<std::int32_t>(std::floor(place.local[Eigen::Index(d)]));
-  const auto [begin, end] = at_.equal_range(hexmesh::sort_key(at));
-  return begin == end || std::any_of(begin, end, [&](const auto& other) { return touch(place.cell, other.second); });
+  // Else a force ends where it still presses.
+  if ((beyond_cell(place.local) <= size_of(place.cell).voxel.array()).all()) return true;
+  const auto cell = hexmesh::as_size(place.cell);
+  const Index3& size = mesh_.sizes()[mesh_.size_of(cell)].size;
+  Index3 at = hexmesh::first_in(mesh_.cells()[cell], size);
+  for (std::size_t d = 0; d < 3; ++d)
+    at[d] += static_cast<std::int32_t>(std::floor(place.local[Eigen::Index(d)] * size[d]));
+  const auto [first, end] = cells_at(at, mesh_.cells(), mesh_.sizes());
+  bool is_any_there = false;
+  for (std::int32_t other = first; other < end; ++other) {
+    if (!holds_[hexmesh::as_size(other)]) continue;
+    if (touch(place.cell, other)) return true;
+    is_any_there = true;
+  }
+  return !is_any_there;
 }
 
 bool BodyMap::is_elsewhere(const Place& place, const Own& own) const {
   if (touch(place.cell, own.cell)) return false;
-  return outside_cell(place.local) <= on_face || (place.rest - own.rest).norm() > edge_;
+  return outside_cell(place.local) <= on_face || (place.rest - own.rest).norm() > size_of(place.cell).edge;
 }
 
 /// Cells that touch lead to the same place, whichever of them a walk begins in: one of them is tried, the nearest.
@@ -221,11 +244,9 @@ std::vector<Mat3> BodyMap::to_rest_beside(std::int32_t cell, const Vec3& local, 
   for (int side = 0; cell >= 0 && side < 6; ++side) {
     const bool is_upper = side % 2 == 1;
     if (std::abs(local[side / 2] - (is_upper ? 1 : 0)) > on_border) continue;
-    const std::int32_t beyond = beyond_[static_cast<std::size_t>(cell)][static_cast<std::size_t>(side)];
-    if (beyond < 0) continue;
-    Vec3 there = local;
-    there[side / 2] += is_upper ? -1 : 1;
-    out.push_back(place(u, beyond, there).to_rest);
+    for (const std::int32_t other : beyond(cell, side))
+      if (const Vec3 there = local_in(other, cell, local); outside_cell(there) <= outside_cell(local) + on_border)
+        out.push_back(place(u, other, there).to_rest);
   }
   return out;
 }
@@ -236,15 +257,15 @@ void BodyMap::look_at(const NodeVector& u) {
   for (std::size_t n = 0; n < cells_.size(); ++n) {
     const Corners corners = corners_of(mesh_, cells_[n], u);
     if (!corners.allFinite()) continue;
-    const Vec3 beyond = Vec3::Constant(part_of_cell * edge_);
+    const Vec3 beyond = Vec3::Constant(part_of_cell * size_of(cells_[n]).edge);
     boxes_[n] = {corners.rowwise().minCoeff() - beyond, corners.rowwise().maxCoeff() + beyond};
   }
-  bins_.fill(boxes_, 2 * edge_);
+  bins_.fill(boxes_, 2 * sizes_.front().edge);
 }
 
 std::size_t BodyMap::bytes() const {
-  return hexmesh::bytes_of(cells_) + hexmesh::bytes_of(beyond_) + hexmesh::bytes_of(boxes_) + bins_.bytes() +
-         at_.size() * sizeof(std::pair<std::uint64_t, std::int32_t>);
+  return holds_.size() / 8 + hexmesh::bytes_of(cells_) + hexmesh::bytes_of(beyond_begin_) +
+         hexmesh::bytes_of(beyond_) + hexmesh::bytes_of(boxes_) + bins_.bytes();
 }
 
 }  // namespace hexsolver

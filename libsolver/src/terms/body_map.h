@@ -3,7 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <functional>
-#include <unordered_map>
+#include <span>
 #include <vector>
 
 #include "hexmesh/lattice/locator.h"
@@ -16,7 +16,7 @@ namespace hexsolver {
 /// cell. Continued a little beyond the outermost cells.
 class BodyMap {
 public:
-  /// @param cells  of one level, of a lattice with labels
+  /// @param cells  of a lattice with labels
   /// @param mesh   of these; must outlive this
   /// @param of     whether a label is of the segment, shape (65536)
   BodyMap(const MeshCells& cells, const Mesh& mesh, const std::vector<bool>& of);
@@ -62,10 +62,19 @@ public:
   std::size_t bytes() const;
 
 private:
+  /// Of cells of a size.
+  struct OfSize {
+    Vec3 voxel = Vec3::Zero();  ///< in edges of a cell
+    double beyond_most = 0;     ///< how far the map of an outermost cell goes on, in its edges
+    double edge = 0;            ///< of a cell, the longest [mm]
+  };
   enum class End { found, left, failed };  ///< of a cell's inverse map; left: it ends outside
   End invert(const Vec3& x, const NodeVector& u, std::int32_t cell, Vec3& local) const;
   Place walk(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& from) const;
   Place place(const NodeVector& u, std::int32_t cell, const Vec3& local) const;
+  std::span<const std::int32_t> beyond(std::int32_t cell, int side) const;
+  Vec3 local_in(std::int32_t other, std::int32_t cell, const Vec3& local) const;  ///< of a place in a cell
+  const OfSize& size_of(std::int32_t cell) const { return sizes_[mesh_.size_of(hexmesh::as_size(cell))]; }
   bool touch(std::int32_t one, std::int32_t other) const;  ///< whether two cells share a node
   /// Whether a place is one of the segment: in its cell, or beyond it where no cell is at rest that does not touch it.
   bool is_of_segment(const Place& place) const;
@@ -73,14 +82,13 @@ private:
 
   const Mesh& mesh_;
   Vec3 corner_;
-  std::vector<std::int32_t> cells_;                          ///< those that hold voxels of the segment
-  std::vector<std::array<std::int32_t, 6>> beyond_;          ///< of each cell of the mesh, those behind its faces; -1
-  std::unordered_multimap<std::uint64_t, std::int32_t> at_;  ///< index of each at rest -> cell
-  std::vector<Eigen::AlignedBox3d> boxes_;                   ///< of cells_, as look_at() found them
-  Bins bins_;                                                ///< of boxes_
-  Vec3 voxel_;                                               ///< in edges of a cell
-  double beyond_most_ = 0;  ///< how far the map of an outermost cell goes on, in its edges
-  double edge_ = 1;         ///< of a cell, the longest [mm]
+  std::vector<bool> holds_;                 ///< of each cell of the mesh, whether it holds voxels of the segment
+  std::vector<std::int32_t> cells_;         ///< those that do
+  std::vector<std::int32_t> beyond_begin_;  ///< by 6 cell + side, rows of
+  std::vector<std::int32_t> beyond_;        ///< those behind the faces of cells
+  std::vector<Eigen::AlignedBox3d> boxes_;  ///< of cells_, as look_at() found them
+  Bins bins_;                               ///< of boxes_
+  std::vector<OfSize> sizes_;               ///< of cells of the mesh
 };
 
 }  // namespace hexsolver

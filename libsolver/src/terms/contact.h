@@ -137,7 +137,7 @@ public:
   bool went_through(const NodeVector& u) const;
   State state_before(const NodeVector& u) const;  ///< before the obstacle has moved
 
-  /// Points of the body at rest that the obstacle has in it on its way [mm].
+  /// Points of the body at rest that the obstacle has in it on its way [mm]. @pre not of segments
   std::vector<Vec3> places_swept_at_rest() const;
 
   /// Whether an obstacle moves by more than a quarter of its thickness, and might go through the surface.

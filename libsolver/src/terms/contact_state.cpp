@@ -112,7 +112,6 @@ PenaltyContact::State PenaltyContact::state_before(const NodeVector& u) const {
 
 std::vector<Vec3> PenaltyContact::places_swept_at_rest() const {
   constexpr int parts = 8;  // of each straight piece of the way
-  if (other_) return {};
   std::vector<Progress> corners = {{0, 0}, {1, 0}};
   if (contact_.history) {
     corners.clear();

@@ -21,9 +21,16 @@ inline hexsolver::Condition held(const std::string& name, const hexsolver::Vec3&
   return c;
 }
 
-/// A contact within a body by itself, on a level.
+/// Cells of a level, or of number 2 graded ones, of levels 0 to 2.
+inline hexsolver::MeshCells cells_of(const hexmesh::Lattice& lattice, int number) {
+  if (number < 2) return {lattice, number};
+  return {lattice, 0, 2, [](int, const hexmesh::Index3& cell) { return (cell[0] + 2 * cell[1] + cell[2]) % 3 == 0; }};
+}
+
+/// A contact within a body by itself, on such cells.
 struct ContactOnLevel {
-  ContactOnLevel(const hexsolver::Contact& scene, const hexmesh::Lattice& lattice, int level) : cells(lattice, level) {
+  ContactOnLevel(const hexsolver::Contact& scene, const hexmesh::Lattice& lattice, int number)
+      : cells(cells_of(lattice, number)) {
     hexsolver::Selector selector(cells, mesh);
     contact = hexsolver::make_segment_contact(scene, cells, mesh, selector, false);
   }

@@ -119,8 +119,8 @@ TEST(SegmentDistance, OfAFloorIsTheHeightAboveIt) {
 
 TEST(BodyMap, FindsWhereMaterialCameFrom) {
   const Lattice lattice = blocks(true, {1, 2, 1});
-  for (int level = 0; level < 3; ++level) {
-    const MeshCells cells(lattice, level);
+  for (int number = 0; number < 3; ++number) {
+    const MeshCells cells = cells_of(lattice, number);
     const Mesh mesh = cells.make_mesh();
     const NodeVector u = sample(mesh, [](const Vec3& x) {
       return Vec3(0.3 * x[1] + 0.01 * x[2] * x[2], 5 - 0.2 * x[0], 0.02 * x[0] * x[1] - 3);
@@ -129,14 +129,14 @@ TEST(BodyMap, FindsWhereMaterialCameFrom) {
     first[1] = true;
     BodyMap map(cells, mesh, first);
     map.look_at(u);
-    const hexmesh::CellLocator locator(lattice.voxels, lattice.level(level).voxels_per_cell, lattice.level(level).cells,
-                                       lattice.level(level).split.owners);
     hexmesh::Embedding near;
     for (const Index3& voxel : lattice.levels[0].cells) {
       if (lattice.labels[lattice.voxels.offset(voxel)] != 1) continue;
       const Vec3 index = Vec3(voxel[0], voxel[1], voxel[2]) + Vec3(0.2, -0.3, 0.1);
-      const hexmesh::Embedding e = locator.in_cell_of_voxel(voxel, index);
+      hexmesh::Embedding e{cells.cell_of_voxel(voxel), {}};
+      const auto home = static_cast<std::size_t>(e.cell);
       const Vec3 rest = lattice.voxels.position(index);
+      e.local = mesh.edges(home).inverse() * (rest - mesh.position(mesh.node(home, 0)));
       const Vec3 x = rest + mesh.interpolate(e.cell, hexmesh::shape_functions(e.local), u);
       for (const hexmesh::Embedding& from : {hexmesh::Embedding{}, near}) {
         const BodyMap::Place found = map.find(x, u, from, nullptr, beyond_cell);
@@ -151,15 +151,20 @@ TEST(BodyMap, FindsWhereMaterialCameFrom) {
   }
 }
 
+bool is_above(const MeshCells& cells, std::size_t cell) {
+  return cells.lattice_level(cell).segment[static_cast<std::size_t>(cells.place(cell).cell)] == 2;
+}
+
 /// u(node), of which segment its cells are, and where it is at rest.
-NodeVector displaced_by(const Lattice& lattice, int level, const Mesh& mesh,
+NodeVector displaced_by(const MeshCells& cells, const Mesh& mesh,
                         const std::function<Vec3(bool is_above, const Vec3& x)>& field) {
   NodeVector u = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
   for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-    for (int a = 0; a < 8; ++a) {
-      const std::size_t n = mesh.node(c, static_cast<std::size_t>(a));
-      u.segment<3>(3 * static_cast<Eigen::Index>(n)) = field(lattice.level(level).segment[c] == 2, mesh.position(n));
-    }
+    for (std::size_t a = 0; a < 8; ++a)
+      mesh.for_each_free(c, a, [&](std::int32_t n, double) {
+        u.segment<3>(3 * Eigen::Index{n}) =
+            field(is_above(cells, c), mesh.position(static_cast<std::size_t>(n)));
+      });
   return u;
 }
 
@@ -167,9 +172,8 @@ NodeVector displaced_by(const Lattice& lattice, int level, const Mesh& mesh,
 /// places looked for anew and held.
 class SegmentContact : public testing::TestWithParam<std::tuple<int, bool>> {
 protected:
-  const int level = std::get<0>(GetParam());
   const Lattice lattice = blocks(true, {1, 0, 1});
-  const MeshCells cells{lattice, level};
+  const MeshCells cells = cells_of(lattice, std::get<0>(GetParam()));
   const Mesh mesh = cells.make_mesh();
   Potential potential{mesh};
   PenaltyContact* contact = nullptr;
@@ -194,7 +198,7 @@ protected:
   }
   /// The upper block comes down, turns a little and slides along the other, both strained.
   NodeVector field(double part) const {
-    return displaced_by(lattice, level, mesh, [part](bool is_above, const Vec3& x) -> Vec3 {
+    return displaced_by(cells, mesh, [part](bool is_above, const Vec3& x) -> Vec3 {
       if (is_above) return {part * (0.7 + 0.03 * x[1]), 0.05 * x[0] * part, -part * (0.5 + 0.02 * x[0])};
       return {0.05 * x[0], 0.02 * x[2], 0.03 * x[1] + 0.02 * x[2]};
     });
@@ -214,13 +218,9 @@ TEST_P(SegmentContact, ForcesAndMomentsAreInBalance) {
   const SumOfForces sum(mesh, u, g);
   EXPECT_LT(sum.force.norm(), 1e-13 * sum.size);
   EXPECT_LT(sum.moment.norm(), 1e-11 * sum.size * 20);
-  std::vector<bool> is_above(mesh.num_nodes());
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-    for (const std::int32_t n : mesh.cell_nodes()[c])
-      is_above[static_cast<std::size_t>(n)] = lattice.level(level).segment[c] == 2;
+  const NodeVector above = displaced_by(cells, mesh, [](bool is, const Vec3&) { return Vec3::Constant(is ? 1 : 0); });
   Vec3 on_first = Vec3::Zero();
-  for (std::size_t n = 0; n < mesh.num_nodes(); ++n)
-    if (is_above[n]) on_first -= g.segment<3>(3 * static_cast<Eigen::Index>(n));
+  for (Eigen::Index n = 0; n < g.size(); n += 3) on_first -= above[n] * g.segment<3>(n);
   EXPECT_LT((on_first - contact->state(u).force).norm(), 1e-12 * sum.size);
 }
 
@@ -238,13 +238,20 @@ TEST_P(SegmentContact, TheHessianIsTheSlopeOfTheForces) {
 TEST_P(SegmentContact, TheProjectedHessianIsOfCellsAndCouplings) {
   potential.linearize(u, Hessian::projected);
   const NodeVector x = noise(mesh.num_dofs(), 1, 9);
-  NodeVector product, added = NodeVector::Zero(x.size()), of_shift;
+  NodeVector product, of_cells, added, of_shift;
   potential.apply(x, product);
   EXPECT_GT(product.dot(x), 0);
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
-    mesh.scatter_add(c, potential.cell_hessian(c) * mesh.gather(c, x), added);
-  EXPECT_GT((product - added).norm(), 0.1 * product.norm());
-  add_product(mesh, potential.couplings(), x, added);
+  const auto by_cells = [&](const NodeVector& from, NodeVector& to) {
+    to = NodeVector::Zero(from.size());
+    for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+      mesh.scatter_add(c, potential.cell_hessian(c) * mesh.gather(c, from), to);
+  };
+  OfAllNodes<NodeVector>().apply(mesh, x, of_cells, by_cells);
+  EXPECT_GT((product - of_cells).norm(), 0.1 * product.norm());
+  OfAllNodes<NodeVector>().apply(mesh, x, added, [&](const NodeVector& from, NodeVector& to) {
+    by_cells(from, to);
+    add_product(mesh, potential.couplings(), from, to);
+  });
   EXPECT_LT((product - added).norm(), 1e-12 * product.norm());
   // Both moved as one: no spring is drawn.
   potential.apply(sample(mesh, [](const Vec3&) { return Vec3(1, -2, 3); }), of_shift);
@@ -252,16 +259,21 @@ TEST_P(SegmentContact, TheProjectedHessianIsOfCellsAndCouplings) {
 }
 
 TEST_P(SegmentContact, CouplingsOfParentsAreGalerkinProducts) {
-  const Hierarchy hierarchy(cells.make_mesh(), lattice.corner(), 60);
+  const Hierarchy hierarchy(cells, 60);
   ASSERT_GT(hierarchy.meshes.size(), 1U);
   const NodeVector coarse = noise(hierarchy.meshes[1].num_dofs(), 1, 3);
-  NodeVector fine, product = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs())), expected,
-                   found = NodeVector::Zero(coarse.size());
+  const auto multiply = [](const Mesh& on, const std::vector<Coupling>& couplings, const NodeVector& x, NodeVector& y) {
+    OfAllNodes<NodeVector>().apply(on, x, y, [&](const NodeVector& from, NodeVector& to) {
+      to = NodeVector::Zero(from.size());
+      add_product(on, couplings, from, to);
+    });
+  };
+  NodeVector fine, product(mesh.num_dofs()), expected, found(coarse.size());
   hierarchy.prolongations[0].prolongate(coarse, fine);
-  add_product(mesh, potential.couplings(), fine, product);
+  multiply(mesh, potential.couplings(), fine, product);
   hierarchy.prolongations[0].restrict_to(product, expected);
-  add_product(hierarchy.meshes[1], passed_to_parents(potential.couplings(), hierarchy.merges[0], mesh.num_cells()),
-              coarse, found);
+  multiply(hierarchy.meshes[1], passed_to_parents(potential.couplings(), hierarchy.merges[0], mesh.num_cells()), coarse,
+           found);
   EXPECT_GT(expected.norm(), 0);
   EXPECT_LT((found - expected).norm(), 1e-6 * expected.norm());  // weights of a Prolongation are of single precision
 }
@@ -277,12 +289,12 @@ TEST_P(SegmentContact, StepsGoNoDeeperThanItKnows) {
   EXPECT_EQ(contact->longest_step(at, -down), 1);
 }
 
-INSTANTIATE_TEST_SUITE_P(OnLevels, SegmentContact, testing::Combine(testing::Values(0, 1), testing::Bool()));
+INSTANTIATE_TEST_SUITE_P(OnLevels, SegmentContact, testing::Combine(testing::Values(0, 1, 2), testing::Bool()));
 
 /// Of steps by which the upper block is in the lower one, and beyond it, straight or thrown aside first.
 TEST_P(SegmentContact, TellsThatAPartWentThroughAnother) {
   const NodeVector at = NodeVector::Zero(u.size());
-  const NodeVector way = displaced_by(lattice, level, mesh, [](bool is_above, const Vec3& /*x*/) -> Vec3 {
+  const NodeVector way = displaced_by(cells, mesh, [](bool is_above, const Vec3& /*x*/) -> Vec3 {
     return {0, 0, is_above ? -1.0 : 0.0};
   });
   contact->set_progress({1});
@@ -334,7 +346,7 @@ TEST(SegmentContacts, WaysThroughBodiesOfAnyShapeAreSeen) {
     const Mesh& mesh = on.mesh;
     PenaltyContact* contact = on.contact.get();
     const auto moved = [&](const Vec3& by) {
-      return displaced_by(lattice, 1, mesh,
+      return displaced_by(on.cells, mesh,
                           [&by](bool is_above, const Vec3& /*x*/) -> Vec3 { return is_above ? by : Vec3::Zero(); });
     };
     for (const double aside : {-8.0, -6.5, 0.0, 1.5, 5.0})
@@ -373,6 +385,25 @@ TEST(SegmentContacts, OneBlockIsNotCarriedThroughAnother) {
     solve_equilibrium(blocks(), away, level, report);
     EXPECT_TRUE(report.converged) << report.reason;
   }
+}
+
+/// Graded cells are small where segments touch at rest: between coarser cells the same presses.
+TEST(SegmentContacts, OfGradedCellsDoAsThoseOfOneSize) {
+  const Lattice lattice = make({16, 16, 32}, {1, 1, 1}, [](const Index3& v) { return v[2] < 14 ? 1 : 2; });
+  Scene scene = pressed({0.3, 0, -1.5});
+  scene.conditions[0].selection.halfspace->point[2] = -0.4;
+  scene.conditions[1].selection.halfspace->point[2] = 31.4;
+  scene.contacts[0].friction = 0.2;
+  SolveReport alike, graded;
+  solve_equilibrium(lattice, scene, 0, alike);
+  scene.grading = Grading::scene;
+  const hexmesh::Result result = solve_equilibrium(lattice, scene, 0, graded);
+  ASSERT_TRUE(alike.converged && graded.converged) << graded.reason;
+  EXPECT_LT(static_cast<double>(graded.levels.back().cells), 0.7 * static_cast<double>(alike.levels.back().cells));
+  const Vec3 force = alike.contacts[0].force_n;
+  EXPECT_LT((graded.contacts[0].force_n - force).norm(), 0.01 * force.norm());
+  EXPECT_LT((graded.conditions[1].reaction_n + graded.contacts[0].force_n).norm(), 1e-5 * force.norm());
+  EXPECT_EQ(result.cell_fields.at("contact_pressure").size(), lattice.level(0).cells.size());
 }
 
 TEST(SegmentContacts, SegmentsPartWhereNothingHoldsThem) {
@@ -435,7 +466,8 @@ TEST(SegmentContacts, ABodyRestsInAnother) {
   for (const hexmesh::LatticeSegment& s : lattice.segments)
     if (s.segment.label == 2)
       weight = static_cast<double>(s.num_voxels) * lattice.voxels.voxel_volume() * s.material->density * 9810;
-  for (int level = 1; level < 3; ++level) {
+  for (const auto& [level, grading] : {std::pair(1, Grading::off), {2, Grading::off}, {0, Grading::scene}}) {
+    scene.grading = grading;
     SolveReport report;
     solve_equilibrium(lattice, scene, level, report);
     ASSERT_TRUE(report.converged) << report.reason;
@@ -453,7 +485,7 @@ TEST(SegmentContacts, ForcesHaveNoJumpOncePlacesSettle) {
   const Mesh& mesh = on.mesh;
   PenaltyContact* contact = on.contact.get();
   const auto moved = [&](double along) {
-    return displaced_by(lattice, 0, mesh, [along](bool is_above, const Vec3& x) -> Vec3 {
+    return displaced_by(on.cells, mesh, [along](bool is_above, const Vec3& x) -> Vec3 {
       return is_above ? Vec3(along, 0, -0.3) : Vec3(0, 0, 0.02 * x[0] * x[0]);
     });
   };
@@ -480,9 +512,6 @@ TEST(SegmentContacts, CellsThatHoldSegmentsTogetherAreRefused) {
   EXPECT_THROW(solve_equilibrium(blocks(false), pressed({0, 0, -1}), 1, report), hexmesh::Error);
   Scene scene = pressed({0, 0, -1});
   scene.contacts[0].between->second = "nobody";
-  EXPECT_THROW(solve_equilibrium(blocks(), scene, 1, report), hexmesh::Error);
-  scene = pressed({0, 0, -1});
-  scene.grading = Grading::scene;
   EXPECT_THROW(solve_equilibrium(blocks(), scene, 1, report), hexmesh::Error);
 }
 

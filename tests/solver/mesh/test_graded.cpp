@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <numbers>
+#include <optional>
 #include <set>
 
 #include "constraints/supports.h"
@@ -33,7 +34,23 @@ struct Case {
   Case(const Case&) = delete;
 };
 
-/// Cut bodies on lattices of cubes and of longer cells, turned and shifted.
+/// Two segments, the first with a fissure one voxel wide, that touch and slide along each other, on a third that holds
+/// both; here and there a voxel is missing.
+Lattice split_body(const Index3& offset) {
+  const auto label = [](const Index3& v) {
+    if ((7 * v[0] + 13 * v[1] + 31 * v[2]) % 23 == 0) return 0;
+    if (v[2] < 3) return 3;
+    if (v[0] < 11) return v[1] == 6 && v[0] > 2 ? 0 : 1;
+    return (Vec3(v[0], v[1], v[2]) - Vec3(11, 9, 8)).norm() < 9 ? 2 : 0;
+  };
+  const hexmesh::LabelVolume volume = make_volume({21, 17, 15}, {1, 1.25, 1.5}, label);
+  std::vector<hexmesh::LatticeSegment> segments;
+  for (std::uint16_t n = 1; n <= 3; ++n)
+    segments.push_back({{n, "s" + std::to_string(n)}, hexmesh::material_from_units(10.0 * n, 0.3, 1000), 0, ""});
+  return build_lattice(volume, segments, {4, offset, {true, {{1, 2}}}});
+}
+
+/// Cut bodies on lattices of cubes and of longer cells, turned and shifted; such whose cells are split.
 std::vector<std::unique_ptr<Case>> cases() {
   std::vector<std::unique_ptr<Case>> out;
   for (unsigned seed = 1; seed <= 4; ++seed) {
@@ -42,6 +59,8 @@ std::vector<std::unique_ptr<Case>> cases() {
     out.push_back(std::make_unique<Case>(grey_ball({1.2, 1, 1.1}, {3, 2, 1}), seed, 1, 3));
     const auto ball = [](const Index3& i) { return (Vec3(i[0], i[1], i[2]) - Vec3(7, 6, 6)).norm() < 6.3; };
     out.push_back(std::make_unique<Case>(one_material({15, 13, 13}, {1, 1, 1}, ball), seed, 0, 2));
+    out.push_back(std::make_unique<Case>(split_body({static_cast<std::int32_t>(seed) - 1, 1, 0}), seed));
+    out.push_back(std::make_unique<Case>(split_body({0, static_cast<std::int32_t>(seed), 2}), seed, 1, 3));
   }
   return out;
 }
@@ -113,8 +132,34 @@ TEST(Graded, AllDividedOrNoneIsTheMeshOfALevel) {
   }
 }
 
+/// All cells say the same of each node of the finest cells, which is how those hold together.
+TEST(Graded, FieldsHaveNoGapWhereTheFinestCellsHaveNone) {
+  for (const auto& c : cases()) {
+    const Mesh mesh = c->cells.make_mesh();
+    const NodeVector free = noise(mesh.num_dofs(), 1);
+    const MeshCells finest(c->lattice, c->cells.level());
+    const Mesh fine = finest.make_mesh();
+    const std::vector<std::int32_t> holder = holders(finest, c->cells);
+    std::vector<std::optional<Vec3>> told(fine.num_nodes());
+    const Index3 of_fine = c->lattice.level(c->cells.level()).voxels_per_cell;
+    for (std::size_t cell = 0; cell < fine.num_cells(); ++cell)
+      for (std::size_t a = 0; a < 8; ++a) {
+        const Index3 place =
+            hexmesh::coarser_index(hexmesh::first_in(fine.nodes()[fine.node(cell, a)], of_fine), c->cells.unit());
+        const Vec3 at = local(mesh, static_cast<std::size_t>(holder[cell]), place);
+        const Vec3 u = mesh.interpolate(holder[cell], hexmesh::shape_functions(at), free);
+        std::optional<Vec3>& here = told[fine.node(cell, a)];
+        if (here) {
+          ASSERT_LT((u - *here).norm(), 1e-14);
+        }
+        here = u;
+      }
+  }
+}
+
 TEST(Graded, FieldsHaveNoGapWhereSmallCellsMeetLargerOnes) {
   for (const auto& c : cases()) {
+    if (c->lattice.parting.any()) continue;
     const Mesh mesh = c->cells.make_mesh();
     ASSERT_GT(mesh.num_hanging(), 0U);
     const NodeVector free = noise(mesh.num_dofs(), 1);
@@ -161,7 +206,7 @@ struct Beside {
   Beside(const Case& c, Elasticity law, Volumetric volumetric)
       : graded(c.cells, law, volumetric),
         fine(c.lattice, c.cells.level(), law, volumetric),
-        p(fine.mesh, graded.mesh, parents_of(fine.mesh, graded.mesh, {1, 1, 1}), {1, 1, 1}) {}
+        p(fine.mesh, graded.mesh, holders(MeshCells(c.lattice, c.cells.level()), c.cells), {1, 1, 1}) {}
   Body graded, fine;
   Prolongation p;
 };
@@ -256,7 +301,7 @@ TEST(Graded, ForcesAndHessianAreDerivativesOfTheEnergy) {
 
 TEST(Graded, CoarserMeshesOfMultigridHoldTheSameLinearFields) {
   for (const auto& c : cases()) {
-    const Hierarchy hierarchy(c->cells.make_mesh(), c->lattice.corner(), 30);
+    const Hierarchy hierarchy(c->cells, 30);
     ASSERT_GT(hierarchy.meshes.size(), 2U);
     for (std::size_t l = 0; l + 1 < hierarchy.meshes.size(); ++l) {
       const Mesh &fine = hierarchy.meshes[l], &coarse = hierarchy.meshes[l + 1];
@@ -275,6 +320,34 @@ TEST(Graded, CoarserMeshesOfMultigridHoldTheSameLinearFields) {
       hierarchy.prolongations[l].prolongate(sample(coarse, linear), u);
       EXPECT_LT((u - sample(fine, linear)).norm(), 1e-6 * u.norm());
     }
+  }
+}
+
+/// Two blocks that slide along each other are two bodies on any graded cells, which share no node.
+TEST(Graded, SegmentsThatSlideShareNothing) {
+  for (const Index3& offset : {Index3{0, 0, 0}, Index3{1, 2, 1}, Index3{2, 1, 3}}) {
+    const hexmesh::LabelVolume volume =
+        make_volume({19, 9, 10}, {1, 1, 1}, [](const Index3& v) { return v[0] < 9 ? 1 : 2; });
+    std::vector<hexmesh::LatticeSegment> segments;
+    for (std::uint16_t n = 1; n <= 2; ++n)
+      segments.push_back({{n, "s" + std::to_string(n)}, hexmesh::material_from_units(10, 0.3, 1000), 0, ""});
+    const Lattice lattice = build_lattice(volume, segments, {4, offset, {false, {{1, 2}}}});
+    for (unsigned seed = 1; seed < 6; ++seed)
+      for (MeshCells cells(lattice, 0, 3, at_random(seed));; cells = cells.coarser()) {
+        const Mesh mesh = cells.make_mesh();
+        std::size_t count = 0;
+        const std::vector<std::int32_t> part = parts_of(mesh, count);
+        EXPECT_EQ(count, 2U);
+        std::vector<std::set<std::uint16_t>> segments_of(mesh.num_nodes());
+        for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
+          const auto [level, number] = cells.place(c);
+          const std::uint16_t segment = lattice.level(level).segment[static_cast<std::size_t>(number)];
+          for (std::size_t a = 0; a < 8; ++a)
+            mesh.for_each_free(c, a, [&](std::int32_t n, double) { segments_of[static_cast<std::size_t>(n)].insert(segment); });
+        }
+        for (const auto& of_node : segments_of) EXPECT_EQ(of_node.size(), 1U);
+        if (!mesh.is_graded()) break;
+      }
   }
 }
 

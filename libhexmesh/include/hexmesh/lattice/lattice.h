@@ -105,6 +105,10 @@ Lattice build_lattice(const LabelVolume& volume, std::vector<LatticeSegment> seg
 /// The nodes of the cells of a level.
 NodeNumbering nodes_of(const Level& level);
 
+/// The cell of a coarser level that holds one of a level.
+/// @pre both levels are there
+std::int32_t coarser_cell_of(const Lattice& lattice, int level, std::int32_t cell, int coarser);
+
 /// Of each cell of a level, the cell of a coarser one that holds it.
 /// @pre both levels are there
 std::vector<std::int32_t> coarser_cells_of(const Lattice& lattice, int level, int coarser);

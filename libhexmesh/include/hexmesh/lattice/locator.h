@@ -47,7 +47,6 @@ private:
   std::int32_t cell_at(const Index3& cell) const;
   /// Of the cells at an index that holds the voxel, or the nearest one that one of them holds.
   std::int32_t choose(std::int32_t cell, const Index3& voxel) const;
-  std::int32_t owner_of(const Index3& voxel) const;
   bool shares_index(std::int32_t cell) const {
     return hexmesh::as_size(cell) + 1 < cells_.size() && cells_[cell] == cells_[cell + 1];
   }

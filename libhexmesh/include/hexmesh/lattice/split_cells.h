@@ -31,6 +31,9 @@ struct VoxelOwners {
       voxels;  ///< offsets in the lattice's box of all voxels with material at such indices, ascending
   std::vector<std::int32_t> cells;  ///< the cell that holds each
 
+  /// The cell that holds a voxel, given by its offset; -1 if it is none of these.
+  std::int32_t of(std::int64_t voxel) const;
+
   bool empty() const noexcept { return voxels.empty(); }
   bool operator==(const VoxelOwners&) const = default;
 };
@@ -42,8 +45,12 @@ struct SplitCells {
   VoxelOwners owners;
 
   bool empty() const noexcept { return corners.empty() && owners.empty(); }
+  std::int32_t copy(std::int32_t cell, int corner) const;  ///< of a corner's node
   bool operator==(const SplitCells&) const = default;
 };
+
+/// Numbers of the cells at an index, from the first on and behind the last. @pre sorted
+std::pair<std::int32_t, std::int32_t> cells_at(std::span<const Index3> cells, const Index3& index);
 
 /// Whether another cell stands at the index of one. @pre sorted
 inline bool shares_index(std::span<const Index3> cells, std::size_t c) {
