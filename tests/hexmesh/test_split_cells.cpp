@@ -153,6 +153,22 @@ TEST(SplitCells, SegmentsThatSlideShareNoNode) {
   }
 }
 
+/// Specks of a segment in another along which it slides, that touch its own edge by theirs: they move with one of both.
+TEST(SplitCells, SpecksDoNotTieWhatTheyLieBetween) {
+  for (const Index3& offset : {Index3{0, 0, 0}, Index3{1, 2, 3}})
+    for (const std::set<Index3>& speck : std::vector<std::set<Index3>>{
+             {{14, 7, 5}}, {{14, 7, 5}, {14, 7, 6}}, {{14, 7, 5}, {15, 8, 5}}, {{14, 7, 5}, {13, 6, 4}, {15, 8, 6}}}) {
+      const auto label = [&](const Index3& v) -> std::uint16_t {
+        const bool is_first = v[0] < (v[1] < 7 ? 14 : 13);
+        return is_first == (speck.count(v) == 0) ? 1 : 2;
+      };
+      const Lattice lattice = make(block, label, slide, offset);
+      expect_checked(lattice);
+      expect_nested(lattice);
+      for (int l = 0; l < lattice.num_levels(); ++l) EXPECT_EQ(count_bodies(lattice, l), 2U) << "level " << l;
+    }
+}
+
 TEST(SplitCells, RaggedBodiesKeepTheirVolumeAndNest) {
   for (const Parting& parting : {gaps, slide, Parting{true, {{2, 1}}}}) {
     const Lattice lattice = make({21, 21, 21}, ragged, parting, {1, 0, 2});

@@ -102,17 +102,27 @@ std::vector<Corner> nodes_in_order(const Merge& merge, Partition& same) {
 
 /// Join the corners of parents of small parts with those at their indices, of a larger part if there is one.
 /// @param is_small  whether a cell is of a small part
-void tie_small_parts(const Merge& merge, const std::vector<bool>& is_small, std::span<const Corner> nodes,
-                     Partition& same) {
+/// @param part      of each cell, that to which it may be tied; empty: to any
+void tie_small_parts(const Merge& merge, const std::vector<bool>& is_small, std::span<const std::int32_t> part,
+                     std::span<const Corner> nodes, Partition& same) {
+  const auto part_of = [&](const Corner& corner) {
+    const Children& children = merge.children[corner.second / 8];
+    const auto child = std::find_if(children.begin(), children.end(), [](std::int32_t c) { return c >= 0; });
+    return part.empty() ? 0 : part[as_size(*child)];
+  };
   const auto is_tied = [&](const Corner& corner) {
     const Children& children = merge.children[corner.second / 8];
     return std::all_of(children.begin(), children.end(), [&](std::int32_t c) { return c < 0 || is_small[as_size(c)]; });
   };
   for (auto begin = nodes.begin(), end = begin; begin != nodes.end(); begin = end) {
     end = std::find_if(begin, nodes.end(), [&](const Corner& corner) { return corner.first != begin->first; });
-    const auto larger = std::find_if_not(begin, end, is_tied);
-    for (auto corner = begin; corner != end; ++corner)
-      if (is_tied(*corner)) same.join(corner->second, (larger == end ? begin : larger)->second);
+    for (auto corner = begin; corner != end; ++corner) {
+      if (!is_tied(*corner)) continue;
+      const auto is_its = [&](const Corner& other) { return part_of(other) == part_of(*corner); };
+      const auto larger =
+          std::find_if(begin, end, [&](const Corner& other) { return !is_tied(other) && is_its(other); });
+      same.join(corner->second, (larger == end ? std::find_if(begin, end, is_its) : larger)->second);
+    }
   }
 }
 
@@ -166,10 +176,10 @@ NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes>
 }
 
 NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes,
-                                  const std::vector<bool>& is_small) {
+                                  const std::vector<bool>& is_small, std::span<const std::int32_t> part) {
   Partition same = join_corners(merge, cell_nodes, num_nodes);
   const std::vector<Corner> nodes = nodes_in_order(merge, same);
-  tie_small_parts(merge, is_small, nodes, same);
+  tie_small_parts(merge, is_small, part, nodes, same);
   return number_sets(merge, nodes, same);
 }
 

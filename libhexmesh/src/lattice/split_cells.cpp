@@ -70,8 +70,7 @@ std::int32_t coarser_cell_of(const Lattice& lattice, int number, std::int32_t ce
   if (end - first <= 1) return first < end ? first : -1;
   const bool is_one_of_several = shares_index(level.cells, as_size(cell));
   Index3 high, v;
-  for (std::size_t d = 0; d < 3; ++d)
-    high[d] = std::min(low[d] + level.voxels_per_cell[d], lattice.voxels.extent()[d]);
+  for (std::size_t d = 0; d < 3; ++d) high[d] = std::min(low[d] + level.voxels_per_cell[d], lattice.voxels.extent()[d]);
   for (v[2] = low[2]; v[2] < high[2]; ++v[2])
     for (v[1] = low[1]; v[1] < high[1]; ++v[1])
       for (v[0] = low[0]; v[0] < high[0]; ++v[0]) {

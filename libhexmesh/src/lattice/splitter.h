@@ -25,6 +25,7 @@ public:
 private:
   NodeNumbering numbering_;
   std::vector<bool> is_small_;              ///< of each cell, whether its part of the body is no body of its own
+  std::vector<std::int32_t> part_;          ///< of each cell, the part that it moves with
   std::vector<std::int32_t> cell_of_;       ///< of each voxel with material
   std::vector<std::int64_t> voxel_offset_;  ///< likewise, in the lattice's box
 };

@@ -75,7 +75,8 @@ private:
     const Vec3 edges = voxels_in_block * lattice_.voxels.spacing();
     Index3 out;
     for (std::size_t d = 0; d < 3; ++d)
-      out[d] = std::max(0, static_cast<std::int32_t>(place[static_cast<Eigen::Index>(d)] / edges[static_cast<Eigen::Index>(d)]));
+      out[d] = std::max(
+          0, static_cast<std::int32_t>(place[static_cast<Eigen::Index>(d)] / edges[static_cast<Eigen::Index>(d)]));
     return out;
   }
 

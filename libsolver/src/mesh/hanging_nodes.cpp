@@ -38,15 +38,15 @@ public:
 
   /// In edges of the finest cells.
   Index3 place(std::size_t corner) const {
-    return hexmesh::first_in(hexmesh::corner_of(cells_[corner / 8], static_cast<int>(corner % 8)), size_of_cell(corner / 8));
+    return hexmesh::first_in(hexmesh::corner_of(cells_[corner / 8], static_cast<int>(corner % 8)),
+                             size_of_cell(corner / 8));
   }
 
   /// Where a place is in a cell, [0, 1]^3 inside.
   Vec3 local(const Index3& place, std::size_t cell) const {
     Vec3 out;
     for (std::size_t d = 0; d < 3; ++d)
-      out[static_cast<Eigen::Index>(d)] =
-          static_cast<double>(place[d]) / size_of_cell(cell)[d] - cells_[cell][d];
+      out[static_cast<Eigen::Index>(d)] = static_cast<double>(place[d]) / size_of_cell(cell)[d] - cells_[cell][d];
     return out;
   }
 
@@ -164,8 +164,7 @@ GradedNumbering number_graded_nodes(std::span<const Index3> cells, std::span<con
   for (const auto& [key, node] : nodes) {
     if (corners.hangs_on(node) < 0) continue;
     HangingNode& hanging = out.hanging.emplace_back();
-    for (const auto& [on, weight] : hangings.of(node))
-      hanging.emplace_back(number[hexmesh::as_size(on)], weight);
+    for (const auto& [on, weight] : hangings.of(node)) hanging.emplace_back(number[hexmesh::as_size(on)], weight);
     std::sort(hanging.begin(), hanging.end());
   }
   out.numbering.cell_nodes.resize(cells.size());

@@ -59,8 +59,8 @@ public:
 GradedNumbering number_graded_nodes(std::span<const hexmesh::Index3> cells, std::span<const CellsOfSize> sizes,
                                     const SplitNodes* split);
 
-/// The cells that cover a place, which counts edges of the finest cells, several where they are split: from the first on
-/// and behind the last.
+/// The cells that cover a place, which counts edges of the finest cells, several where they are split: from the first
+/// on and behind the last.
 std::pair<std::int32_t, std::int32_t> cells_at(const hexmesh::Index3& place, std::span<const hexmesh::Index3> cells,
                                                std::span<const CellsOfSize> sizes);
 /// The first of them; -1 if there is none.

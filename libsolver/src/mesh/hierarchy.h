@@ -32,7 +32,8 @@ struct Hierarchy {
   /// Of one level so far.
   explicit Hierarchy(Mesh finest) { meshes.push_back(std::move(finest)); }
 
-  /// Merge the last of the levels there are, whose cells are alike, and so on, until one has at most so many degrees of freedom.
+  /// Merge the last of the levels there are, whose cells are alike, and so on, until one has at most so many degrees of
+  /// freedom.
   void add_coarser(const Vec3& corner, std::size_t coarsest_dofs);
 
   void push_coarser(Mesh coarse, hexmesh::Merge merge);  ///< a level into which the last one merges

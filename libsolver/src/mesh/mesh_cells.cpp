@@ -153,8 +153,7 @@ std::int32_t MeshCells::number(const OfLevel& of, std::int32_t cell) {
 std::int32_t MeshCells::holder(int level, std::int32_t cell) const {
   for (const OfLevel& of : levels_) {
     if (of.level < level) continue;
-    const std::int32_t there =
-        of.level == level ? cell : hexmesh::coarser_cell_of(*lattice_, level, cell, of.level);
+    const std::int32_t there = of.level == level ? cell : hexmesh::coarser_cell_of(*lattice_, level, cell, of.level);
     if (const std::int32_t n = there < 0 ? -1 : number(of, there); n >= 0) return n;
   }
   return -1;

@@ -105,11 +105,12 @@ private:
             entries.emplace_back(first_row + row, first_column + column, block(row, column));
       });
     }
-    hexsolver::for_each_block(mesh, couplings, [&](std::int32_t first_row, std::int32_t first_column, const Mat3& block) {
-      for (int column = 0; column < 3; ++column)
-        for (int row = 0; row < 3; ++row)
-          entries.emplace_back(3 * Index{first_row} + row, 3 * Index{first_column} + column, block(row, column));
-    });
+    hexsolver::for_each_block(
+        mesh, couplings, [&](std::int32_t first_row, std::int32_t first_column, const Mat3& block) {
+          for (int column = 0; column < 3; ++column)
+            for (int row = 0; row < 3; ++row)
+              entries.emplace_back(3 * Index{first_row} + row, 3 * Index{first_column} + column, block(row, column));
+        });
     if (held)
       held->for_each_held_entry([&](Index row, Index column, double value) {
         entries.emplace_back(row, column, held_over_nodal * largest * value);

@@ -313,8 +313,7 @@ std::vector<SurfacePoint> Selector::embed(const std::vector<Vec3>& places) {
   // Graded cells hold whole cells of their finest level.
   const hexmesh::Level& finest = lattice().level(cells_.level());
   std::optional<const hexmesh::CellLocator> of_finest;
-  if (mesh_.is_graded())
-    of_finest.emplace(lattice().voxels, finest.voxels_per_cell, finest.cells, finest.split.owners);
+  if (mesh_.is_graded()) of_finest.emplace(lattice().voxels, finest.voxels_per_cell, finest.cells, finest.split.owners);
   std::vector<SurfacePoint> out;
   for (const Vec3& place : places) {
     Embedding e = (of_finest ? *of_finest : locator()).locate_position(place);

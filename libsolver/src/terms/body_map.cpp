@@ -264,8 +264,8 @@ void BodyMap::look_at(const NodeVector& u) {
 }
 
 std::size_t BodyMap::bytes() const {
-  return holds_.size() / 8 + hexmesh::bytes_of(cells_) + hexmesh::bytes_of(beyond_begin_) +
-         hexmesh::bytes_of(beyond_) + hexmesh::bytes_of(boxes_) + bins_.bytes();
+  return holds_.size() / 8 + hexmesh::bytes_of(cells_) + hexmesh::bytes_of(beyond_begin_) + hexmesh::bytes_of(beyond_) +
+         hexmesh::bytes_of(boxes_) + bins_.bytes();
 }
 
 }  // namespace hexsolver

@@ -32,7 +32,8 @@ std::vector<CellCoupling> sums_of_cells(const std::vector<Coupling>& couplings) 
     CellMatrix& sum = out[entry->second].matrix;
     for (int i = 0; i < 8; ++i)
       for (int j = 0; j < 8; ++j)
-        if (const double weight = c.of_a[i] * c.of_b[j]; weight != 0) sum.block<3, 3>(3 * i, 3 * j) -= weight * c.hessian;
+        if (const double weight = c.of_a[i] * c.of_b[j]; weight != 0)
+          sum.block<3, 3>(3 * i, 3 * j) -= weight * c.hessian;
   }
   return out;
 }

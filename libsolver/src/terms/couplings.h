@@ -39,8 +39,7 @@ void for_each_block(const Mesh& mesh, const std::vector<Coupling>& couplings, co
   for (const CellCoupling& c : sums_of_cells(couplings))
     for (std::size_t i = 0; i < 8; ++i)
       for (std::size_t j = 0; j < 8; ++j) {
-        const Mat3 block =
-            c.matrix.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j));
+        const Mat3 block = c.matrix.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j));
         mesh.for_each_free(hexmesh::as_size(c.a), i, [&](std::int32_t row, double of_row) {
           mesh.for_each_free(hexmesh::as_size(c.b), j, [&](std::int32_t column, double of_column) {
             f(row, column, Mat3(of_row * of_column * block));

@@ -162,8 +162,7 @@ NodeVector displaced_by(const MeshCells& cells, const Mesh& mesh,
   for (std::size_t c = 0; c < mesh.num_cells(); ++c)
     for (std::size_t a = 0; a < 8; ++a)
       mesh.for_each_free(c, a, [&](std::int32_t n, double) {
-        u.segment<3>(3 * Eigen::Index{n}) =
-            field(is_above(cells, c), mesh.position(static_cast<std::size_t>(n)));
+        u.segment<3>(3 * Eigen::Index{n}) = field(is_above(cells, c), mesh.position(static_cast<std::size_t>(n)));
       });
   return u;
 }

@@ -343,7 +343,8 @@ TEST(Graded, SegmentsThatSlideShareNothing) {
           const auto [level, number] = cells.place(c);
           const std::uint16_t segment = lattice.level(level).segment[static_cast<std::size_t>(number)];
           for (std::size_t a = 0; a < 8; ++a)
-            mesh.for_each_free(c, a, [&](std::int32_t n, double) { segments_of[static_cast<std::size_t>(n)].insert(segment); });
+            mesh.for_each_free(
+                c, a, [&](std::int32_t n, double) { segments_of[static_cast<std::size_t>(n)].insert(segment); });
         }
         for (const auto& of_node : segments_of) EXPECT_EQ(of_node.size(), 1U);
         if (!mesh.is_graded()) break;

@@ -49,8 +49,9 @@ inline constexpr int most_cells_tied = 8;
 NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes);
 
 /// The same with the cells named that are of parts to be tied.
+/// @param part  of each cell, so that it is tied to cells of its own alone; empty: to any
 NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes,
-                                  const std::vector<bool>& is_small);
+                                  const std::vector<bool>& is_small, std::span<const std::int32_t> part = {});
 
 /// The same, but nothing tied: what follows from the links of a part of all cells.
 NodeNumbering number_linked_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes,

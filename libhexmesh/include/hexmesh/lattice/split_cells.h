@@ -13,8 +13,8 @@ namespace hexmesh {
 /// What is kept apart where cells would hold it together.
 struct Parting {
   /// Across gaps: voxels hold together through the faces they share, not through edges and corners, and through other
-  /// voxels of their cell. Parts of at most `most_voxels_tied` voxels are no bodies of their own: they move with what
-  /// they touch.
+  /// voxels of their cell. Parts of at most `most_voxels_tied` voxels are no bodies of their own: each moves with one
+  /// part that it touches.
   bool gaps = false;
   /// Labels of segments that slide along each other: faces between them do not hold. Gaps part too where there are any.
   std::vector<std::pair<std::uint16_t, std::uint16_t>> sliding;
