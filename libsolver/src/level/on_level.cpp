@@ -25,10 +25,7 @@ OnLevel::OnLevel(const MeshCells& cells, const Mesh& mesh) : mesh_(mesh) {
       Place& place = places_[hexmesh::as_size(n)];
       if (place.cell >= 0) continue;
       const Index3 voxel = times(numbering_.nodes[hexmesh::as_size(n)], voxels);
-      Vec3 local;
-      for (std::size_t d = 0; d < 3; ++d)
-        local[static_cast<Eigen::Index>(d)] = static_cast<double>(voxel[d]) / size[d] - index[d];
-      place = {cell_of_[c], hexmesh::shape_functions(local)};
+      place = {cell_of_[c], hexmesh::shape_functions(local_in(voxel, index, size))};
     }
   }
   on_level_.resize(mesh.num_nodes());

@@ -65,11 +65,8 @@ void by_places(const Mesh& mesh, const SharedFace& f) {
 bool holds_node(const Mesh& mesh, std::size_t cell, std::size_t node) {
   std::map<std::int32_t, double> difference;
   mesh.for_each_free(node, [&](std::int32_t n, double weight) { difference[n] -= weight; });
-  const Index3& size = mesh.sizes()[mesh.size_of(cell)].size;
-  Vec3 local;
-  for (std::size_t d = 0; d < 3; ++d)
-    local[static_cast<Eigen::Index>(d)] = static_cast<double>(mesh.nodes()[node][d]) / size[d] - mesh.cells()[cell][d];
-  const NodeWeights weights = hexmesh::shape_functions(local);
+  const NodeWeights weights =
+      hexmesh::shape_functions(local_in(mesh.nodes()[node], mesh.cells()[cell], mesh.sizes()[mesh.size_of(cell)].size));
   for (std::size_t a = 0; a < 8; ++a) {
     const double of_corner = weights[static_cast<Eigen::Index>(a)];
     if (of_corner != 0)

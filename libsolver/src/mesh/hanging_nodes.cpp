@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <tuple>
+#include <unordered_map>
 
 #include "hexmesh/core/index.h"
 #include "hexmesh/core/partition.h"
@@ -20,9 +21,7 @@ class Corners {
 public:
   Corners(std::span<const Index3> cells, std::span<const CellsOfSize> sizes, const SplitNodes* split)
       : cells_(cells), sizes_(sizes), split_(split), same_(8 * cells.size()), hangs_on_(8 * cells.size(), -1) {
-    join_alike();
-    for (std::size_t c = 0; c < cells.size(); ++c)
-      for (int a = 0; a < 8; ++a) join_larger(c, a);
+    for (const std::size_t corner : join_alike()) join_larger(corner);
     std::vector<std::int32_t> of_node(hangs_on_.size(), -1);
     for (std::size_t n = 0; n < hangs_on_.size(); ++n) {
       std::int32_t& on = of_node[hexmesh::as_size(node(n))];
@@ -42,13 +41,7 @@ public:
                              size_of_cell(corner / 8));
   }
 
-  /// Where a place is in a cell, [0, 1]^3 inside.
-  Vec3 local(const Index3& place, std::size_t cell) const {
-    Vec3 out;
-    for (std::size_t d = 0; d < 3; ++d)
-      out[static_cast<Eigen::Index>(d)] = static_cast<double>(place[d]) / size_of_cell(cell)[d] - cells_[cell][d];
-    return out;
-  }
+  Vec3 local(const Index3& place, std::size_t cell) const { return local_in(place, cells_[cell], size_of_cell(cell)); }
 
 private:
   const Index3& size_of_cell(std::size_t cell) const { return sizes_[size_of(cell, sizes_)].size; }
@@ -56,22 +49,27 @@ private:
     return split_ ? split_->copy(corner / 8, static_cast<int>(corner % 8)) : 0;
   }
 
-  /// Those of cells of a size at one index.
-  void join_alike() {
+  /// Those of cells of a size at one index. @returns one of each
+  std::vector<std::size_t> join_alike() {
+    std::vector<std::size_t> first;
     std::vector<std::tuple<std::uint64_t, std::size_t, std::int32_t, std::int32_t>> order;
     for (std::size_t n = 0; n < size(); ++n)
       order.emplace_back(hexmesh::sort_key(place(n)), size_of(n / 8, sizes_), copy(n), static_cast<std::int32_t>(n));
     std::sort(order.begin(), order.end());
-    for (std::size_t n = 1; n < order.size(); ++n) {
+    for (std::size_t n = 0; n < order.size(); ++n) {
       const auto& [key, of_size, of_copy, corner] = order[n];
-      const auto& [last_key, last_size, last_copy, last] = order[n - 1];
-      if (std::tie(key, of_size, of_copy) == std::tie(last_key, last_size, last_copy)) same_.join(corner, last);
+      const auto& [last_key, last_size, last_copy, last] = order[n > 0 ? n - 1 : 0];
+      if (n > 0 && std::tie(key, of_size, of_copy) == std::tie(last_key, last_size, last_copy))
+        same_.join(corner, last);
+      else
+        first.push_back(hexmesh::as_size(corner));
     }
+    return first;
   }
 
   /// With larger cells that hold it.
-  void join_larger(std::size_t cell, int a) {
-    const std::size_t corner = 8 * cell + static_cast<std::size_t>(a), size = size_of(cell, sizes_);
+  void join_larger(std::size_t corner) {
+    const std::size_t size = size_of(corner / 8, sizes_);
     const Index3 at = place(corner);
     for (int around = 0; around < 8; ++around) {
       Index3 beside = at;
@@ -99,11 +97,11 @@ private:
 /// What each node hangs on, found once.
 class Hangings {
 public:
-  explicit Hangings(Corners& corners) : corners_(corners), known_(corners.size()) {}
+  explicit Hangings(Corners& corners) : corners_(corners) {}
 
   /// Of free nodes.
   const std::map<std::int32_t, double>& of(std::int32_t node) {
-    std::map<std::int32_t, double>& out = known_[hexmesh::as_size(node)];
+    std::map<std::int32_t, double>& out = known_[node];
     if (!out.empty()) return out;
     const std::int32_t cell = corners_.hangs_on(node);
     if (cell < 0) {
@@ -122,7 +120,7 @@ public:
 
 private:
   Corners& corners_;
-  std::vector<std::map<std::int32_t, double>> known_;
+  std::unordered_map<std::int32_t, std::map<std::int32_t, double>> known_;
 };
 
 }  // namespace
@@ -137,11 +135,6 @@ std::pair<std::int32_t, std::int32_t> cells_at(const Index3& place, std::span<co
     if (first < end) return {first + static_cast<std::int32_t>(begin), end + static_cast<std::int32_t>(begin)};
   }
   return {0, 0};
-}
-
-std::int32_t cell_at(const Index3& place, std::span<const Index3> cells, std::span<const CellsOfSize> sizes) {
-  const auto [first, end] = cells_at(place, cells, sizes);
-  return first < end ? first : -1;
 }
 
 GradedNumbering number_graded_nodes(std::span<const Index3> cells, std::span<const CellsOfSize> sizes,

@@ -63,8 +63,14 @@ GradedNumbering number_graded_nodes(std::span<const hexmesh::Index3> cells, std:
 /// on and behind the last.
 std::pair<std::int32_t, std::int32_t> cells_at(const hexmesh::Index3& place, std::span<const hexmesh::Index3> cells,
                                                std::span<const CellsOfSize> sizes);
-/// The first of them; -1 if there is none.
-std::int32_t cell_at(const hexmesh::Index3& place, std::span<const hexmesh::Index3> cells,
-                     std::span<const CellsOfSize> sizes);
+
+/// Where a place is in a cell, [0, 1]^3 inside.
+/// @param size  of the cell, in edges of what the place counts
+inline hexmesh::Vec3 local_in(const hexmesh::Index3& place, const hexmesh::Index3& cell, const hexmesh::Index3& size) {
+  hexmesh::Vec3 out;
+  for (std::size_t d = 0; d < 3; ++d)
+    out[static_cast<Eigen::Index>(d)] = static_cast<double>(place[d]) / size[d] - cell[d];
+  return out;
+}
 
 }  // namespace hexsolver

@@ -36,10 +36,8 @@ void Prolongation::fill(const Mesh& fine, const Mesh& coarse, const std::vector<
   for (std::size_t n = 0; n < fine.num_nodes(); ++n) {
     const auto parent = static_cast<std::size_t>(parent_of_node[n]);
     const Index3 &size = coarse.sizes()[coarse.size_of(parent)].size, &cell = indices[parent];
-    Vec3 place;
-    for (std::size_t d = 0; d < 3; ++d)
-      place[d] = static_cast<double>(fine.nodes()[n][d]) / (ratio[d] * size[d]) - cell[d];
-    const NodeWeights weights = hexmesh::shape_functions(place);
+    const NodeWeights weights =
+        hexmesh::shape_functions(local_in(fine.nodes()[n], cell, hexmesh::first_in(size, ratio)));
     const auto row = static_cast<std::ptrdiff_t>(forward_.columns.size());
     for (int a = 0; a < 8; ++a) {
       if (weights[a] == 0) continue;

@@ -21,7 +21,7 @@ std::vector<ConstraintPoint> face_patch(const MeshCells& cells, double below,
   for (const auto& face : hexmesh::exposed_faces(lattice)) {
     const Vec3 index = hexmesh::face_index(face), p = lattice.voxels.position(index);
     if (p[0] >= below) continue;
-    const std::int32_t cell = cell_at(hexmesh::coarser_index(face.voxel, cells.unit()), mesh.cells(), mesh.sizes());
+    const std::int32_t cell = cells.cell_of_voxel(face.voxel);
     const auto c = static_cast<std::size_t>(cell);
     Vec3 local;
     for (Eigen::Index d = 0; d < 3; ++d)
