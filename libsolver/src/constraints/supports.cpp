@@ -73,7 +73,7 @@ std::vector<std::string> describe(const BodyPart& part, const MatrixXd& motions)
 
 std::vector<std::int32_t> parts_of(const Mesh& mesh, std::size_t& num_parts) {
   hexmesh::Partition partition(mesh.num_cells());
-  for_each_shared_face(mesh, [&](std::int32_t cell, int, std::int32_t other) { partition.join(cell, other); });
+  for_each_shared_face(mesh, [&](const SharedFace& face) { partition.join(face.cell, face.other); });
   std::vector<std::int32_t> part(mesh.num_cells(), -1);
   num_parts = 0;
   for (std::size_t c = 0; c < part.size(); ++c) {

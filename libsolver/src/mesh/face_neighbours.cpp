@@ -14,32 +14,32 @@ constexpr std::array<std::array<std::size_t, 4>, 6> corners_of_sides = {
 
 constexpr double rounding = 1e-12;  // of weights
 
-using SharedFace = std::function<void(std::int32_t, int, std::int32_t)>;
+using Told = std::function<void(const SharedFace&)>;
 
-/// Two cells share a face where they share its four nodes: faces are sorted by their lowest and highest node.
-void by_nodes(const Mesh& mesh, const SharedFace& f) {
+/// Two cells share a face where they share its four nodes, which are in the same order on opposite sides.
+void by_nodes(const Mesh& mesh, const Told& f) {
   struct Face {
-    std::int32_t low, high, cell;
+    std::array<std::int32_t, 4> nodes;
+    std::int32_t cell;
     int side;
   };
   std::vector<Face> faces;
   faces.reserve(6 * mesh.num_cells());
   for (std::size_t c = 0; c < mesh.num_cells(); ++c)
     for (int side = 0; side < 6; ++side) {
-      const auto& corners = corners_of_sides[static_cast<std::size_t>(side)];
-      const CellNodes& n = mesh.cell_nodes()[c];
-      faces.push_back({n[corners[0]], n[corners[3]], static_cast<std::int32_t>(c), side});
+      Face& face = faces.emplace_back(Face{{}, static_cast<std::int32_t>(c), side});
+      for (std::size_t n = 0; n < 4; ++n)
+        face.nodes[n] = mesh.cell_nodes()[c][corners_of_sides[static_cast<std::size_t>(side)][n]];
     }
-  std::sort(faces.begin(), faces.end(), [](const Face& a, const Face& b) {
-    return std::tie(a.low, a.high, a.cell) < std::tie(b.low, b.high, b.cell);
-  });
+  std::sort(faces.begin(), faces.end(),
+            [](const Face& a, const Face& b) { return std::tie(a.nodes, a.cell) < std::tie(b.nodes, b.cell); });
   for (std::size_t n = 1; n < faces.size(); ++n)
-    if (faces[n].low == faces[n - 1].low && faces[n].high == faces[n - 1].high)
-      f(faces[n].cell, faces[n].side, faces[n - 1].cell);
+    for (std::size_t before = n; before-- > 0 && faces[before].nodes == faces[n].nodes;)
+      f({faces[n].cell, faces[n].side, faces[before].cell, faces[before].side});
 }
 
 /// Cells of several sizes.
-void by_places(const Mesh& mesh, const SharedFace& f) {
+void by_places(const Mesh& mesh, const Told& f) {
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
     const Index3& size = mesh.sizes()[mesh.size_of(c)].size;
     for (int side = 0; side < 6; ++side) {
@@ -54,7 +54,7 @@ void by_places(const Mesh& mesh, const SharedFace& f) {
         const auto is_held = [&](std::size_t corner) { return holds_node(mesh, o, mesh.node(c, corner)); };
         const auto& corners = corners_of_sides[static_cast<std::size_t>(side)];
         if (is_its_turn && (!mesh.is_graded_and_split() || std::all_of(corners.begin(), corners.end(), is_held)))
-          f(static_cast<std::int32_t>(c), side, other);
+          f({static_cast<std::int32_t>(c), side, other, side ^ 1});
       }
     }
   }
@@ -76,7 +76,7 @@ bool holds_node(const Mesh& mesh, std::size_t cell, std::size_t node) {
                      [](const auto& of_node) { return std::abs(of_node.second) < rounding; });
 }
 
-void for_each_shared_face(const Mesh& mesh, const SharedFace& f) {
+void for_each_shared_face(const Mesh& mesh, const Told& f) {
   mesh.is_graded() ? by_places(mesh, f) : by_nodes(mesh, f);
 }
 

@@ -47,10 +47,11 @@ BodyMap::BodyMap(const MeshCells& cells, const Mesh& mesh, const std::vector<boo
     if (holds_[c]) cells_.push_back(static_cast<std::int32_t>(c));
 
   std::vector<std::pair<std::int32_t, std::int32_t>> beyond;  // 6 cell + side, other
-  for_each_shared_face(mesh, [&](std::int32_t cell, int side, std::int32_t other) {
-    if (!holds_[hexmesh::as_size(cell)] || !holds_[hexmesh::as_size(other)]) return;
-    beyond.emplace_back(6 * cell + side, other);
-    beyond.emplace_back(6 * other + (side ^ 1), cell);
+  for_each_shared_face(mesh, [&](const SharedFace& face) {
+    const bool are_of_segment = holds_[hexmesh::as_size(face.cell)] && holds_[hexmesh::as_size(face.other)];
+    if (!are_of_segment || face.its_side != (face.side ^ 1)) return;
+    beyond.emplace_back(6 * face.cell + face.side, face.other);
+    beyond.emplace_back(6 * face.other + face.its_side, face.cell);
   });
   std::sort(beyond.begin(), beyond.end());
   for (const auto& [at, other] : beyond) {
