@@ -7,7 +7,7 @@
 namespace hexmesh {
 namespace {
 
-constexpr int voxels_beyond_rim = 6;  // farther than averages see, below the face too
+constexpr int voxels_beyond_rim = 6;  // farther than averages over next neighbours see, below the face too
 
 /// f(first, stride) for each line of a box along an axis.
 template <class F>
@@ -44,6 +44,24 @@ std::vector<float> squared_distances(const std::vector<char>& is_in_set, const I
   return out;
 }
 
+/// Means over 2 reach + 1 neighbours along an axis, of which those beyond the ends are as the ends are.
+void average(std::vector<float>& values, const Index3& extent, std::size_t axis, int reach) {
+  const auto count = static_cast<std::ptrdiff_t>(extent[axis]);
+  std::vector<float> line(as_size(count));
+  for_each_line(extent, axis, [&](std::size_t first, std::size_t stride) {
+    const auto at = [&](std::ptrdiff_t n) -> double {
+      return line[as_size(std::clamp<std::ptrdiff_t>(n, 0, count - 1))];
+    };
+    for (std::ptrdiff_t n = 0; n < count; ++n) line[as_size(n)] = values[first + as_size(n) * stride];
+    double sum = 0;
+    for (std::ptrdiff_t n = -reach - 1; n < reach; ++n) sum += at(n);
+    for (std::ptrdiff_t n = 0; n < count; ++n) {
+      sum += at(n + reach) - at(n - reach - 1);
+      values[first + as_size(n) * stride] = static_cast<float>(sum / (2 * reach + 1));
+    }
+  });
+}
+
 /// Weights of the quadratic B-splines of three neighbours at `f` from the middle one, their slopes and curvatures.
 struct Splines {
   std::array<double, 3> value, slope;
@@ -58,6 +76,7 @@ struct Splines {
 SegmentDistance::SegmentDistance(const Grid& voxels, std::span<const std::uint16_t> labels, std::uint16_t label,
                                  std::uint16_t beside)
     : voxels_(voxels), to_index_(voxels.spacing().cwiseInverse().asDiagonal() * voxels.direction().transpose()) {
+  most_ = static_cast<float>(most_voxels * voxels.spacing().maxCoeff());
   Index3 low = voxels.extent(), high = {-1, -1, -1};
   for (std::size_t n = 0; n < labels.size(); ++n) {
     if (labels[n] != label) continue;
@@ -68,20 +87,18 @@ SegmentDistance::SegmentDistance(const Grid& voxels, std::span<const std::uint16
     }
   }
   for (std::size_t d = 0; d < 3; ++d) {
-    const auto margin = static_cast<std::int32_t>(std::ceil((voxels_beyond_rim + 1) * voxels.spacing().maxCoeff() /
-                                                            voxels.spacing()[static_cast<Eigen::Index>(d)]));
+    const auto margin = static_cast<std::int32_t>(std::ceil(most_ / voxels.spacing()[static_cast<Eigen::Index>(d)]));
     first_[d] = low[d] - margin;
     extent_[d] = std::max(high[d] - low[d] + 1 + 2 * margin, 0);
   }
-  most_ = static_cast<float>(most_voxels * voxels.spacing().maxCoeff());
   const std::vector<char> is_inside = voxels_of(labels, label);
   std::vector<char> is_extended = is_inside;
   const bool touches = extend(is_extended, voxels_of(labels, beside));
   values_ = measured(is_extended);
   if (touches) alone_ = measured(is_inside);
   for (const float value : touches ? alone_ : values_) thickness_ = std::max<double>(thickness_, -value);
-  smooth(values_);
-  if (touches) smooth(alone_);
+  values_ = smoothed(values_);
+  if (touches) alone_ = smoothed(alone_);
 }
 
 std::vector<char> SegmentDistance::voxels_of(std::span<const std::uint16_t> labels, std::uint16_t label) const {
@@ -124,7 +141,57 @@ std::vector<float> SegmentDistance::measured(const std::vector<char>& is_inside)
   return out;
 }
 
-void SegmentDistance::smooth(std::vector<float>& values) const {
+std::vector<float> SegmentDistance::smoothed(const std::vector<float>& values) const {
+  constexpr double most_off = 0.7, step_from = 0.01, near = 3;  // [voxels]
+  const std::vector<float> wide = widely_smoothed(values);
+  std::vector<float> out = values;
+  smooth_narrowly(out);
+  const Vec3& spacing = voxels_.spacing();
+  const double voxel = spacing.maxCoeff();
+  const std::array<std::size_t, 3> stride = strides_in(extent_);
+  const auto is_near = [&](std::size_t n) { return std::abs(values[n]) <= near * voxel; };  // never at the border
+  std::vector<char> is_feature(values.size()), is_step(values.size());
+  for (std::size_t n = 0; n < values.size(); ++n) {
+    if (!is_near(n)) continue;
+    Vec3 slope;
+    for (std::size_t d = 0; d < 3; ++d) {
+      const auto axis = static_cast<Eigen::Index>(d);
+      slope[axis] = (wide[n + stride[d]] - wide[n - stride[d]]) / spacing[axis];
+    }
+    const double height = slope.cwiseAbs2().dot(spacing) / slope.squaredNorm();  // of steps along the normal
+    is_feature[n] = !(std::abs(wide[n] - values[n]) <= most_off * height);
+  }
+  const std::vector<float> to_feature = squared_distances(is_feature, extent_, spacing, most_);
+  /// 0 where a squared distance is little, 1 where it is much.
+  const auto far = [&](float squared) {
+    constexpr double little = 8, much = most_voxels;
+    const double part = std::clamp((std::sqrt(squared) / voxel - little) / (much - little), 0.0, 1.0);
+    return part * part * (3 - 2 * part);
+  };
+  for (std::size_t n = 0; n < values.size(); ++n)
+    is_step[n] = is_near(n) && far(to_feature[n]) > 0 && std::abs(out[n] - values[n]) > step_from * voxel;
+  const std::vector<float> to_step = squared_distances(is_step, extent_, spacing, most_);
+  for (std::size_t n = 0; n < out.size(); ++n)
+    out[n] += static_cast<float>(far(to_feature[n]) * (1 - far(to_step[n])) * (wide[n] - out[n]));
+  return out;
+}
+
+/// f + S (f - S f) of the mean S: a mean alone would shrink what is round.
+std::vector<float> SegmentDistance::widely_smoothed(const std::vector<float>& values) const {
+  constexpr int times = 3, reach = 3;
+  const auto mean_of = [&](std::vector<float> of) {
+    for (int time = 0; time < times; ++time)
+      for (std::size_t axis = 0; axis < 3; ++axis) average(of, extent_, axis, reach);
+    return of;
+  };
+  std::vector<float> out = mean_of(values), rest = values;
+  for (std::size_t n = 0; n < rest.size(); ++n) rest[n] -= out[n];
+  rest = mean_of(std::move(rest));
+  for (std::size_t n = 0; n < out.size(); ++n) out[n] += rest[n];
+  return out;
+}
+
+void SegmentDistance::smooth_narrowly(std::vector<float>& values) const {
   constexpr int times = 2;
   for (int time = 0; time < times; ++time)
     for (std::size_t axis = 0; axis < 3; ++axis)

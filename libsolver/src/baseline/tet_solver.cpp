@@ -148,7 +148,7 @@ public:
   TetEquations& equations() { return equations_; }
   bool attach(const NodeVector& /*u*/, const PullMode& /*mode*/) const { return false; }
   void keep(const NodeVector& /*u*/) const {}
-  RoundLimits round_limits() const { return {}; }
+  RoundLimits round_limits(Aim /*aim*/) const { return {}; }
   std::optional<std::string> gone_through(const NodeVector& /*u*/) const { return {}; }
   // Of levels with something attached:
   NodeVector make_zero() const { return equations_.make_field(); }

@@ -75,8 +75,8 @@ StrainChoice choose_strain(int number, int levels_coarser, const Scene& scene, c
   const auto level = build(Elasticity::cauchy);
   const LoadedState<Vector> straight = solve_in_load_steps(*level, options, std::optional<Vector>(), progress);
   options.max_iterations = most_steps;
-  const LoadedState<Vector> turned = solve_in_load_steps(*build(Elasticity::corotational), options,
-                                                         std::optional<Vector>(copy_of(straight.u)), progress, true);
+  const LoadedState<Vector> turned = solve_in_load_steps(
+      *build(Elasticity::corotational), options, std::optional<Vector>(copy_of(straight.u)), progress, Aim::look);
 
   const double allowed = scene.accuracy.value_or(default_part * level->mean_deformation(straight.u));
   StrainChoice out;

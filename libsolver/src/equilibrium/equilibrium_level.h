@@ -48,7 +48,7 @@ concept EquilibriumLevel = requires(Level level, const Level& other, typename Le
   {
     level.attach(u, PullMode{})
     } -> std::same_as<bool>;  ///< find what each match pulls to, and frictions; whether there is any
-  { other.round_limits() } -> std::same_as<RoundLimits>;
+  { other.round_limits(Aim::look) } -> std::same_as<RoundLimits>;
   { other.gone_through(u) } -> std::same_as<std::optional<std::string>>;  ///< an obstacle through the surface
   level.keep(u);                                                          ///< a load step ends there
   { other.largest_load_step() } -> std::same_as<double>;

@@ -82,13 +82,13 @@ struct LoadedState {
 };
 
 /// Newton's method under the loads of a level, cut back and raised in steps where it fails.
-/// @param level  has make_start(), largest_load_step(), set_progress(), minimize(), keep(), limit_reached()
+/// @param level    has make_start(), largest_load_step(), set_progress(), minimize(), keep(), limit_reached()
 /// @param start    of the whole load; nothing: from rest
-/// @param at_once  from the start or not at all
+/// @param aim      look: from the start or not at all
 template <class Level, class Vector = typename Level::Vector>
 LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std::optional<Vector> start,
-                                        const LoadProgress& progress, bool at_once = false) {
-  LoadSteps steps(level.largest_load_step(), start.has_value(), at_once);
+                                        const LoadProgress& progress, Aim aim = Aim::result) {
+  LoadSteps steps(level.largest_load_step(), start.has_value(), aim == Aim::look);
   options.moves_from_rounding = true;
   const bool estimates = options.estimate_error;
   std::optional<Vector> good, failed;  // the state reached, nothing at rest; one that was not
@@ -105,7 +105,8 @@ LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std
     };
     // A start is where another solution let go of what is far.
     const LetsGo lets_go = from_start ? LetsGo::at_once : target == 1 ? LetsGo::at_rest : LetsGo::never;
-    NewtonOutcomeOf<Vector> outcome = minimize_in_rounds(level, options, trial, tell, at_once, lets_go);
+    NewtonOutcomeOf<Vector> outcome =
+        minimize_in_rounds(level, options, trial, tell, target < 1 ? Aim::lead : aim, lets_go);
     if (const std::optional<std::string> through = outcome.converged ? level.gone_through(trial) : std::nullopt) {
       outcome.converged = false;
       outcome.reason = *through;

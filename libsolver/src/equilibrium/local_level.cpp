@@ -87,9 +87,14 @@ ElasticCells::Size LocalLevel::size_in_material(const NodeVector& field, bool wi
 }
 
 /// Forces of obstacles follow from the solution, which is to be sharp; what they carry comes to rest slowly.
-RoundLimits LocalLevel::round_limits() const {
-  if (!problem_.matches().empty()) return {};
-  return problem_.is_carried() ? RoundLimits{1e-7, 1e-4, 200} : RoundLimits{1e-3, 1e-4, 40};
+RoundLimits LocalLevel::round_limits(Aim aim) const {
+  if (!problem_.matches().empty()) return limits_of_matches(aim);
+  constexpr double first_tolerance = 1e-4;
+  if (aim == Aim::look) return {1e-2, first_tolerance, 10};
+  // What friction did in a load step stays.
+  const bool is_all = aim == Aim::result || has_friction(problem_.scene());
+  return problem_.is_carried() && is_all ? RoundLimits{1e-6, first_tolerance, 200}
+                                         : RoundLimits{1e-3, first_tolerance, 40};
 }
 
 std::string LocalLevel::limit_reached(const NodeVector& u, bool nearly) const {

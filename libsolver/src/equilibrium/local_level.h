@@ -31,7 +31,7 @@ public:
   bool attach(const NodeVector& u, const PullMode& mode) { return problem_.attach(u, mode); }
   bool settle(const NodeVector& u) { return problem_.settle_contacts(u); }
   void unsettle() { problem_.unsettle_contacts(); }
-  RoundLimits round_limits() const;
+  RoundLimits round_limits(Aim aim) const;
   std::optional<std::string> gone_through(const NodeVector& u) const;
   std::optional<std::string> through_obstacle(const NodeVector& u) const;
   void keep(const NodeVector& u) { problem_.keep_contacts(u); }

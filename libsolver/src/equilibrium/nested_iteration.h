@@ -64,8 +64,7 @@ private:
   bool has_time_for(int next) const;
   bool replaces(const Solved<Level>& next, const Solved<Level>& best);
   bool carries_less(Solved<Level>& last);
-  /// Why a level is solved: to be the result or to lead there, or to be looked at for the error of the one before.
-  enum class Aim { result, look };
+  /// @param aim  look: for the error of the level before
   void solve_level(Solved<Level>& next, const Solved<Level>& coarser, Aim aim = Aim::result);
   void sharpen(Solved<Level>& next, NewtonOptions options);
   void carry_on(const Solved<Level>& coarser, Solved<Level>& next);
@@ -74,8 +73,7 @@ private:
   void look_beyond(const Solved<Level>& best);
   void add_look(double seconds);
   void find_strain();
-  LoadedState<Vector> solve(Level& level, const NewtonOptions& options, std::optional<Vector> start,
-                            Aim aim = Aim::result) const;
+  LoadedState<Vector> solve(Level& level, const NewtonOptions& options, std::optional<Vector> start, Aim aim) const;
   std::optional<double> algebraic_error(const Solved<Level>& solved) const;
   void add_report(Solved<Level>& now, double seconds);
   void explain_rotation(const std::string& why, std::optional<bool> active);
@@ -190,7 +188,7 @@ LoadedState<typename Level::Vector> NestedIteration<Level>::solve(Level& level, 
       [&](double load, int iteration, double residual, int linear) {
         if (progress_) progress_(level.level(), load, iteration, residual, linear);
       },
-      aim == Aim::look);
+      aim);
 }
 
 template <EquilibriumLevel Level>
@@ -224,6 +222,7 @@ void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level
   if (scene_.finds_tolerance && !scene_.asks_accuracy() && start) options.part_of_way = deserved_part / levels_.unseen;
   if (aim == Aim::look)  // as many as the solution took, or what easy ones take
     options.most_linear_iterations_in_all = std::max(500, coarser.state.newton.linear_iterations);
+  if (aim == Aim::result && is_only_a_start && !scene_.asks_accuracy()) aim = Aim::lead;
   next.state = solve(*next.level, options, std::move(start), aim);
   if (scene_.accuracy) sharpen(next, options);
 }
@@ -236,7 +235,7 @@ void NestedIteration<Level>::sharpen(Solved<Level>& next, NewtonOptions options)
     const std::optional<double> error = algebraic_error(next);
     if (error && *error <= algebraic_part * *scene_.accuracy) break;
     options.tolerance = std::max(scene_.tolerance, 0.1 * options.tolerance);
-    LoadedState<Vector> sharper = solve(*next.level, options, copy_of(next.state.u));
+    LoadedState<Vector> sharper = solve(*next.level, options, copy_of(next.state.u), Aim::result);
     if (!sharper.newton.converged) break;
     add_work(sharper.newton, next.state.newton);
     next.state = std::move(sharper);

@@ -17,12 +17,21 @@ enum class LetsGo {
   never
 };
 
+/// What a solution is wanted for.
+enum class Aim {
+  result,
+  lead,  ///< to the next load step or the next finer level
+  look   ///< for its difference from another
+};
+
 /// When rounds end.
 struct RoundLimits {
   double still = 1e-3;            ///< what they may still move, beside how far the body has come
   double first_tolerance = 3e-2;  ///< of the first of them
   int most = 40;
 };
+
+inline RoundLimits limits_of_matches(Aim aim) { return aim == Aim::look ? RoundLimits{1e-2, 3e-2, 10} : RoundLimits(); }
 
 /// What rounds learn from how far they move the body.
 class Rounds {
@@ -50,7 +59,15 @@ public:
       at_rest_ = std::exchange(mode_.lets_go, true) || lets_go_ == LetsGo::never;
     if (moved > falls * before_) {  // to and fro between two states, or slowly along
       mode_.caution = back ? std::min(1.0, 2 * mode_.caution) : std::max(least_caution, mode_.caution / 2);
-      if (back) mode_.learns = std::max(least_learnt, mode_.learns / 2);
+      if (back) {
+        mode_.learns = std::max(least_learnt, mode_.learns / 2);
+        patience_ = std::min(2 * patience_, most_patience);
+      }
+    }
+    calm_ = back ? 0 : calm_ + 1;
+    if (calm_ == patience_) {
+      mode_.learns = std::min(1.0, 2 * mode_.learns);
+      calm_ = 0;
     }
     before_ = moved;
     tolerance_ = std::clamp(part * moved, sharp, tolerance_);
@@ -58,9 +75,11 @@ public:
 
 private:
   static constexpr double least_caution = 1.0 / 64;
+  static constexpr int most_patience = 80;
   double still_, tolerance_, before_ = std::numeric_limits<double>::infinity();
   LetsGo lets_go_;
   PullMode mode_;
+  int calm_ = 0, patience_ = 5;  ///< rounds that went on, and so many after which more is learnt again
   bool at_rest_ = false;
 };
 
@@ -83,14 +102,12 @@ void settle(Level& level, const NewtonOptions& options, Vector& u, const NewtonP
 
 /// Newton's method, and where the scene has matches again and again, each time from what the state before is nearest
 /// to, until that moves it no more: roughly at first, the last time to the tolerance.
-/// @param is_look  the state is wanted for a difference only
 template <class Level, class Vector = typename Level::Vector>
 NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& options, Vector& u,
-                                           const NewtonProgress& progress, bool is_look, LetsGo lets_go) {
+                                           const NewtonProgress& progress, Aim aim, LetsGo lets_go) {
   constexpr int most_halvings = 6;
   constexpr double nothing = 1e-7;  // beside the size of the body
-  const RoundLimits limits =
-      is_look ? RoundLimits{1e-2, level.round_limits().first_tolerance, 10} : level.round_limits();
+  const RoundLimits limits = level.round_limits(aim);
   if (!level.attach(u, {0, lets_go == LetsGo::at_once})) return level.minimize(options, u, progress);
   NewtonOptions sharply = options;
   sharply.part_of_way = 0;  // a round moves by little

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "terms/couplings.h"
 
+#include <map>
+
 namespace hexsolver {
 
 template <class Vector>
@@ -20,6 +22,21 @@ void add_product(const Mesh& mesh, const std::vector<Coupling>& couplings, const
 }
 template void add_product(const Mesh&, const std::vector<Coupling>&, const NodeVector&, NodeVector&);
 template void add_product(const Mesh&, const std::vector<Coupling>&, const FloatNodeVector&, FloatNodeVector&);
+
+std::vector<CellCoupling> sums_of_cells(const std::vector<Coupling>& couplings) {
+  std::vector<CellCoupling> out;
+  std::map<std::pair<std::int32_t, std::int32_t>, std::size_t> number;
+  for (const Coupling& c : couplings) {
+    const auto [entry, is_new] = number.try_emplace({c.a, c.b}, out.size());
+    if (is_new) out.push_back({c.a, c.b, CellMatrix::Zero()});
+    CellMatrix& sum = out[entry->second].matrix;
+    for (int i = 0; i < 8; ++i)
+      for (int j = 0; j < 8; ++j)
+        if (const double weight = c.of_a[i] * c.of_b[j]; weight != 0)
+          sum.block<3, 3>(3 * i, 3 * j) -= weight * c.hessian;
+  }
+  return out;
+}
 
 std::vector<Coupling> passed_to_parents(const std::vector<Coupling>& couplings, const hexmesh::Merge& merge,
                                         std::size_t num_cells) {

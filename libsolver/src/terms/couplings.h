@@ -25,18 +25,25 @@ void add_product(const Mesh& mesh, const std::vector<Coupling>& couplings, const
 std::vector<Coupling> passed_to_parents(const std::vector<Coupling>& couplings, const hexmesh::Merge& merge,
                                         std::size_t num_cells);
 
+/// What two cells have in common: the sum of -H_a^T A H_b of all points.
+struct CellCoupling {
+  std::int32_t a, b;
+  CellMatrix matrix;
+};
+/// Points are many, pairs of cells few on coarse levels.
+std::vector<CellCoupling> sums_of_cells(const std::vector<Coupling>& couplings);
+
 /// f(free node, free node, block) for all that is not 0.
 template <class F>
 void for_each_block(const Mesh& mesh, const std::vector<Coupling>& couplings, const F& f) {
-  for (const Coupling& c : couplings)
-    for (int i = 0; i < 8; ++i)
-      for (int j = 0; j < 8; ++j) {
-        const Mat3 block = -c.of_a[i] * c.of_b[j] * c.hessian;
-        mesh.for_each_free(hexmesh::as_size(c.a), hexmesh::as_size(i), [&](std::int32_t row, double of_row) {
-          mesh.for_each_free(hexmesh::as_size(c.b), hexmesh::as_size(j), [&](std::int32_t column, double of_column) {
-            const Mat3 of_free = of_row * of_column * block;
-            f(row, column, of_free);
-            f(column, row, of_free);
+  for (const CellCoupling& c : sums_of_cells(couplings))
+    for (std::size_t i = 0; i < 8; ++i)
+      for (std::size_t j = 0; j < 8; ++j) {
+        const Mat3 block = c.matrix.block<3, 3>(3 * static_cast<Eigen::Index>(i), 3 * static_cast<Eigen::Index>(j));
+        mesh.for_each_free(hexmesh::as_size(c.a), i, [&](std::int32_t row, double of_row) {
+          mesh.for_each_free(hexmesh::as_size(c.b), j, [&](std::int32_t column, double of_column) {
+            f(row, column, Mat3(of_row * of_column * block));
+            f(column, row, Mat3(of_row * of_column * block.transpose()));
           });
         });
       }

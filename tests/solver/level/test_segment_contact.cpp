@@ -105,6 +105,30 @@ TEST(SegmentDistance, SlopesAndCurvaturesAreItsDerivatives) {
   EXPECT_LT(farthest, 2);  // a voxel from the ball that was cut into voxels
 }
 
+/// Where the voxels of a ball make terraces a dozen voxels wide, steps included.
+TEST(SegmentDistance, OfABallIsRound) {
+  constexpr double radius = 20.3;  // voxels
+  const Vec3 center(22.1, 22.4, 21.7);
+  const Lattice lattice = make({45, 45, 45}, {1, 1, 1}, [&](const Index3& v) {
+    return (Vec3(v[0], v[1], v[2]) - center).norm() < radius ? 1 : 0;
+  });
+  const hexmesh::SegmentDistance distance(lattice.voxels, lattice.labels, 1, 2);
+  std::mt19937 dice(3);
+  std::normal_distribution<double> any;
+  constexpr int count = 2000;
+  double sum = 0, squares = 0, turned = 0;
+  for (int n = 0; n < count; ++n) {
+    const Vec3 way = Vec3(any(dice), any(dice), any(dice)).normalized();
+    const hexmesh::Gap gap = distance.gap(center + radius * way);
+    sum += gap.depth;
+    squares += gap.depth * gap.depth;
+    turned += (gap.normal.normalized() - way).squaredNorm();
+  }
+  EXPECT_LT(std::abs(sum / count), 0.01);       // means over next neighbours alone: 0.05
+  EXPECT_LT(std::sqrt(squares / count), 0.05);  // 0.08
+  EXPECT_LT(std::sqrt(turned / count), 0.02);   // 0.05
+}
+
 /// A floor that is larger than what stands on it goes on flat beside that, and under it.
 TEST(SegmentDistance, OfAFloorIsTheHeightAboveIt) {
   const Lattice lattice = make({24, 24, 22}, {1, 1, 1}, [](const Index3& v) {
