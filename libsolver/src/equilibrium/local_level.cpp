@@ -88,9 +88,8 @@ ElasticCells::Size LocalLevel::size_in_material(const NodeVector& field, bool wi
 
 /// Forces of obstacles follow from the solution, which is to be sharp; what they carry comes to rest slowly.
 RoundLimits LocalLevel::round_limits(Aim aim) const {
-  if (!problem_.matches().empty()) return limits_of_matches(aim);
+  if (!problem_.matches().empty()) return {};
   constexpr double first_tolerance = 1e-4;
-  if (aim == Aim::look) return {1e-2, first_tolerance, 10};
   // What friction did in a load step stays.
   const bool is_all = aim == Aim::result || has_friction(problem_.scene());
   return problem_.is_carried() && is_all ? RoundLimits{1e-6, first_tolerance, 200}

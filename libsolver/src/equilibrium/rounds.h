@@ -31,8 +31,6 @@ struct RoundLimits {
   int most = 40;
 };
 
-inline RoundLimits limits_of_matches(Aim aim) { return aim == Aim::look ? RoundLimits{1e-2, 3e-2, 10} : RoundLimits(); }
-
 /// What rounds learn from how far they move the body.
 class Rounds {
 public:
@@ -107,7 +105,8 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
                                            const NewtonProgress& progress, Aim aim, LetsGo lets_go) {
   constexpr int most_halvings = 6;
   constexpr double nothing = 1e-7;  // beside the size of the body
-  const RoundLimits limits = level.round_limits(aim);
+  RoundLimits limits = level.round_limits(aim);
+  if (aim == Aim::look) limits = {1e-2, limits.first_tolerance, 10};
   if (!level.attach(u, {0, lets_go == LetsGo::at_once})) return level.minimize(options, u, progress);
   NewtonOptions sharply = options;
   sharply.part_of_way = 0;  // a round moves by little

@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <map>
 #include <numbers>
 #include <optional>
 #include <set>
 
 #include "constraints/supports.h"
 #include "level/on_level.h"
+#include "mesh/face_neighbours.h"
 #include "mesh/hierarchy.h"
 #include "support/bodies.h"
 
@@ -360,6 +362,39 @@ TEST(Graded, PartsAreThoseOfTheFinestCells) {
     for (std::size_t c = 0; c < mesh.num_cells(); ++c)
       EXPECT_EQ(part[c] == part[0], (in_units(mesh, c, 0)[0] < 9) == (in_units(mesh, 0, 0)[0] < 9));
   }
+}
+
+/// Sides are opposite where cells stand side by side, the same where pieces are at one index.
+TEST(SharedFaces, AreThoseOfTheSameFourNodes) {
+  using Pair = std::array<std::int32_t, 4>;  // cell, side, other, its side; the larger cell first
+  std::size_t at_one_index = 0;
+  for (std::int32_t shift = 0; shift < 4; ++shift)
+    for (int level = 1; level <= 3; ++level) {
+      const Lattice lattice = split_body({shift, 1, 0});
+      const Mesh mesh = MeshCells(lattice, level).make_mesh();
+      std::map<std::set<std::int32_t>, std::vector<std::pair<std::int32_t, int>>> faces;
+      for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+        for (int side = 0; side < 6; ++side) {
+          std::set<std::int32_t> nodes;
+          for (int a = 0; a < 8; ++a)
+            if (hexmesh::corner_bit(a, side / 2) == side % 2) nodes.insert(mesh.cell_nodes()[c][hexmesh::as_size(a)]);
+          faces[nodes].emplace_back(static_cast<std::int32_t>(c), side);
+        }
+      std::set<Pair> expected, found;
+      for (const auto& [nodes, of] : faces)
+        for (std::size_t n = 0; n < of.size(); ++n)
+          for (std::size_t m = 0; m < n; ++m) expected.insert({of[n].first, of[n].second, of[m].first, of[m].second});
+      for_each_shared_face(mesh, [&](const SharedFace& face) {
+        const bool is_new = found.insert({face.cell, face.side, face.other, face.its_side}).second;
+        EXPECT_TRUE(is_new);
+        const bool is_one_index =
+            mesh.cells()[hexmesh::as_size(face.cell)] == mesh.cells()[hexmesh::as_size(face.other)];
+        EXPECT_EQ(face.its_side, is_one_index ? face.side : face.side ^ 1);
+        at_one_index += is_one_index;
+      });
+      EXPECT_EQ(found, expected);
+    }
+  EXPECT_GT(at_one_index, 0U);
 }
 
 }  // namespace test_graded
