@@ -187,7 +187,7 @@ void add_scene(json& report, const hexsolver::Scene& scene) {
   for (std::size_t n = 0; n < scene.contacts.size() && n < rows.size(); ++n) {
     const hexsolver::Contact& c = scene.contacts[n];
     if (c.self)
-      rows[n]["self"] = true;
+      rows[n]["self"] = c.self->empty() ? json(true) : json(*c.self);
     else if (c.between)
       rows[n]["between"] = {c.between->first, c.between->second};
     else if (c.file.empty())

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "match/matching.h"
@@ -43,17 +44,20 @@ public:
   const PullMode& mode() const { return mode_; }   ///< of the next attachment
   double tolerance() const { return tolerance_; }  ///< of the next round
   bool at_rest() const { return at_rest_; }
+  bool in_vain() const { return failed_ >= most_failed; }   ///< so many one after the other found no solution
   double moving() const { return at_rest_ ? 0 : before_; }  ///< by the last one, beside how far the body has come
 
-  /// @param moved  by the last round, beside how far the body has come from where it began
-  /// @param back   against the round before
-  void add(double moved, bool back) {
+  /// @param moved   by the last round, beside how far the body has come from where it began
+  /// @param back    against the round before
+  /// @param solved  whether it found a solution: else that nothing moves says nothing
+  void add(double moved, bool back, bool solved) {
+    failed_ = solved ? 0 : failed_ + 1;
     constexpr double part = 0.1, falls = 0.7, least_learnt = 1.0 / 4;
     const double nothing = std::min(1e-6, still_), sharp = std::min({1e-3, still_, tolerance_});
     // Rounds that each move q times as much as the one before have moved q / (1 - q) before them.
     const bool is_first = before_ == std::numeric_limits<double>::infinity();
     const bool rests = !is_first && moved * moved <= still_ * std::max(0.0, before_ - moved);
-    if (tolerance_ <= sharp && (rests || moved <= nothing))
+    if (solved && tolerance_ <= sharp && (rests || moved <= nothing))
       at_rest_ = std::exchange(mode_.lets_go, true) || lets_go_ == LetsGo::never;
     if (moved > falls * before_) {  // to and fro between two states, or slowly along
       mode_.caution = back ? std::min(1.0, 2 * mode_.caution) : std::max(least_caution, mode_.caution / 2);
@@ -73,29 +77,45 @@ public:
 
 private:
   static constexpr double least_caution = 1.0 / 64;
-  static constexpr int most_patience = 80;
+  static constexpr int most_patience = 80, most_failed = 20;
   double still_, tolerance_, before_ = std::numeric_limits<double>::infinity();
   LetsGo lets_go_;
   PullMode mode_;
+  int failed_ = 0;               ///< the last rounds, without a solution
   int calm_ = 0, patience_ = 5;  ///< rounds that went on, and so many after which more is learnt again
   bool at_rest_ = false;
 };
 
-/// From a solution but for jumps of forces, which places that are held have not, to the tolerance; where that fails it
-/// stays.
+/// To the tolerance where rounds end: with places held as they are then, where forces have jumps without; where that
+/// fails, or they are not at rest, free first.
 template <class Level, class Vector>
-void settle(Level& level, const NewtonOptions& options, Vector& u, const NewtonProgress& progress,
-            NewtonOutcomeOf<Vector>& outcome) {
-  Vector loose = copy_of(u);
-  NewtonOutcomeOf<Vector> settled = level.minimize(options, u, progress);
-  if (settled.converged) {
-    add_work(settled, outcome);
-    outcome = std::move(settled);
-  } else {
-    add_work(outcome, settled);
-    u = std::move(loose);
-    level.unsettle();
+NewtonOutcomeOf<Vector> end_rounds(Level& level, const NewtonOptions& options, Vector& u,
+                                   const NewtonProgress& progress, bool at_rest) {
+  NewtonReport in_vain;
+  const auto with_places_held = [&]() -> std::optional<NewtonOutcomeOf<Vector>> {
+    if constexpr (requires { level.settle(u); }) {
+      if (!level.settle(u)) return {};
+      Vector free = copy_of(u);
+      NewtonOutcomeOf<Vector> outcome = level.minimize(options, u, progress);
+      if (outcome.converged) return outcome;
+      add_work(in_vain, outcome);
+      u = std::move(free);
+      level.unsettle();
+    }
+    return {};
+  };
+  std::optional<NewtonOutcomeOf<Vector>> end;
+  if (at_rest) end = with_places_held();
+  if (!end) {
+    end = level.minimize(options, u, progress);
+    if (end->converged)
+      if (auto held = with_places_held()) {
+        add_work(in_vain, *end);
+        end = std::move(held);
+      }
   }
+  add_work(*end, in_vain);
+  return std::move(*end);
 }
 
 /// Newton's method, and where the scene has matches again and again, each time from what the state before is nearest
@@ -115,7 +135,13 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
   NewtonReport before;
   Rounds rounds(limits, lets_go);
   int halvings = 0;
-  for (int round = 0; round < limits.most && !rounds.at_rest(); ++round) {
+  const auto moved_since = [&] {  // the last round, beside how far the body has come
+    set_sum(move, u, -1, last);
+    set_sum(displacement, u, -1, begin);
+    return level.size_in_material(move, true).mean /
+           (level.size_in_material(displacement, true).mean + nothing * level.diameter());
+  };
+  for (int round = 0; round < limits.most && !rounds.at_rest() && !rounds.in_vain(); ++round) {
     NewtonOptions roughly = sharply;
     roughly.tolerance = std::max(rounds.tolerance(), options.tolerance);
     roughly.estimate_error = false;
@@ -128,19 +154,16 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
     }
     level.attach(u, rounds.mode());
     swap_fields(move, move_before);
-    set_sum(move, u, -1, last);
-    set_sum(displacement, u, -1, begin);
-    const double moved = level.size_in_material(move, true).mean;
-    const double size = level.size_in_material(displacement, true).mean;
+    const double moved = moved_since();
     const bool back = dot(move, move_before) < 0;
     set_to(last, u);
-    rounds.add(moved / (size + nothing * level.diameter()), back);
+    rounds.add(moved, back, outcome.converged);
   }
-  NewtonOutcomeOf<Vector> outcome = level.minimize(sharply, u, progress);
-  if constexpr (requires { level.settle(u); })
-    if (outcome.converged && level.settle(u)) settle(level, sharply, u, progress, outcome);
+  NewtonOutcomeOf<Vector> outcome = end_rounds(level, sharply, u, progress, rounds.at_rest());
   add_work(outcome, before);
-  outcome.moving = rounds.moving();
+  // The last solution is one that rounds would leave where it is away from theirs.
+  const double moved = moved_since(), away = std::max(1e-3, 10 * limits.still);
+  outcome.moving = moved > away ? std::max(moved, rounds.moving()) : rounds.moving();
   return outcome;
 }
 

@@ -19,8 +19,9 @@ using hexmesh::Lattice;
 
 const hexmesh::LatticeSegment& solid_segment(const Contact& contact, const Lattice& lattice, const std::string& name) {
   if (const hexmesh::LatticeSegment* segment = find_solid_segment(lattice, name)) return *segment;
-  throw Error(ErrorKind::input, fmt::format("contact '{}' ({}) is between '{}', expected two of: {}", contact.name,
-                                            contact.where, name, names_of_solid_segments(lattice)));
+  throw Error(ErrorKind::input, fmt::format("contact '{}' ({}) is {} '{}', expected {} of: {}", contact.name,
+                                            contact.where, contact.self ? "of" : "between", name,
+                                            contact.self ? "one" : "two", names_of_solid_segments(lattice)));
 }
 
 using Labels = std::vector<bool>;  ///< of each label, whether it is meant
@@ -59,23 +60,49 @@ Pair pair_of_segments(const Contact& contact, const Lattice& lattice) {
   return pair;
 }
 
-Pair body_with_itself(const Contact& contact, const Lattice& lattice) {
-  if (!lattice.parting.sliding.empty())
-    throw Error(ErrorKind::input,
-                fmt::format("contact '{}' ({}) is of the body with itself, whose segments slide along each other, "
-                            "expected a lattice without --slide",
-                            contact.name, contact.where));
-  Pair pair{Labels(65536), {}, std::numeric_limits<double>::infinity(), {}};
-  for (const hexmesh::LatticeSegment& s : lattice.segments) {
-    if (!s.material) continue;
-    pair.first[s.segment.label] = true;
-    pair.young = std::min(pair.young, s.material->young);
+/// Those that touch it, and what touches these, but for what slides along one of them.
+Labels held_together_with(const Lattice& lattice, std::uint16_t label) {
+  Labels out = labels_of({label});
+  std::vector<std::uint16_t> ahead{label};
+  while (!ahead.empty()) {
+    const std::uint16_t one = ahead.back();
+    ahead.pop_back();
+    Labels solid(65536);
+    for (const hexmesh::LatticeSegment& s : lattice.segments) solid[s.segment.label] = s.material.has_value();
+    const auto slides = [&](std::uint16_t other) {
+      return std::any_of(lattice.segments.begin(), lattice.segments.end(), [&](const hexmesh::LatticeSegment& s) {
+        return out[s.segment.label] && lattice.parting.slide(other, s.segment.label);
+      });
+    };
+    for (const hexmesh::ExposedFace& face : faces_between(lattice, labels_of({one}), solid))
+      if (!out[face.neighbour] && !slides(face.neighbour)) {
+        out[face.neighbour] = true;
+        ahead.push_back(face.neighbour);
+      }
   }
-  pair.second = pair.first;
-  Labels towards = pair.first;
+  return out;
+}
+
+/// Beside the faces there is what the body does not hold.
+Pair body_with_itself(const Contact& contact, const Lattice& lattice) {
+  const bool is_whole = contact.self->empty();
+  if (is_whole && !lattice.parting.sliding.empty())
+    throw Error(
+        ErrorKind::input,
+        fmt::format("contact '{}' ({}) is of the whole body with itself, whose segments slide along each other, "
+                    "expected self = \"NAME\" with one of: {}",
+                    contact.name, contact.where, names_of_solid_segments(lattice)));
+  Labels body(65536);
+  if (is_whole)
+    for (const hexmesh::LatticeSegment& s : lattice.segments) body[s.segment.label] = s.material.has_value();
+  else
+    body = held_together_with(lattice, solid_segment(contact, lattice, *contact.self).segment.label);
+  double young = std::numeric_limits<double>::infinity();
+  for (const hexmesh::LatticeSegment& s : lattice.segments)
+    if (body[s.segment.label]) young = std::min(young, s.material->young);
+  Labels towards = body;
   towards.flip();
-  pair.faces = faces_between(lattice, pair.first, towards);
-  return pair;
+  return {body, body, young, faces_between(lattice, body, towards)};
 }
 
 constexpr std::uint16_t second = 1, first_alone = 2;  // roles of labels
@@ -119,8 +146,14 @@ std::unique_ptr<PenaltyContact> make_segment_contact(const Contact& contact, con
                             "told by means over neighbours, expected finer voxels",
                             contact.name, contact.where, voxel));
   const double at_once = std::min(distance.thickness() / 4, 2 * voxel);
-  auto segment = std::make_unique<OtherSegment>(OtherSegment{
-      std::move(distance), BodyMap(cells, mesh, pair.second), pair.young, {}, {}, at_once, contact.self, {}});
+  auto segment = std::make_unique<OtherSegment>(OtherSegment{std::move(distance),
+                                                             BodyMap(cells, mesh, pair.second),
+                                                             pair.young,
+                                                             {},
+                                                             {},
+                                                             at_once,
+                                                             contact.self.has_value(),
+                                                             {}});
   if (!contact.self) {
     Labels others = pair.second;
     others.flip();

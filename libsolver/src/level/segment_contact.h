@@ -8,10 +8,10 @@
 namespace hexsolver {
 
 /// The contact of two segments: the surface of the first, as it is at rest where they touch and wherever else nothing
-/// is beside it, against the rest shape of the second. Or of the body with itself.
+/// is beside it, against the rest shape of the second. Or of the body, or a part of it that slides, with itself.
 /// @param cells  of a lattice with labels
-/// @throws Error{input} unless both have a material and the cells keep them apart; of the body with itself, where
-///                      segments of it slide
+/// @throws Error{input} unless both have a material and the cells keep them apart; of the whole body with itself,
+///                      where segments of it slide
 std::unique_ptr<PenaltyContact> make_segment_contact(const Contact& contact, const MeshCells& cells, const Mesh& mesh,
                                                      Selector& selector, bool is_hard);
 

@@ -82,6 +82,16 @@ void read_obstacle(TomlReader& table, const std::filesystem::path& folder, Conta
                     shapes));
 }
 
+/// true: of the whole body.
+std::optional<std::string> read_self(TomlReader& table) {
+  const char* expected = "true or the name of a segment, or no such [[contact]]";
+  if (table.is_text("self")) return table.text("self", expected);
+  const auto self = table.flag("self");
+  if (!self) return std::nullopt;
+  if (!*self) table.fail_at("self", fmt::format("contact.self = false, expected {}", expected));
+  return "";
+}
+
 void read_law(TomlReader& table, Contact& c) {
   constexpr double most_friction = 10;
   c.stiffness =
@@ -105,9 +115,8 @@ Contact read_contact(TomlReader table, const std::filesystem::path& folder, cons
     table.finish();
     return c;
   }
-  if (const auto self = table.flag("self")) {
-    if (!*self) table.fail_at("self", "contact.self = false, expected true, or no such [[contact]]");
-    c.self = true;
+  c.self = read_self(table);
+  if (c.self) {
     read_law(table, c);
     table.finish();
     return c;

@@ -12,6 +12,8 @@
 namespace hexsolver {
 namespace {
 
+using hexmesh::Lattice;
+
 using Corners = Eigen::Matrix<double, 3, 8>;
 
 Corners corners_of(const Mesh& mesh, std::int32_t cell, const NodeVector& u) {
@@ -32,8 +34,8 @@ constexpr double on_face = 1e-9;  // so far outside a place still is in its cell
 }  // namespace
 
 BodyMap::BodyMap(const MeshCells& cells, const Mesh& mesh, const std::vector<bool>& of)
-    : mesh_(mesh), corner_(cells.lattice().corner()), holds_(mesh.num_cells()) {
-  const hexmesh::Lattice& lattice = cells.lattice();
+    : cells_of_(cells), mesh_(mesh), of_(of), corner_(cells.lattice().corner()), holds_(mesh.num_cells()) {
+  const Lattice& lattice = cells.lattice();
   const hexmesh::Level& finest = lattice.level(cells.level());
   const hexmesh::CellLocator locator(lattice.voxels, finest.voxels_per_cell, finest.cells, finest.split.owners);
   std::vector<bool> holds(finest.cells.size());
@@ -45,6 +47,12 @@ BodyMap::BodyMap(const MeshCells& cells, const Mesh& mesh, const std::vector<boo
     if (holds[c]) holds_[hexmesh::as_size(cells.holder(cells.level(), static_cast<std::int32_t>(c)))] = true;
   for (std::size_t c = 0; c < holds_.size(); ++c)
     if (holds_[c]) cells_.push_back(static_cast<std::int32_t>(c));
+  shares_index_.resize(holds_.size());
+  for (std::size_t n = 1; n < cells_.size(); ++n) {
+    const auto one = hexmesh::as_size(cells_[n - 1]), other = hexmesh::as_size(cells_[n]);
+    if (mesh.cells()[one] == mesh.cells()[other] && mesh.size_of(one) == mesh.size_of(other))
+      shares_index_[one] = shares_index_[other] = true;
+  }
 
   std::vector<std::pair<std::int32_t, std::int32_t>> beyond;  // 6 cell + side, other
   for_each_shared_face(mesh, [&](const SharedFace& face) {
@@ -103,7 +111,7 @@ BodyMap::End BodyMap::invert(const Vec3& x, const NodeVector& u, std::int32_t ce
     const double outside = outside_cell(local);
     if (outside > far) {  // on the way to another cell: the map means little so far out
       local = local.cwiseMax(-far).cwiseMin(1 + far);
-      return End::left;
+      return End::far;
     }
     if (by.lpNorm<Eigen::Infinity>() < exact) return outside > 0 ? End::left : End::found;
   }
@@ -154,33 +162,50 @@ BodyMap::Place BodyMap::walk(const Vec3& x, const NodeVector& u, const hexmesh::
   return {};
 }
 
+BodyMap::Place BodyMap::place_in(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near) const {
+  Vec3 local = near.local;
+  const End end = invert(x, u, near.cell, local);
+  return end == End::found || end == End::left ? place(u, near.cell, local) : Place{};
+}
+
 bool BodyMap::touch(std::int32_t one, std::int32_t other) const {
   const CellNodes &a = mesh_.cell_nodes()[hexmesh::as_size(one)], &b = mesh_.cell_nodes()[hexmesh::as_size(other)];
   return std::any_of(a.begin(), a.end(), [&](std::int32_t n) { return std::find(b.begin(), b.end(), n) != b.end(); });
 }
 
+/// Cells that hold voxels of the segment around a place at rest. f returns whether to go on. @returns whether it did
+template <class F>
+bool BodyMap::for_holders_near(const Vec3& rest, const F& f) const {
+  const Lattice& lattice = cells_of_.lattice();
+  const Vec3 at = lattice.voxels.continuous_index(rest);
+  for (int corner = 0; corner < 8; ++corner) {
+    Index3 voxel;
+    for (int d = 0; d < 3; ++d)
+      voxel[hexmesh::as_size(d)] = static_cast<std::int32_t>(std::floor(at[d])) + hexmesh::corner_bit(corner, d);
+    if (!lattice.voxels.contains(voxel) || !of_[lattice.labels[lattice.voxels.offset(voxel)]]) continue;
+    if (const std::int32_t holder = cells_of_.cell_of_voxel(voxel); holder >= 0 && !f(holder)) return false;
+  }
+  return true;
+}
+
 bool BodyMap::is_of_segment(const Place& place) const {
   if (place.cell < 0) return false;
-  // Else a force ends where it still presses.
-  if ((beyond_cell(place.local) <= size_of(place.cell).voxel.array()).all()) return true;
-  const auto cell = hexmesh::as_size(place.cell);
-  const Index3& size = mesh_.sizes()[mesh_.size_of(cell)].size;
-  Index3 at = hexmesh::first_in(mesh_.cells()[cell], size);
-  for (std::size_t d = 0; d < 3; ++d)
-    at[d] += static_cast<std::int32_t>(std::floor(place.local[Eigen::Index(d)] * size[d]));
-  const auto [first, end] = cells_at(at, mesh_.cells(), mesh_.sizes());
+  const bool is_inside = outside_cell(place.local) <= 0;
+  if (is_inside && !shares_index_[hexmesh::as_size(place.cell)]) return true;
+  // Within a voxel: else a force ends where it still presses.
+  if (!is_inside && (beyond_cell(place.local) <= size_of(place.cell).voxel.array()).all()) return true;
   bool is_any_there = false;
-  for (std::int32_t other = first; other < end; ++other) {
-    if (!holds_[hexmesh::as_size(other)]) continue;
-    if (touch(place.cell, other)) return true;
+  return !for_holders_near(place.rest, [&](std::int32_t holder) {
     is_any_there = true;
-  }
-  return !is_any_there;
+    return holder != place.cell && !(is_inside && touch(place.cell, holder));
+  }) || !is_any_there;
 }
 
 bool BodyMap::is_elsewhere(const Place& place, const Own& own) const {
   if (touch(place.cell, own.cell)) return false;
-  return outside_cell(place.local) <= on_face || (place.rest - own.rest).norm() > size_of(place.cell).edge;
+  if (outside_cell(place.local) <= on_face && !shares_index_[hexmesh::as_size(place.cell)]) return true;
+  return (place.rest - own.rest).norm() > size_of(place.cell).edge &&
+         for_holders_near(place.rest, [&](std::int32_t holder) { return !touch(holder, own.cell); });
 }
 
 /// Cells that touch lead to the same place, whichever of them a walk begins in: one of them is tried, the nearest.
@@ -190,7 +215,8 @@ BodyMap::Place BodyMap::find(const Vec3& x, const NodeVector& u, const hexmesh::
   double deepest = std::numeric_limits<double>::infinity();
   const auto try_from = [&](const hexmesh::Embedding& from) {
     const Place found = walk(x, u, from);
-    if (!is_of_segment(found) || (own && !is_elsewhere(found, *own))) return found.cell;
+    if (!is_of_segment(found)) return -1;
+    if (own && !is_elsewhere(found, *own)) return found.cell;
     const double d = depth(found);
     if (best.cell < 0 || (d < std::min(deepest, 0.0) && outside_cell(found.local) <= on_face)) {
       best = found;
@@ -210,7 +236,6 @@ BodyMap::Place BodyMap::find(const Vec3& x, const NodeVector& u, const hexmesh::
     if (std::any_of(tried.begin(), tried.end(), leads_there) || (own && touch(cell, own->cell))) continue;
     Vec3 local = Vec3::Constant(0.5);
     if (invert(x, u, cell, local) == End::failed) continue;
-    tried.push_back(cell);
     tried.push_back(try_from({cell, local}));
   }
   return best;

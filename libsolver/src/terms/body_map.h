@@ -16,7 +16,7 @@ namespace hexsolver {
 /// cell. Continued a little beyond the outermost cells.
 class BodyMap {
 public:
-  /// @param cells  of a lattice with labels
+  /// @param cells  of a lattice with labels, which must outlive this
   /// @param mesh   of these; must outlive this
   /// @param of     whether a label is of the segment, shape (65536)
   BodyMap(const MeshCells& cells, const Mesh& mesh, const std::vector<bool>& of);
@@ -46,6 +46,9 @@ public:
   Place find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near, const Own* own,
              const Depth& depth) const;
 
+  /// By the map of one cell, which goes on beyond it; cell < 0: not so far.
+  Place place_in(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near) const;
+
   /// How a place bends with the cell: see PenaltyContact.
   struct Bending {
     NodeGradients gradients;  ///< of the shape functions, by the place in space [1/mm]
@@ -68,7 +71,12 @@ private:
     double beyond_most = 0;     ///< how far the map of an outermost cell goes on, in its edges
     double edge = 0;            ///< of a cell, the longest [mm]
   };
-  enum class End { found, left, failed };  ///< of a cell's inverse map; left: it ends outside
+  enum class End {
+    found,
+    left,
+    far,
+    failed
+  };  ///< of a cell's inverse map; left: it ends outside; far: or goes on there
   End invert(const Vec3& x, const NodeVector& u, std::int32_t cell, Vec3& local) const;
   Place walk(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& from) const;
   Place place(const NodeVector& u, std::int32_t cell, const Vec3& local) const;
@@ -76,14 +84,20 @@ private:
   Vec3 local_in(std::int32_t other, std::int32_t cell, const Vec3& local) const;  ///< of a place in a cell
   const OfSize& size_of(std::int32_t cell) const { return sizes_[mesh_.size_of(hexmesh::as_size(cell))]; }
   bool touch(std::int32_t one, std::int32_t other) const;  ///< whether two cells share a node
-  /// Whether a place is one of the segment: in its cell, or beyond it where no cell is at rest that does not touch it.
+  /// Whether a place is one of its cell's: where it has the cell to itself, or voxels of the segment near it are of
+  /// that or of one that touches it, or there are none.
   bool is_of_segment(const Place& place) const;
+  template <class F>
+  bool for_holders_near(const Vec3& rest, const F& f) const;
   bool is_elsewhere(const Place& place, const Own& own) const;
 
+  const MeshCells cells_of_;
   const Mesh& mesh_;
+  const std::vector<bool> of_;
   Vec3 corner_;
   std::vector<bool> holds_;                 ///< of each cell of the mesh, whether it holds voxels of the segment
   std::vector<std::int32_t> cells_;         ///< those that do
+  std::vector<bool> shares_index_;          ///< of each cell, whether another one of these stands at its index
   std::vector<std::int32_t> beyond_begin_;  ///< by 6 cell + side, rows of
   std::vector<std::int32_t> beyond_;        ///< those behind the faces of cells
   std::vector<Eigen::AlignedBox3d> boxes_;  ///< of cells_, as look_at() found them

@@ -38,9 +38,10 @@ PenaltyContact::PenaltyContact(const Contact& contact, const MeshCells& cells, c
                        contact.stiffness > 0 ? contact.stiffness : stiffness_found(cells, p, other_.get())});
     if (!other_) continue;
     points_.back().outside = other_->outside[n];
-    if (!other_->touching[n]) continue;
-    points_.back().begin = other_->distance.gap(points_.back().rest).depth;
-    points_.back().is_bonded = contact.adhesion;
+    if (other_->is_self) continue;
+    const double depth = other_->distance.gap(points_.back().rest).depth;
+    points_.back().begin = other_->touching[n] ? depth : std::min(0.0, depth + other_->outside[n]);
+    points_.back().is_bonded = other_->touching[n] && contact.adhesion;
   }
   active_.reserve(points_.size());
   if (is_hard) kept_held_off_.resize(points_.size());
@@ -169,7 +170,7 @@ void PenaltyContact::linearize(const NodeVector& u, double projection) {
       is_active = true;
     }
     if (!is_active || !at.is_there) continue;
-    if (const double part = 1 - std::min(projection, Hessian::projected); other_ && !holds() && part > 0) {
+    if (const double part = 1 - std::min(projection, Hessian::projected); other_ && !goes_straight() && part > 0) {
       const Vec3 slope = -part * (at.to_frame.transpose() * force_at(n, all[n]));
       if (!slope.isZero(0)) {
         const BodyMap::Bending bending = other_->map.bending(at.cell, at.local, u, slope);

@@ -98,7 +98,8 @@ public:
   /// with X0, x0 and F^-1 of that place: in a step of a motion forces then have no jump where F has one. Another term
   /// than of segments is as before.
   void hold_pairs();
-  /// The same from u on, until the next attach() or set_progress(). @returns whether forces have a jump there
+  /// From u on, until the next attach() or set_progress(), a point's place is by the map of the cell where it is at u,
+  /// which goes on beyond that, so that forces have no jump. @returns whether they have one there
   bool settle(const NodeVector& u);
   void unsettle();  ///< not any more
   /// The forces of hard points (but for the first time in a step), what friction may come to, mu N, and which places
@@ -163,9 +164,9 @@ private:
     std::int32_t cell;
     NodeWeights weights;
     Vec3 rest;
-    Vec3 area;                     ///< outward, at rest
-    double stiffness;              ///< [N/mm]
-    double begin = 0;              ///< its depth at rest where it touches another segment, which counts as none [mm]
+    Vec3 area;         ///< outward, at rest
+    double stiffness;  ///< [N/mm]
+    double begin = 0;  ///< its depth at rest in another segment that it touches or is inside, which counts as none [mm]
     double outside = 0;            ///< of its own smooth surface, where it touches none [mm]
     bool is_bonded = false;        ///< it never leaves that segment
     hexmesh::Embedding near = {};  ///< where in that segment it was last
@@ -219,6 +220,7 @@ private:
   /// @returns the part looked at, less than 1 where the way is too long
   template <class F>
   double look_ahead(const NodeVector& from, const NodeVector& to, const F& f) const;
+  Located located_at(const Point& p, const BodyMap::Place& there) const;
   Located locate_held(const Point& p, const Located& pair, const NodeVector& u) const;
   /// Of all points wherever they are at u, or at the places held; until the next state is asked for.
   const std::vector<Located>& find_all(const NodeVector& u) const;
@@ -234,6 +236,7 @@ private:
   double energy_of(std::size_t p, double pressing) const;  ///< across the surface [N mm]
   Drawn drawn(std::size_t p, const At& at) const;
   bool holds() const { return (holds_pairs_ && !seen_.all.empty()) || !settled_.empty(); }  ///< places
+  bool goes_straight() const { return settled_.empty() && holds(); }                        ///< F^-1 is held
   const std::vector<Located>& pairs() const { return settled_.empty() ? seen_.all : settled_; }
   void hold_friction(std::size_t p, const Located& found, const Located* held);
   class Way;  ///< of a point through the other segment

@@ -27,6 +27,10 @@ PenaltyContact::Located PenaltyContact::locate(const Point& p, const NodeVector&
                        [&](const BodyMap::Place& at) { return other_->distance.gap(at.rest).depth; });
   if (there.cell < 0)
     return {{{}, Mat3::Zero(), false}, {std::numeric_limits<double>::infinity(), Vec3::Zero(), Mat3::Zero()}};
+  return located_at(p, there);
+}
+
+PenaltyContact::Located PenaltyContact::located_at(const Point& p, const BodyMap::Place& there) const {
   Located out{{there.rest, there.to_rest, true, there.cell, there.weights, there.local},
               other_->distance.gap(there.rest)};
   out.gap.depth += p.outside - p.begin;
@@ -35,6 +39,9 @@ PenaltyContact::Located PenaltyContact::locate(const Point& p, const NodeVector&
 
 PenaltyContact::Located PenaltyContact::locate_held(const Point& p, const Located& pair, const NodeVector& u) const {
   if (!pair.at.is_there) return pair;
+  if (!goes_straight())
+    if (const BodyMap::Place there = other_->map.place_in(now(p, u), u, {pair.at.cell, pair.at.local}); there.cell >= 0)
+      return located_at(p, there);
   Located out = pair;
   const Vec3 other = pair.at.place + mesh_.interpolate(pair.at.cell, pair.at.weights, u);
   out.at.place += pair.at.to_frame * (now(p, u) - other);

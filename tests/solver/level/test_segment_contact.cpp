@@ -24,15 +24,7 @@ constexpr double young = 10, poisson = 0.3;  // [kPa]
 
 Lattice make(const Index3& extent, const Vec3& spacing, const std::function<int(const Index3&)>& label,
              bool slides = true, const Index3& offset = {0, 0, 0}) {
-  const hexmesh::LabelVolume volume = make_volume(extent, spacing, label);
-  std::vector<hexmesh::LatticeSegment> segments;
-  for (const char* name : {"below", "above"}) {
-    const auto number = static_cast<std::uint16_t>(segments.size() + 1);
-    segments.push_back({{number, name}, hexmesh::material_from_units(young, poisson, 1000), 0, ""});
-  }
-  hexmesh::LatticeOptions options{3, offset, {}};
-  if (slides) options.parting.sliding = {{1, 2}};
-  return build_lattice(volume, segments, options);
+  return segments_of({"below", "above"}, extent, spacing, label, slides, offset);
 }
 
 /// One block on another.

@@ -278,7 +278,9 @@ TEST(Scene, AContactIsAPlaneOrASphere) {
   EXPECT_EQ(scene.contacts[0].stiffness, 0.5);
   EXPECT_EQ(scene.contacts[1].name, "probe");
   EXPECT_EQ(std::get<Ball>(scene.contacts[1].obstacle).radius, 7);
-  EXPECT_TRUE(scene_of("[[contact]]\nself = true\nfriction = 0.1\n").contacts[0].self);
+  EXPECT_EQ(scene_of("[[contact]]\nself = true\nfriction = 0.1\n").contacts[0].self, "");
+  EXPECT_EQ(scene_of("[[contact]]\nself = \"wall\"\n").contacts[0].self, "wall");
+  EXPECT_FALSE(scene_of("[[contact]]\nbetween = [\"a\", \"b\"]\n").contacts[0].self);
   EXPECT_NE(error_of("[[contact]]\nself = false\n").find("expected true"), std::string::npos);
   EXPECT_NE(error_of("[[contact]]\nself = true\nadhesion = true\n").find("adhesion"), std::string::npos);
   EXPECT_EQ(error_of("[[contact]]\nstiffness_n_mm = 1\n"),

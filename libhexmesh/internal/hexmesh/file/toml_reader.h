@@ -45,6 +45,7 @@ public:
       : table_(table), file_(std::move(file)), name_(std::move(name)), unplaced_(std::move(unplaced)) {}
 
   bool is_table(const std::string& key) const { return table_.get(key) && table_.get(key)->is_table(); }
+  bool is_text(const std::string& key) const { return table_.get(key) && table_.get(key)->is_string(); }
 
   std::optional<double> number(const std::string& key, double low, double high, const std::string& expected) {
     const toml::node* node = take(key);

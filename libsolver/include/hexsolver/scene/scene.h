@@ -97,7 +97,9 @@ struct Contact {
   bool grows = false;                   ///< what it exerts grows with the load, as what acts in a [loaded]
   std::optional<std::pair<std::string, std::string>> between = {};  ///< segments, in place of an obstacle
   bool adhesion = false;  ///< segments that touch at rest do not part, they slide
-  bool self = false;      ///< the body does not pass through itself, in place of an obstacle
+  /// What does not pass through itself, in place of an obstacle: a segment with all that its cells hold together with
+  /// it; empty: the whole body.
+  std::optional<std::string> self = {};
 
   bool is_within_body() const { return between || self; }
 };
