@@ -32,6 +32,12 @@ Labels labels_of(std::initializer_list<std::uint16_t> labels) {
   return out;
 }
 
+Labels solid_labels(const Lattice& lattice) {
+  Labels out(65536);
+  for (const hexmesh::LatticeSegment& s : lattice.segments) out[s.segment.label] = s.material.has_value();
+  return out;
+}
+
 /// What one surface meets the rest shape of another with.
 struct Pair {
   Labels first, second;
@@ -62,18 +68,17 @@ Pair pair_of_segments(const Contact& contact, const Lattice& lattice) {
 
 /// Those that touch it, and what touches these, but for what slides along one of them.
 Labels held_together_with(const Lattice& lattice, std::uint16_t label) {
+  const Labels solid = solid_labels(lattice);
   Labels out = labels_of({label});
+  const auto slides = [&](std::uint16_t other) {
+    return std::any_of(lattice.segments.begin(), lattice.segments.end(), [&](const hexmesh::LatticeSegment& s) {
+      return out[s.segment.label] && lattice.parting.slide(other, s.segment.label);
+    });
+  };
   std::vector<std::uint16_t> ahead{label};
   while (!ahead.empty()) {
     const std::uint16_t one = ahead.back();
     ahead.pop_back();
-    Labels solid(65536);
-    for (const hexmesh::LatticeSegment& s : lattice.segments) solid[s.segment.label] = s.material.has_value();
-    const auto slides = [&](std::uint16_t other) {
-      return std::any_of(lattice.segments.begin(), lattice.segments.end(), [&](const hexmesh::LatticeSegment& s) {
-        return out[s.segment.label] && lattice.parting.slide(other, s.segment.label);
-      });
-    };
     for (const hexmesh::ExposedFace& face : faces_between(lattice, labels_of({one}), solid))
       if (!out[face.neighbour] && !slides(face.neighbour)) {
         out[face.neighbour] = true;
@@ -92,11 +97,9 @@ Pair body_with_itself(const Contact& contact, const Lattice& lattice) {
         fmt::format("contact '{}' ({}) is of the whole body with itself, whose segments slide along each other, "
                     "expected self = \"NAME\" with one of: {}",
                     contact.name, contact.where, names_of_solid_segments(lattice)));
-  Labels body(65536);
-  if (is_whole)
-    for (const hexmesh::LatticeSegment& s : lattice.segments) body[s.segment.label] = s.material.has_value();
-  else
-    body = held_together_with(lattice, solid_segment(contact, lattice, *contact.self).segment.label);
+  const Labels body = is_whole
+                          ? solid_labels(lattice)
+                          : held_together_with(lattice, solid_segment(contact, lattice, *contact.self).segment.label);
   double young = std::numeric_limits<double>::infinity();
   for (const hexmesh::LatticeSegment& s : lattice.segments)
     if (body[s.segment.label]) young = std::min(young, s.material->young);
@@ -146,14 +149,9 @@ std::unique_ptr<PenaltyContact> make_segment_contact(const Contact& contact, con
                             "told by means over neighbours, expected finer voxels",
                             contact.name, contact.where, voxel));
   const double at_once = std::min(distance.thickness() / 4, 2 * voxel);
-  auto segment = std::make_unique<OtherSegment>(OtherSegment{std::move(distance),
-                                                             BodyMap(cells, mesh, pair.second),
-                                                             pair.young,
-                                                             {},
-                                                             {},
-                                                             at_once,
-                                                             contact.self.has_value(),
-                                                             {}});
+  const bool is_self = contact.self.has_value();
+  auto segment = std::make_unique<OtherSegment>(
+      OtherSegment{std::move(distance), BodyMap(cells, mesh, pair.second), pair.young, {}, {}, at_once, is_self, {}});
   if (!contact.self) {
     Labels others = pair.second;
     others.flip();

@@ -98,7 +98,7 @@ struct Contact {
   std::optional<std::pair<std::string, std::string>> between = {};  ///< segments, in place of an obstacle
   bool adhesion = false;  ///< segments that touch at rest do not part, they slide
   /// What does not pass through itself, in place of an obstacle: a segment with all that its cells hold together with
-  /// it; empty: the whole body.
+  /// it, but for what slides along one of these; empty: the whole body.
   std::optional<std::string> self = {};
 
   bool is_within_body() const { return between || self; }
