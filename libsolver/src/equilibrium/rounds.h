@@ -59,7 +59,12 @@ public:
     const bool rests = !is_first && moved * moved <= still_ * std::max(0.0, before_ - moved);
     if (solved && tolerance_ <= sharp && (rests || moved <= nothing))
       at_rest_ = std::exchange(mode_.lets_go, true) || lets_go_ == LetsGo::never;
-    if (moved > falls * before_) {  // to and fro between two states, or slowly along
+    const bool goes_on = moved > falls * before_;  // to and fro between two states, or slowly along
+    if (!solved)
+      mode_.stiffer = std::max(1.0, mode_.stiffer / 2);
+    else if (goes_on)
+      mode_.stiffer = std::min(most_stiffer, 2 * mode_.stiffer);
+    if (goes_on) {
       mode_.caution = back ? std::min(1.0, 2 * mode_.caution) : std::max(least_caution, mode_.caution / 2);
       if (back) {
         mode_.learns = std::max(least_learnt, mode_.learns / 2);
@@ -77,6 +82,7 @@ public:
 
 private:
   static constexpr double least_caution = 1.0 / 64;
+  static constexpr double most_stiffer = 16;
   static constexpr int most_patience = 80, most_failed = 20;
   double still_, tolerance_, before_ = std::numeric_limits<double>::infinity();
   LetsGo lets_go_;

@@ -104,7 +104,7 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
 
 bool LevelProblem::attach(const NodeVector& u, const PullMode& mode) {
   if (!matches_.empty()) hexsolver::attach(matches_, *elastic_, potential_->at_all(u), mode);
-  attach_contacts(u, mode.learns);
+  attach_contacts(u, mode.learns, mode.stiffer);
   if (carrying_) carrying_->anchor(potential_->at_all(u));
   return !matches_.empty() || has_attached_contacts() || carrying_;
 }
@@ -127,9 +127,9 @@ std::vector<TouchPoint> LevelProblem::touch_points(const NodeVector& u) const {
   return out;
 }
 
-double LevelProblem::attach_contacts(const NodeVector& u, double learns) {
+double LevelProblem::attach_contacts(const NodeVector& u, double learns, double stiffer) {
   double changed = 0;
-  for (PenaltyContact* c : contacts_) changed = std::max(changed, c->attach(potential_->at_all(u), learns));
+  for (PenaltyContact* c : contacts_) changed = std::max(changed, c->attach(potential_->at_all(u), learns, stiffer));
   return changed;
 }
 

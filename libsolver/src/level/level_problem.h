@@ -113,7 +113,7 @@ public:
 
   bool has_attached_contacts() const;  ///< that attach_contacts() changes
   /// See PenaltyContact::attach(): the most that a contact changes.
-  double attach_contacts(const NodeVector& u, double learns = 1);
+  double attach_contacts(const NodeVector& u, double learns = 1, double stiffer = 1);
   /// See PenaltyContact::settle(), and springs of what is carried fade. @returns whether any of these is there
   bool settle_contacts(const NodeVector& u);
   void unsettle_contacts();

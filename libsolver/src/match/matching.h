@@ -30,6 +30,7 @@ struct PullMode {
   double caution = 0;    ///< 0: with the second derivatives there; 1: with springs that bound the energy
   bool lets_go = false;  ///< of what stays far, beside the rest
   double learns = 1;     ///< see PenaltyContact::attach()
+  double stiffer = 1;    ///< likewise
 };
 
 /// What one [[match]] of a scene asks of a body, wherever the body is. It knows points of the body and nothing of

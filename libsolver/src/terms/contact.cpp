@@ -60,6 +60,7 @@ void PenaltyContact::set_progress(const Progress& progress) {
   place_ = place_of(contact_, progress);
   strength_ = contact_.grows ? progress.fraction : 1;
   held_off_ = kept_held_off_;
+  stiffer_ = 1;
   is_solved_ = false;
   unsettle();
 }
@@ -85,7 +86,7 @@ Vec3 PenaltyContact::force_of(const Drawn& drawn) {
 double PenaltyContact::energy_of(std::size_t p, double pressing) const {
   const double held_off = held_off_.empty() ? 0 : held_off_[p];
   if (pressing == held_off) return 0;  // where there is no stiffness too
-  return (pressing * pressing - held_off * held_off) / (2 * stiffness(p));
+  return (pressing * pressing - held_off * held_off) / (2 * stiffness_across(p));
 }
 
 double PenaltyContact::energy(const NodeVector& u) const {
@@ -154,8 +155,8 @@ void PenaltyContact::linearize(const NodeVector& u, double projection) {
     bool is_active = false;
     if (const double pressing = press(n, g.depth); pressing != 0 || g.depth < touching) {
       // Across the normal of a ball the curvature is negative: a point deep inside slips off to any side.
-      hessian =
-          k * g.normal * g.normal.transpose() - (1 - std::min(projection, Hessian::projected)) * pressing * g.bending;
+      hessian = stiffness_across(n) * g.normal * g.normal.transpose() -
+                (1 - std::min(projection, Hessian::projected)) * pressing * g.bending;
       is_active = true;
     }
     if (has_friction() && frictions_[n].most > 0 && frictions_[n].began) {
@@ -225,7 +226,7 @@ std::size_t PenaltyContact::bytes() const {
   return sum + (other_ ? other_->map.bytes() + other_->distance.bytes() + hexmesh::bytes_of(other_->surface) : 0);
 }
 
-double PenaltyContact::attach(const NodeVector& u, double learns) {
+double PenaltyContact::attach(const NodeVector& u, double learns, double stiffer) {
   double changed = 0, in_all = 0;
   if (!is_attached() && !other_) return 0;
   unsettle();
@@ -259,6 +260,7 @@ double PenaltyContact::attach(const NodeVector& u, double learns) {
     f.most = most;
     if (most > 0) f.normal = g.normal.normalized();
   }
+  stiffer_ = held_off_.empty() ? 1 : stiffer;
   return changed == 0 ? 0 : changed / in_all;
 }
 

@@ -104,11 +104,13 @@ public:
   void unsettle();  ///< not any more
   /// The forces of hard points (but for the first time in a step), what friction may come to, mu N, and which places
   /// are held are those at u.
-  /// @param learns  part of their change that the forces of hard points take, up to 1: where what presses is about to
-  ///                slide off to either side, less than the whole of it leads to rest
+  /// @param learns   part of their change that the forces of hard points take, up to 1: where what presses is about to
+  ///                 slide off to either side, less than the whole of it leads to rest
+  /// @param stiffer  how many times stiffer than at first springs across the surface of hard points are from now on,
+  ///                 until set_progress()
   /// @returns by how much friction may come to more or less in all, over what it is in all, or the force across the
   ///          surface where places are held
-  double attach(const NodeVector& u, double learns = 1);
+  double attach(const NodeVector& u, double learns = 1, double stiffer = 1);
   /// Whether points went through another part of the body on the straight way to u from the last attach(), of an
   /// equilibrium from the first after set_progress(). Through an obstacle: see went_through().
   bool passes_through(const NodeVector& u) const;
@@ -227,10 +229,11 @@ private:
   const std::vector<Located>& locate_all(const NodeVector& u) const;
   Vec3 force_at(std::size_t p, const Located& located) const;                         ///< on the body, in the frame [N]
   double stiffness(std::size_t p) const { return strength_ * points_[p].stiffness; }  ///< [N/mm]
+  double stiffness_across(std::size_t p) const { return stiffer_ * stiffness(p); }    ///< the surface [N/mm]
   /// The force across the surface of a point so deep [N].
   double press(std::size_t p, double depth) const {
     if (depth == std::numeric_limits<double>::infinity()) return 0;
-    const double pressing = (held_off_.empty() ? 0 : held_off_[p]) - stiffness(p) * depth;
+    const double pressing = (held_off_.empty() ? 0 : held_off_[p]) - stiffness_across(p) * depth;
     return points_[p].is_bonded ? pressing : std::max(pressing, 0.0);
   }
   double energy_of(std::size_t p, double pressing) const;  ///< across the surface [N mm]
@@ -268,6 +271,7 @@ private:
   std::vector<Friction> kept_frictions_;  ///< of the last step that was kept; empty where no places are held
   Place place_;
   double strength_ = 1;   ///< part of the stiffness that there is
+  double stiffer_ = 1;    ///< see attach()
   PointHessians active_;  ///< of the last linearize(), as the next two
   PointHessians other_active_;
   std::vector<Coupling> couplings_;

@@ -149,6 +149,36 @@ TEST(Contact, ABarPressedByAPlaneIsTwoSpringsInARow) {
   }
 }
 
+/// What points press with at a depth where they learnt from it, k d, with springs four times stiffer: 5 k d.
+TEST(Contact, StifferSpringsOfHardPointsHaveAnEnergyToo) {
+  const Lattice lattice = bitten_ball({1, 1, 2.5}, {0, 1, 0});
+  const Mesh mesh{lattice.levels[1].cells, lattice.cell_edges(1), lattice.corner()};
+  Potential potential{mesh};
+  Selector selector({lattice, 1}, mesh);
+  Contact plane = obstacles(mesh).front();
+  plane.stiffness = plane.friction = 0;
+  auto term =
+      std::make_unique<PenaltyContact>(plane, MeshCells(lattice, 1), mesh, selector.whole_surface(), /*is_hard=*/true);
+  PenaltyContact& contact = *term;
+  potential.add(std::move(term));
+  const NodeVector u = noise(mesh.num_dofs(), 0.3, 4), direction = noise(mesh.num_dofs(), 1, 5);
+  contact.set_progress({0.5});
+  contact.attach(u);
+  ASSERT_GT(contact.state(u).points, 20U);
+  const Vec3 soft = contact.state(u).force;
+  contact.attach(u, 1, 4);
+  EXPECT_LT((contact.state(u).force - 5 * soft).norm(), 1e-12 * soft.norm());
+  const NodeVector gradient = gradient_of(potential, u);
+  EXPECT_NEAR(gradient.dot(direction), measured_slope(potential, u, direction),
+              1e-7 * gradient.norm() * direction.norm());
+  potential.linearize(u, Hessian::exact);
+  NodeVector product;
+  potential.apply(direction, product);
+  EXPECT_LT((product - measured_product(potential, u, direction)).norm(), 1e-5 * product.norm());
+  contact.set_progress({0.5});
+  EXPECT_LT((contact.state(u).force - soft).norm(), 1e-12 * soft.norm());
+}
+
 /// Where no stiffness is named, the bar is pressed by all of the way.
 TEST(Contact, AHardPlaneIsNotEntered) {
   const Lattice lattice = box({5, 6, 11}, {1, 1, 2}, young * 1e3, 0);
