@@ -33,7 +33,9 @@ struct TouchPoint {
   NodeWeights weights;
   double gap;    ///< to what it may touch, < 0 inside [mm]
   double force;  ///< across the surface [N]
-  double area;   ///< at rest [mm^2]
+  /// At rest, of what the face is of a smooth surface across the force, 0 where it does not touch [mm^2]: a surface
+  /// with normal n has |n_x| + |n_y| + |n_z| times its area in faces of voxels, of which n_x^2 + n_y^2 + n_z^2 is this.
+  double area;
   /// It is there, or nearly: forces of single points tell little, where a surface made of voxels presses some of a cell
   /// bear it all.
   bool touches;
@@ -258,7 +260,7 @@ private:
     add_turning_product(x, y);
   }
   State state(const NodeVector& u, const Place& place, bool with_friction) const;
-  Vec3 outward(const Point& p, const NodeVector& u) const;  ///< of the deformed surface, any length
+  Mat3 deformation(const Point& p, const NodeVector& u) const;  ///< of the surface there
 
   Contact contact_;
   const Mesh& mesh_;

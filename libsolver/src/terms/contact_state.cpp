@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/rotation.h"
 #include "terms/contact.h"
 
 // What is told of a contact, and how far an obstacle may move at a time.
@@ -21,13 +22,12 @@ double depth_in_space(const hexmesh::Gap& gap, double across) {
 
 }  // namespace
 
-/// Nanson's formula with F at the centre of the cell.
-Vec3 PenaltyContact::outward(const Point& p, const NodeVector& u) const {
+/// F at the centre of its cell.
+Mat3 PenaltyContact::deformation(const Point& p, const NodeVector& u) const {
   const NodeGradients gradients =
       hexmesh::shape_gradients(Vec3::Constant(0.5)) * mesh_.edges(static_cast<std::size_t>(p.cell)).inverse();
   const CellVector v = mesh_.gather(p.cell, u);
-  const Mat3 f = Mat3::Identity() + Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * gradients;
-  return f.inverse().transpose() * p.area;
+  return Mat3::Identity() + Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * gradients;
 }
 
 bool PenaltyContact::goes_too_far(const Progress& from, const Progress& to) const {
@@ -53,22 +53,25 @@ double PenaltyContact::largest_load_step(double displaced) const {
 
 std::vector<TouchPoint> PenaltyContact::touch_points(const NodeVector& u) const {
   constexpr double of_face = 0.3, of_cell = 0.1;  // of their lengths
+  constexpr double least_part = 0.1;              // of a face that presses, which may look aside
   std::vector<TouchPoint> out;
   const std::vector<Located>& all = locate_all(u);
   for (std::size_t n = 0; n < points_.size(); ++n) {
     const Point& p = points_[n];
     const auto& [at, gap] = all[n];
     if (!at.is_there) continue;
-    const double pressing = press(n, gap.depth), area = p.area.norm();
+    const double pressing = press(n, gap.depth);
     const double cell = mesh_.edges(hexmesh::as_size(p.cell)).colwise().norm().minCoeff();
-    const double across = (at.to_frame.transpose() * gap.normal).norm();
-    const double nearly = std::max(of_face * std::sqrt(area), of_cell * cell);
-    TouchPoint point{p.cell,
-                     p.weights,
-                     depth_in_space(gap, other_ ? across : 1),
-                     pressing * across,
-                     area,
-                     pressing != 0 || gap.depth <= nearly};
+    const Vec3 normal = at.to_frame.transpose() * gap.normal;
+    const double across = normal.norm();
+    const double nearly = std::max(of_face * std::sqrt(p.area.norm()), of_cell * cell);
+    const bool touches = pressing != 0 || gap.depth <= nearly;
+    TouchPoint point{p.cell,     p.weights, depth_in_space(gap, other_ ? across : 1), pressing * across,
+                     /*area=*/0, touches};
+    if (touches) {
+      const Vec3 face = polar_decomposition(deformation(p, u)).rotation * p.area;
+      point.area = std::max(std::abs(normal.dot(face)) / across, pressing != 0 ? least_part * face.norm() : 0);
+    }
     out.push_back(point);
     if (at.cell < 0) continue;
     point.cell = at.cell;
@@ -164,7 +167,8 @@ PenaltyContact::State PenaltyContact::state(const NodeVector& u, const Place& pl
   if (!deepest) return s;
   s.nearest = least;
   // The surface point that is deepest faces the obstacle, unless that is behind the surface.
-  if (!is_boundless()) s.is_inside = normal.dot(outward(*deepest, u)) > 0;
+  if (!is_boundless())
+    s.is_inside = normal.dot(deformation(*deepest, u).inverse().transpose() * deepest->area) > 0;  // Nanson's formula
   return s;
 }
 

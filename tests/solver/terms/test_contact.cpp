@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "hexsolver/equilibrium/equilibrium.h"
 #include "solver/terms/derivatives.h"
@@ -147,6 +148,26 @@ TEST(Contact, ABarPressedByAPlaneIsTwoSpringsInARow) {
     EXPECT_LT((report.contacts[0].force_n - Vec3(0, 0, -force)).norm(), 1e-7 * force);
     EXPECT_LT((report.conditions[0].reaction_n - Vec3(0, 0, force)).norm(), 1e-7 * force);
   }
+}
+
+/// Twelve steps of voxels down a slope of 45 degrees, four voxels wide, wherever the body is turned.
+TEST(Contact, TheAreaThatTouchesIsOfTheSlopeAndNotOfItsSteps) {
+  const Lattice lattice = one_material({12, 4, 12}, Vec3::Ones(), [](const Index3& v) { return v[0] + v[2] < 12; });
+  for (std::size_t level = 0; level < 3; ++level)
+    for (const double radians : {0.0, 1.2}) {
+      const Mesh mesh{lattice.levels[level].cells, lattice.cell_edges(static_cast<int>(level)), lattice.corner()};
+      const Mat3 turn = Eigen::AngleAxisd(radians, Vec3(1, 2, 2).normalized()).toRotationMatrix();
+      const MeshCells cells(lattice, static_cast<int>(level));
+      Selector selector(cells, mesh);
+      const PenaltyContact contact(plane(turn * Vec3(11.4, 0, 0), turn * Vec3(-1, 0, -1).normalized(), 1), cells, mesh,
+                                   selector.whole_surface());
+      NodeVector u(mesh.num_dofs());
+      for (std::size_t n = 0; n < mesh.num_nodes(); ++n)
+        u.segment<3>(3 * static_cast<Eigen::Index>(n)) = turn * mesh.position(n) - mesh.position(n);
+      double area = 0;
+      for (const TouchPoint& p : contact.touch_points(u)) area += p.area;
+      EXPECT_NEAR(area, 12 * 4 * std::sqrt(2.0), 1e-9) << "level " << level << ", turned by " << radians;
+    }
 }
 
 /// What points press with at a depth where they learnt from it, k d, with springs four times stiffer: 5 k d.
