@@ -211,10 +211,19 @@ std::vector<std::int32_t> MeshCells::elements() const {
 }
 
 std::vector<std::int32_t> holders(const MeshCells& of, const MeshCells& in) {
+  const Lattice& lattice = of.lattice();
+  const auto holds = [&](std::int32_t holder, int level, std::int32_t cell) {
+    const auto [above, there] = in.place(hexmesh::as_size(holder));
+    const Level &fine = lattice.level(level), &coarse = lattice.level(above);
+    const Index3 low = hexmesh::first_in(fine.cells[hexmesh::as_size(cell)], fine.voxels_per_cell);
+    return coarse.split.owners.voxels.empty() && above >= level &&
+           hexmesh::coarser_index(low, coarse.voxels_per_cell) == coarse.cells[hexmesh::as_size(there)];
+  };
   std::vector<std::int32_t> out;
   for (std::size_t c = 0; c < of.size(); ++c) {
     const auto [level, cell] = of.place(c);
-    out.push_back(in.holder(level, cell));
+    const bool as_before = c > 0 && out.back() >= 0 && holds(out.back(), level, cell);  // of two that are neighbours
+    out.push_back(as_before ? out.back() : in.holder(level, cell));
   }
   return out;
 }

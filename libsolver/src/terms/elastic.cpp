@@ -258,9 +258,9 @@ Mat3 ElasticCells::mean_elastic_gradient(std::size_t cell, const NodeVector& u) 
 }
 
 Jacobians ElasticCells::jacobians(std::size_t cell, const NodeVector& u) const {
-  const CellVector now = corners(cell) + mesh_.gather(cell, u);
-  const CellVector at_rest =
-      is_at_rest_on_lattice() ? corners(cell) : CellVector(corners(cell) + mesh_.gather(cell, to_rest_));
+  CellVector at_rest = corners(cell), now = at_rest;
+  now += mesh_.gather(cell, u);
+  if (!is_at_rest_on_lattice()) at_rest += mesh_.gather(cell, to_rest_);
   using Corners = Eigen::Map<const Eigen::Matrix<double, 3, 8>>;
   if (const hexmesh::SubcellMask where = model(cell).subcells; where != 0)
     return jacobians_in_subcells(Corners(now.data()), Corners(at_rest.data()), where);
