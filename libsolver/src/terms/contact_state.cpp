@@ -27,9 +27,7 @@ Mat3 PenaltyContact::deformation(const Point& p, const NodeVector& u) const {
   const NodeGradients gradients =
       hexmesh::shape_gradients(Vec3::Constant(0.5)) * mesh_.edges(static_cast<std::size_t>(p.cell)).inverse();
   const CellVector v = mesh_.gather(p.cell, u);
-  Mat3 f = Mat3::Identity();
-  for (int a = 0; a < 8; ++a) f += v.segment<3>(3 * a) * gradients.row(a);
-  return f;
+  return Mat3::Identity() + Eigen::Map<const Eigen::Matrix<double, 3, 8>>(v.data()) * gradients;
 }
 
 bool PenaltyContact::goes_too_far(const Progress& from, const Progress& to) const {
