@@ -8,6 +8,21 @@ namespace hexsolver {
 
 HEXSOLVER_CLONES void multiply24(const double* k, const double* x, double* y) { multiply(k, x, y); }
 
+HEXSOLVER_CLONES void multiply24_both(const double* __restrict m, const double* __restrict x_a,
+                                      const double* __restrict x_b, double* __restrict y_a, double* __restrict y_b) {
+  double sum[24] = {};
+  for (int column = 0; column < 24; ++column) {
+    double products[24], of_column = 0;
+    for (int row = 0; row < 24; ++row) {
+      sum[row] += m[24 * column + row] * x_b[column];
+      products[row] = m[24 * column + row] * x_a[row];
+    }
+    for (int row = 0; row < 24; ++row) of_column += products[row];
+    y_b[column] = of_column;
+  }
+  for (int row = 0; row < 24; ++row) y_a[row] = sum[row];
+}
+
 namespace {
 
 constexpr int size = 24;  // of the matrix of a cell
@@ -29,10 +44,10 @@ constexpr int size = 24;  // of the matrix of a cell
 
 /// k <- k L. Axis by axis: a child in the lower half has its lower nodes on the parent's and its upper ones half way,
 /// and the other way round in the upper half.
-[[gnu::always_inline]] inline void interpolate_columns(int slot, const Index3& factor, double* __restrict k) {
+[[gnu::always_inline]] inline void interpolate_columns(const Slot& slot, double* __restrict k) {
   for (int axis = 0; axis < 3; ++axis) {
-    if (factor[axis] == 1) continue;
-    const bool upper = hexmesh::corner_bit(slot, axis) != 0;
+    if (slot.factor[axis] == 1) continue;
+    const bool upper = hexmesh::corner_bit(slot.number, axis) != 0;
     for (int a = 0; a < 8; ++a) {
       if (hexmesh::corner_bit(a, axis)) continue;
       const int low = 3 * a, high = 3 * (a | 1 << axis);
@@ -68,12 +83,20 @@ HEXSOLVER_CLONES void add_rotated_hessian(const double* __restrict k, const doub
   for (int i = 0; i < size * size; ++i) h[i] += n[i];
 }
 
-HEXSOLVER_CLONES void interpolate_from_parent(int slot, const Index3& factor, double* k) {
+HEXSOLVER_CLONES void interpolate_from_parent(const Slot& slot, double* k) {
   double m[size * size];
-  interpolate_columns(slot, factor, k);
+  interpolate_columns(slot, k);
   transpose(k, m);
-  interpolate_columns(slot, factor, m);
+  interpolate_columns(slot, m);
   for (int i = 0; i < size * size; ++i) k[i] = m[i];
+}
+
+HEXSOLVER_CLONES void interpolate_from_parents(const Slot& a, const Slot& b, double* m) {
+  double transposed[size * size];
+  interpolate_columns(b, m);
+  transpose(m, transposed);
+  interpolate_columns(a, transposed);
+  transpose(transposed, m);
 }
 
 HEXSOLVER_CLONES void add_products24(const double* __restrict a, const double* __restrict b, double* __restrict k) {
@@ -86,6 +109,16 @@ HEXSOLVER_CLONES void add_products24(const double* __restrict a, const double* _
     }
     for (int row = 0; row < 24; ++row) k[24 * column + row] = sum[row];
   }
+}
+
+HEXSOLVER_CLONES void add_point_product(const double* __restrict of_a, const double* __restrict of_b,
+                                        const double* __restrict a, double* __restrict m) {
+  double products[3 * size];  // H_a^T A
+  for (int column = 0; column < 3; ++column)
+    for (int node = 0; node < 8; ++node)
+      for (int row = 0; row < 3; ++row) products[size * column + 3 * node + row] = of_a[node] * a[3 * column + row];
+  for (int node = 0; node < 8; ++node)
+    for (int n = 0; n < 3 * size; ++n) m[3 * size * node + n] += of_b[node] * products[n];
 }
 
 }  // namespace hexsolver

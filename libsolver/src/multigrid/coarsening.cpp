@@ -38,8 +38,8 @@ template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
   const std::vector<std::size_t> first_of = share_matrices(level);
   Level& to = levels_[level + 1];
-  to.couplings = passed_to_parents(level == 0 ? potential_.couplings() : levels_[level].couplings,
-                                   hierarchy_.merges[level], hierarchy_.meshes[level].num_cells());
+  to.couplings = (level == 0 ? potential_.couplings() : levels_[level].couplings)
+                     .of_parents(hierarchy_.merges[level], hierarchy_.meshes[level].num_cells());
   if (to.braess_sarazin) set_dilatations(level);
   const bool is_to_be_gathered = is_gathered(level + 1);
   std::vector<CellMatrix> shared_matrices(first_of.size());
@@ -205,7 +205,7 @@ CellMatrix Multigrid::CyclesOf<Scalar>::sum_of_children(std::size_t level, std::
     for (int a = 0; a < 8; ++a) diagonal_[fine.node(child, a)] += k.block<3, 3>(3 * a, 3 * a) - dilatation.block(a);
     if (!computes) continue;
     if (dilatation.bulk > 0) k -= dilatation.hessian();
-    interpolate_from_parent(slot, merge.factor_of(parent), k.data());
+    interpolate_from_parent({slot, merge.factor_of(parent)}, k.data());
     sum += k;
   }
   if (has_pressures) sum += levels_[level + 1].braess_sarazin->get(parent).hessian();

@@ -22,7 +22,7 @@ public:
   ///                   is as good as P K P for large w. Null on others
   /// @returns whether the matrix is positive definite
   template <class MatrixOf>
-  bool compute(const Mesh& mesh, const MatrixOf& matrix_of, const std::vector<Coupling>& couplings,
+  bool compute(const Mesh& mesh, const MatrixOf& matrix_of, const Couplings& couplings,
                const HeldDirections* held) {
     if (!is_dense_) is_dense_ = mesh.num_dofs() <= Multigrid::most_dense || (held && fills(*held, mesh.num_dofs()));
     return *is_dense_ ? compute_dense(mesh, matrix_of, couplings, held)
@@ -67,7 +67,7 @@ private:
   }
 
   template <class MatrixOf>
-  bool compute_dense(const Mesh& mesh, const MatrixOf& matrix_of, const std::vector<Coupling>& couplings,
+  bool compute_dense(const Mesh& mesh, const MatrixOf& matrix_of, const Couplings& couplings,
                      const HeldDirections* held) {
     const auto size = static_cast<Index>(mesh.num_dofs());
     dense_matrix_.setZero(size, size);
@@ -79,7 +79,7 @@ private:
         dense_matrix_.block<3, 3>(row, column) += block;
       });
     }
-    hexsolver::for_each_block(mesh, couplings, [&](std::int32_t row, std::int32_t column, const Mat3& block) {
+    couplings.for_each_block(mesh, [&](std::int32_t row, std::int32_t column, const Mat3& block) {
       dense_matrix_.block<3, 3>(3 * Index{row}, 3 * Index{column}) += block;
     });
     if (held)
@@ -91,7 +91,7 @@ private:
   }
 
   template <class MatrixOf>
-  bool compute_sparse(const Mesh& mesh, const MatrixOf& matrix_of, const std::vector<Coupling>& couplings,
+  bool compute_sparse(const Mesh& mesh, const MatrixOf& matrix_of, const Couplings& couplings,
                       const HeldDirections* held) {
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(576 * mesh.num_cells());
@@ -105,8 +105,8 @@ private:
             entries.emplace_back(first_row + row, first_column + column, block(row, column));
       });
     }
-    hexsolver::for_each_block(
-        mesh, couplings, [&](std::int32_t first_row, std::int32_t first_column, const Mat3& block) {
+    couplings.for_each_block(
+        mesh, [&](std::int32_t first_row, std::int32_t first_column, const Mat3& block) {
           for (int column = 0; column < 3; ++column)
             for (int row = 0; row < 3; ++row)
               entries.emplace_back(3 * Index{first_row} + row, 3 * Index{first_column} + column, block(row, column));

@@ -97,7 +97,7 @@ void Multigrid::CyclesOf<Scalar>::multiply(std::size_t level, const Vector& x, V
     levels_[level].of_all_nodes.apply(hierarchy_.meshes[level], x, y, [&](const Vector& from, Vector& to) {
       set_zero(to, from.size());
       levels_[level].matrices.add_product(from, to);
-      add_product(hierarchy_.meshes[level], levels_[level].couplings, from, to);
+      levels_[level].couplings.add_product(hierarchy_.meshes[level], from, to);
     });
   } else {
     potential_.apply(x, y);
@@ -248,7 +248,7 @@ template <class Scalar>
 std::size_t Multigrid::CyclesOf<Scalar>::bytes() const {
   std::size_t sum = 0;
   for (const Level& l : levels_)
-    sum += l.matrices.bytes() + bytes_of(l.couplings) + bytes_of(l.inverse_diagonal) +
+    sum += l.matrices.bytes() + l.couplings.bytes() + bytes_of(l.inverse_diagonal) +
            (l.braess_sarazin ? l.braess_sarazin->bytes() : 0) +
            sizeof(Scalar) * static_cast<std::size_t>(l.b.size() + l.x.size() + l.r.size() + l.d.size() + l.t.size());
   return sum;

@@ -31,7 +31,7 @@ double stiffness_found(const MeshCells& cells, const SurfacePoint& p, const Othe
 PenaltyContact::PenaltyContact(const Contact& contact, const MeshCells& cells, const Mesh& mesh,
                                const std::vector<SurfacePoint>& points, bool is_hard,
                                std::unique_ptr<OtherSegment> other)
-    : contact_(contact), mesh_(mesh), active_(mesh), other_active_(mesh), other_(std::move(other)) {
+    : contact_(contact), mesh_(mesh), active_(mesh), other_(std::move(other)) {
   for (std::size_t n = 0; n < points.size(); ++n) {
     const SurfacePoint& p = points[n];
     points_.push_back({p.cell, p.weights, mesh.rest_position(p.cell, p.weights), p.area,
@@ -43,7 +43,6 @@ PenaltyContact::PenaltyContact(const Contact& contact, const MeshCells& cells, c
     points_.back().begin = other_->touching[n] ? depth : std::min(0.0, depth + other_->outside[n]);
     points_.back().is_bonded = other_->touching[n] && contact.adhesion;
   }
-  active_.reserve(points_.size());
   if (is_hard) kept_held_off_.resize(points_.size());
   std::stable_sort(points_.begin(), points_.end(), [](const Point& a, const Point& b) { return a.cell < b.cell; });
   const NodeVector at_rest = NodeVector::Zero(3 * static_cast<Eigen::Index>(mesh.num_all_nodes()));
@@ -142,7 +141,6 @@ void PenaltyContact::add_gradient(const NodeVector& u, NodeVector& gradient, Nod
 
 void PenaltyContact::linearize(const NodeVector& u, double projection) {
   active_.clear();
-  other_active_.clear();
   couplings_.clear();
   turnings_.clear();
   remember_cells(u);
@@ -181,12 +179,10 @@ void PenaltyContact::linearize(const NodeVector& u, double projection) {
     }
     hessian = at.to_frame.transpose() * hessian * at.to_frame;
     active_.add(p.cell, p.weights, hessian);
-    if (at.cell >= 0) couplings_.push_back({p.cell, at.cell, p.weights, at.weights, hessian});
+    if (at.cell < 0) continue;
+    active_.add(at.cell, at.weights, hessian);
+    couplings_.add(p.cell, at.cell, p.weights, at.weights, hessian);
   }
-  std::vector<const Coupling*> by_other;
-  for (const Coupling& c : couplings_) by_other.push_back(&c);
-  std::stable_sort(by_other.begin(), by_other.end(), [](const Coupling* a, const Coupling* b) { return a->b < b->b; });
-  for (const Coupling* c : by_other) other_active_.add(c->b, c->of_b, c->hessian);
 }
 
 template <class Vector>
@@ -209,18 +205,16 @@ template void PenaltyContact::add_turning_product(const FloatNodeVector&, FloatN
 
 void PenaltyContact::add_cell_hessian(std::size_t cell, CellMatrix& h) const {
   active_.add_cell_hessian(cell, h);
-  other_active_.add_cell_hessian(cell, h);
 }
 
 std::int32_t PenaltyContact::shared_hessian(std::size_t cell) const {
-  const std::int32_t of_points = active_.shared_hessian(cell);
-  return of_points == Term::no_hessian ? other_active_.shared_hessian(cell) : of_points;
+  return active_.shared_hessian(cell);
 }
 
 std::size_t PenaltyContact::bytes() const {
   std::size_t sum = hexmesh::bytes_of(points_) + hexmesh::bytes_of(held_off_) + hexmesh::bytes_of(kept_held_off_) +
                     hexmesh::bytes_of(frictions_) + hexmesh::bytes_of(kept_frictions_) + active_.bytes() +
-                    other_active_.bytes() + hexmesh::bytes_of(couplings_) + hexmesh::bytes_of(turnings_);
+                    couplings_.bytes() + hexmesh::bytes_of(turnings_);
   for (const Places* places : std::initializer_list<const Places*>{&seen_, &held_, &found_})
     sum += hexmesh::bytes_of(places->all) + static_cast<std::size_t>(places->at.size()) * sizeof(double);
   return sum + (other_ ? other_->map.bytes() + other_->distance.bytes() + hexmesh::bytes_of(other_->surface) : 0);

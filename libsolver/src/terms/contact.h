@@ -89,7 +89,7 @@ public:
   void add_product(const FloatNodeVector& x, FloatNodeVector& y) const override { add_product_of(x, y); }
   void add_cell_hessian(std::size_t cell, CellMatrix& h) const override;
   std::int32_t shared_hessian(std::size_t cell) const override;
-  const std::vector<Coupling>* couplings() const override { return other_ ? &couplings_ : nullptr; }
+  const Couplings* couplings() const override { return other_ ? &couplings_ : nullptr; }
   std::size_t bytes() const override;
 
   bool has_friction() const noexcept { return contact_.friction > 0; }
@@ -255,8 +255,7 @@ private:
   template <class Vector>
   void add_product_of(const Vector& x, Vector& y) const {
     active_.add_product(x, y);
-    other_active_.add_product(x, y);
-    hexsolver::add_product(mesh_, couplings_, x, y);
+    couplings_.add_product(mesh_, x, y);
     add_turning_product(x, y);
   }
   State state(const NodeVector& u, const Place& place, bool with_friction) const;
@@ -274,9 +273,8 @@ private:
   Place place_;
   double strength_ = 1;   ///< part of the stiffness that there is
   double stiffer_ = 1;    ///< see attach()
-  PointHessians active_;  ///< of the last linearize(), as the next two
-  PointHessians other_active_;
-  std::vector<Coupling> couplings_;
+  PointHessians active_;  ///< of the last linearize(), of both sides; as the next two
+  Couplings couplings_;
   std::vector<Turning> turnings_;
   std::unique_ptr<OtherSegment> other_;
   bool holds_pairs_ = false;

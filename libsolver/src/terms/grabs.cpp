@@ -26,12 +26,9 @@ void Grabs::let_go() {
 }
 
 void Grabs::set_hessians() {
-  std::vector<const Point*> points;
-  for (const auto& [number, hand] : hands_)
-    for (const Point& p : hand.points) points.push_back(&p);
-  std::stable_sort(points.begin(), points.end(), [](const Point* a, const Point* b) { return a->cell < b->cell; });
   hessians_.clear();
-  for (const Point* p : points) hessians_.add(p->cell, p->weights, p->stiffness * Mat3::Identity());
+  for (const auto& [number, hand] : hands_)
+    for (const Point& p : hand.points) hessians_.add(p.cell, p.weights, p.stiffness * Mat3::Identity());
 }
 
 void Grabs::begin_step(double begin, double end) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <utility>
+#include <map>
 #include <vector>
 
 #include "terms/term.h"
@@ -11,17 +11,13 @@ namespace hexsolver {
 /// A force at a point of a cell on the nodes of the cell, H^T f.
 CellVector spread_to_nodes(const NodeWeights& weights, const Vec3& force);
 
-/// Second derivatives of an energy of embedded points, sum_p H_p^T A_p H_p.
+/// Second derivatives of an energy of embedded points, sum_p H_p^T A_p H_p, as one matrix for each cell.
 class PointHessians {
 public:
   explicit PointHessians(const Mesh& mesh) : mesh_(mesh) {}  ///< `mesh` must outlive this
 
-  void clear() { points_.clear(); }
-  void reserve(std::size_t num_points) { points_.reserve(num_points); }
-  /// @param cell  that of the point before, or one behind it
-  void add(std::int32_t cell, const NodeWeights& weights, const Mat3& hessian) {
-    points_.push_back({cell, weights, hessian});
-  }
+  void clear();
+  void add(std::int32_t cell, const NodeWeights& weights, const Mat3& hessian);
 
   // As of a Term:
   void add_product(const NodeVector& x, NodeVector& y) const { add_product_of(x, y); }
@@ -31,17 +27,16 @@ public:
   std::size_t bytes() const;
 
 private:
-  struct Point {
-    std::int32_t cell;
-    NodeWeights weights;
-    Mat3 hessian;
+  struct Sum {
+    std::size_t cell;
+    CellMatrix matrix;
   };
   template <class Vector>
   void add_product_of(const Vector& x, Vector& y) const;
-  std::pair<std::size_t, std::size_t> in(std::size_t cell) const;  ///< range of points_
 
   const Mesh& mesh_;
-  std::vector<Point> points_;  ///< ascending cells
+  std::vector<Sum> sums_;
+  std::map<std::size_t, std::size_t> number_;  ///< of a cell in sums_
 };
 
 }  // namespace hexsolver

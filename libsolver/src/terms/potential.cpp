@@ -152,11 +152,10 @@ double Potential::longest_step(const NodeVector& u, const NodeVector& step) cons
   return part;
 }
 
-std::vector<Coupling> Potential::couplings() const {
-  std::vector<Coupling> out;
+Couplings Potential::couplings() const {
+  Couplings out;
   for (const Timed& t : terms_)
-    if (const std::vector<Coupling>* of_term = t.term->couplings())
-      out.insert(out.end(), of_term->begin(), of_term->end());
+    if (const Couplings* of_term = t.term->couplings()) out.add(*of_term);
   return out;
 }
 

@@ -48,7 +48,7 @@ public:
   Dilatation dilatation(std::size_t cell) const;                   ///< of the one term that has one
   void add_diagonal(std::size_t cell, NodeBlocks& blocks) const;   ///< as Term::add_diagonal
 
-  std::vector<Coupling> couplings() const;  ///< of all terms, as Term::couplings
+  Couplings couplings() const;  ///< of all terms, as Term::couplings
 
   /// Cells of one number share their Hessian; Term::own_hessian where a cell has its own.
   std::int32_t shared_hessian(std::size_t cell) const;

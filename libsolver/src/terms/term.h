@@ -99,7 +99,7 @@ public:
   virtual Dilatation dilatation(std::size_t /*cell*/) const { return {}; }
 
   /// Of the Hessian what couples points of different cells, which add_cell_hessian() leaves out; null: nothing.
-  virtual const std::vector<Coupling>* couplings() const { return nullptr; }
+  virtual const Couplings* couplings() const { return nullptr; }
 
   virtual std::size_t bytes() const { return 0; }  ///< of memory
 

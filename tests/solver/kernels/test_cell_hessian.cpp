@@ -11,6 +11,12 @@ namespace test_cell_hessian {
 using namespace hexsolver;
 using namespace testing_support;
 
+/// Without symmetry.
+CellMatrix full(unsigned seed) {
+  const NodeVector numbers = noise(576, 1, seed);
+  return Eigen::Map<const CellMatrix>(numbers.data());
+}
+
 TEST(CellProduct, InterpolationFromTheParentIsTrilinear) {
   for (const Index3& factor : {Index3{2, 2, 2}, Index3{2, 1, 2}, Index3{1, 1, 2}, Index3{1, 1, 1}})
     for (int slot = 0; slot < 8; ++slot) {
@@ -27,9 +33,35 @@ TEST(CellProduct, InterpolationFromTheParentIsTrilinear) {
       }
       const CellMatrix k = symmetric(7);
       CellMatrix found = k;
-      interpolate_from_parent(slot, factor, found.data());
+      interpolate_from_parent({slot, factor}, found.data());
       EXPECT_LT((found - l.transpose() * k * l).norm(), 1e-13 * k.norm()) << slot;
+      const CellMatrix m = full(11);
+      CellMatrix of_rows = m, of_columns = m;
+      interpolate_from_parents({slot, factor}, {0, {1, 1, 1}}, of_rows.data());
+      interpolate_from_parents({0, {1, 1, 1}}, {slot, factor}, of_columns.data());
+      EXPECT_LT((of_rows - l.transpose() * m).norm(), 1e-13 * m.norm()) << slot;
+      EXPECT_LT((of_columns - m * l).norm(), 1e-13 * m.norm()) << slot;
     }
+}
+
+TEST(CellProduct, OfTwoCellsIsThatOfTheMatrixAndItsTranspose) {
+  const CellMatrix m = full(11);
+  const CellVector x = noise(24, 1, 12), y = noise(24, 1, 13);
+  CellVector of_x, of_y;
+  multiply24_both(m.data(), x.data(), y.data(), of_y.data(), of_x.data());
+  EXPECT_LT((of_y - m * y).norm(), 1e-13 * m.norm());
+  EXPECT_LT((of_x - m.transpose() * x).norm(), 1e-13 * m.norm());
+}
+
+TEST(CellProduct, APointsHessianIsThatOfItsWeights) {
+  const Eigen::Matrix<double, 8, 1> a = noise(8, 1, 14), b = noise(8, 1, 15);
+  const NodeVector numbers = noise(9, 1, 16);
+  const Mat3 h = Eigen::Map<const Mat3>(numbers.data());
+  CellMatrix found = symmetric(7), expected = found;
+  for (int i = 0; i < 8; ++i)
+    for (int j = 0; j < 8; ++j) expected.block<3, 3>(3 * i, 3 * j) += a[i] * b[j] * h;
+  add_point_product(a.data(), b.data(), h.data(), found.data());
+  EXPECT_LT((found - expected).norm(), 1e-14 * expected.norm());
 }
 
 TEST(CellProduct, TheRotatedHessianIsThatOfItsFormula) {

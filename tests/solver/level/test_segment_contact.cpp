@@ -265,7 +265,7 @@ TEST_P(SegmentContact, TheProjectedHessianIsOfCellsAndCouplings) {
   EXPECT_GT((product - of_cells).norm(), 0.1 * product.norm());
   OfAllNodes<NodeVector>().apply(mesh, x, added, [&](const NodeVector& from, NodeVector& to) {
     by_cells(from, to);
-    add_product(mesh, potential.couplings(), from, to);
+    potential.couplings().add_product(mesh, from, to);
   });
   EXPECT_LT((product - added).norm(), 1e-12 * product.norm());
   // Both moved as one: no spring is drawn.
@@ -277,18 +277,17 @@ TEST_P(SegmentContact, CouplingsOfParentsAreGalerkinProducts) {
   const Hierarchy hierarchy(cells, 60);
   ASSERT_GT(hierarchy.meshes.size(), 1U);
   const NodeVector coarse = noise(hierarchy.meshes[1].num_dofs(), 1, 3);
-  const auto multiply = [](const Mesh& on, const std::vector<Coupling>& couplings, const NodeVector& x, NodeVector& y) {
+  const auto multiply = [](const Mesh& on, const Couplings& couplings, const NodeVector& x, NodeVector& y) {
     OfAllNodes<NodeVector>().apply(on, x, y, [&](const NodeVector& from, NodeVector& to) {
       to = NodeVector::Zero(from.size());
-      add_product(on, couplings, from, to);
+      couplings.add_product(on, from, to);
     });
   };
   NodeVector fine, product(mesh.num_dofs()), expected, found(coarse.size());
   hierarchy.prolongations[0].prolongate(coarse, fine);
   multiply(mesh, potential.couplings(), fine, product);
   hierarchy.prolongations[0].restrict_to(product, expected);
-  multiply(hierarchy.meshes[1], passed_to_parents(potential.couplings(), hierarchy.merges[0], mesh.num_cells()), coarse,
-           found);
+  multiply(hierarchy.meshes[1], potential.couplings().of_parents(hierarchy.merges[0], mesh.num_cells()), coarse, found);
   EXPECT_GT(expected.norm(), 0);
   EXPECT_LT((found - expected).norm(), 1e-6 * expected.norm());  // weights of a Prolongation are of single precision
 }
