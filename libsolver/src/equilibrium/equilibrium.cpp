@@ -184,8 +184,9 @@ Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int lev
       begin = to_field(*start);
       levels.start = &begin;
     }
+    SegmentShapes shapes;
     levels.make = [&](int n, const Scene& of_level) {
-      return std::make_unique<LocalLevel>(lattice, of_level, n, matchings);
+      return std::make_unique<LocalLevel>(lattice, of_level, n, matchings, &shapes);
     };
     return solve_forward(lattice, scene, level, std::move(levels), std::move(report), progress);
   };

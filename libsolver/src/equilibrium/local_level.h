@@ -13,9 +13,10 @@ class LocalLevel {
 public:
   using Vector = NodeVector;
 
-  /// @param matchings  see LevelProblem
-  LocalLevel(const hexmesh::Lattice& lattice, const Scene& scene, int level, Matchings matchings = {})
-      : problem_(lattice, scene, level, std::move(matchings)) {}
+  /// @param matchings, shapes  see LevelProblem
+  LocalLevel(const hexmesh::Lattice& lattice, const Scene& scene, int level, Matchings matchings = {},
+             SegmentShapes* shapes = nullptr)
+      : problem_(lattice, scene, level, std::move(matchings), shapes) {}
 
   const LevelProblem& problem() const noexcept { return problem_; }
   LevelProblem& mutable_problem() noexcept { return problem_; }

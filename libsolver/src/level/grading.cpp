@@ -6,7 +6,7 @@
 #include <unordered_map>
 
 #include "level/coarser_levels.h"
-#include "level/segment_contact.h"
+#include "level/make_contacts.h"
 #include "selection/selection.h"
 #include "terms/contact.h"
 

@@ -10,7 +10,6 @@
 #include "constraints/supports.h"
 #include "level/grading.h"
 #include "level/islands.h"
-#include "level/segment_contact.h"
 #include "selection/selection.h"
 #include "terms/cell_measures.h"
 #include "terms/loads.h"
@@ -67,7 +66,8 @@ std::size_t coarsest_dofs(const Lattice& lattice, const Scene& scene) {
   return is_of_high_contrast(lattice) ? of_high_contrast : Hierarchy::usual_coarsest_dofs;
 }
 
-LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level, Matchings matchings)
+LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level, Matchings matchings,
+                           SegmentShapes* shapes)
     : cells_(cells_for(lattice, scene, level)),
       scene_(scene),
       progress_(at_the_end(scene)),
@@ -84,18 +84,8 @@ LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level
   constraints_ = std::make_unique<Constraints>(mesh(), std::move(points));
   new_loads_ = make_loads(scene, cells_, mesh(), selector);
   for (const auto& load : new_loads_) loads_.push_back(load.get());
-  if (!scene.contacts.empty()) {
-    const bool has_obstacles =
-        std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& c) { return !c.is_within_body(); });
-    const std::vector<SurfacePoint> surface = has_obstacles ? selector.whole_surface() : std::vector<SurfacePoint>();
-    for (const Contact& c : scene.contacts) {
-      new_contacts_.push_back(c.is_within_body()
-                                  ? make_segment_contact(c, cells_, mesh(), selector, is_hard(c, scene))
-                                  : std::make_unique<PenaltyContact>(c, cells_, mesh(), surface, is_hard(c, scene)));
-      contacts_.push_back(new_contacts_.back().get());
-      if (scene.dynamics) contacts_.back()->hold_pairs();
-    }
-  }
+  new_contacts_ = make_contacts(scene, cells_, mesh(), selector, shapes);
+  for (const auto& contact : new_contacts_) contacts_.push_back(contact.get());
   expect_embedded(scene, matchings, matched);
   new_matches_ = make_match_terms(scene, matchings, mesh(), matched);
   for (const auto& match : new_matches_) matches_.push_back(match.get());

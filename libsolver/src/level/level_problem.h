@@ -8,8 +8,8 @@
 #include "constraints/constraints.h"
 #include "hexsolver/report/report.h"
 #include "hexsolver/scene/scene.h"
+#include "level/make_contacts.h"
 #include "multigrid/multigrid.h"
-#include "terms/contact.h"
 #include "terms/dead_load.h"
 #include "terms/elastic.h"
 #include "terms/grabs.h"
@@ -34,7 +34,9 @@ public:
   /// Finds what the conditions and forces select and what nothing holds.
   /// @throws Error{geometry} for selections and missing supports
   /// @param matchings  of the scene, where they are there already
-  LevelProblem(const hexmesh::Lattice& lattice, const Scene& scene, int level, Matchings matchings = {});
+  /// @param shapes     of the lattice under the scene, which this adds to; null: its own
+  LevelProblem(const hexmesh::Lattice& lattice, const Scene& scene, int level, Matchings matchings = {},
+               SegmentShapes* shapes = nullptr);
   LevelProblem(const LevelProblem&) = delete;
   LevelProblem& operator=(const LevelProblem&) = delete;
 

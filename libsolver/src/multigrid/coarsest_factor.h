@@ -22,8 +22,7 @@ public:
   ///                   is as good as P K P for large w. Null on others
   /// @returns whether the matrix is positive definite
   template <class MatrixOf>
-  bool compute(const Mesh& mesh, const MatrixOf& matrix_of, const Couplings& couplings,
-               const HeldDirections* held) {
+  bool compute(const Mesh& mesh, const MatrixOf& matrix_of, const Couplings& couplings, const HeldDirections* held) {
     if (!is_dense_) is_dense_ = mesh.num_dofs() <= Multigrid::most_dense || (held && fills(*held, mesh.num_dofs()));
     return *is_dense_ ? compute_dense(mesh, matrix_of, couplings, held)
                       : compute_sparse(mesh, matrix_of, couplings, held);
@@ -105,12 +104,11 @@ private:
             entries.emplace_back(first_row + row, first_column + column, block(row, column));
       });
     }
-    couplings.for_each_block(
-        mesh, [&](std::int32_t first_row, std::int32_t first_column, const Mat3& block) {
-          for (int column = 0; column < 3; ++column)
-            for (int row = 0; row < 3; ++row)
-              entries.emplace_back(3 * Index{first_row} + row, 3 * Index{first_column} + column, block(row, column));
-        });
+    couplings.for_each_block(mesh, [&](std::int32_t first_row, std::int32_t first_column, const Mat3& block) {
+      for (int column = 0; column < 3; ++column)
+        for (int row = 0; row < 3; ++row)
+          entries.emplace_back(3 * Index{first_row} + row, 3 * Index{first_column} + column, block(row, column));
+    });
     if (held)
       held->for_each_held_entry([&](Index row, Index column, double value) {
         entries.emplace_back(row, column, held_over_nodal * largest * value);

@@ -38,7 +38,7 @@ private:
   using Point = Eigen::Matrix<Scalar, 3, 1>;
   struct Level {
     CellMatrices<Scalar> matrices;        ///< none on the finest level, whose operator is the potential's
-    Couplings couplings;                 ///< likewise, beside the matrices of cells
+    Couplings couplings;                  ///< likewise, beside the matrices of cells
     std::vector<Block> inverse_diagonal;  ///< D^-1 per node
     double largest_eigenvalue = 0;        ///< of D^-1 A
     std::unique_ptr<BraessSarazinSmoother<Scalar>> braess_sarazin;  ///< where cells are nearly incompressible

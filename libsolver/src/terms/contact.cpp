@@ -39,7 +39,7 @@ PenaltyContact::PenaltyContact(const Contact& contact, const MeshCells& cells, c
     if (!other_) continue;
     points_.back().outside = other_->outside[n];
     if (other_->is_self) continue;
-    const double depth = other_->distance.gap(points_.back().rest).depth;
+    const double depth = other_->distance->gap(points_.back().rest).depth;
     points_.back().begin = other_->touching[n] ? depth : std::min(0.0, depth + other_->outside[n]);
     points_.back().is_bonded = other_->touching[n] && contact.adhesion;
   }
@@ -203,13 +203,9 @@ void PenaltyContact::add_turning_product(const Vector& x, Vector& y) const {
 template void PenaltyContact::add_turning_product(const NodeVector&, NodeVector&) const;
 template void PenaltyContact::add_turning_product(const FloatNodeVector&, FloatNodeVector&) const;
 
-void PenaltyContact::add_cell_hessian(std::size_t cell, CellMatrix& h) const {
-  active_.add_cell_hessian(cell, h);
-}
+void PenaltyContact::add_cell_hessian(std::size_t cell, CellMatrix& h) const { active_.add_cell_hessian(cell, h); }
 
-std::int32_t PenaltyContact::shared_hessian(std::size_t cell) const {
-  return active_.shared_hessian(cell);
-}
+std::int32_t PenaltyContact::shared_hessian(std::size_t cell) const { return active_.shared_hessian(cell); }
 
 std::size_t PenaltyContact::bytes() const {
   std::size_t sum = hexmesh::bytes_of(points_) + hexmesh::bytes_of(held_off_) + hexmesh::bytes_of(kept_held_off_) +
@@ -217,7 +213,7 @@ std::size_t PenaltyContact::bytes() const {
                     couplings_.bytes() + hexmesh::bytes_of(turnings_);
   for (const Places* places : std::initializer_list<const Places*>{&seen_, &held_, &found_})
     sum += hexmesh::bytes_of(places->all) + static_cast<std::size_t>(places->at.size()) * sizeof(double);
-  return sum + (other_ ? other_->map.bytes() + other_->distance.bytes() + hexmesh::bytes_of(other_->surface) : 0);
+  return sum + (other_ ? other_->map.bytes() + other_->distance->bytes() + hexmesh::bytes_of(other_->surface) : 0);
 }
 
 double PenaltyContact::attach(const NodeVector& u, double learns, double stiffer) {

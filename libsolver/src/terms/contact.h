@@ -17,7 +17,7 @@ namespace hexsolver {
 
 /// A segment that another one's surface touches, or its own, in place of an obstacle.
 struct OtherSegment {
-  hexmesh::SegmentDistance distance;
+  std::shared_ptr<const hexmesh::SegmentDistance> distance;  ///< never null
   BodyMap map;
   double young;                       ///< [MPa]
   std::vector<bool> touching;         ///< of the surface points, those that are on it at rest

@@ -24,7 +24,7 @@ PenaltyContact::Located PenaltyContact::locate(const Point& p, const NodeVector&
   const BodyMap::Own own{p.cell, p.rest};
   const BodyMap::Place there =
       other_->map.find(x, u, p.near, other_->is_self ? &own : nullptr,
-                       [&](const BodyMap::Place& at) { return other_->distance.gap(at.rest).depth; });
+                       [&](const BodyMap::Place& at) { return other_->distance->gap(at.rest).depth; });
   if (there.cell < 0)
     return {{{}, Mat3::Zero(), false}, {std::numeric_limits<double>::infinity(), Vec3::Zero(), Mat3::Zero()}};
   return located_at(p, there);
@@ -32,7 +32,7 @@ PenaltyContact::Located PenaltyContact::locate(const Point& p, const NodeVector&
 
 PenaltyContact::Located PenaltyContact::located_at(const Point& p, const BodyMap::Place& there) const {
   Located out{{there.rest, there.to_rest, true, there.cell, there.weights, there.local},
-              other_->distance.gap(there.rest)};
+              other_->distance->gap(there.rest)};
   out.gap.depth += p.outside - p.begin;
   return out;
 }
@@ -45,7 +45,7 @@ PenaltyContact::Located PenaltyContact::locate_held(const Point& p, const Locate
   Located out = pair;
   const Vec3 other = pair.at.place + mesh_.interpolate(pair.at.cell, pair.at.weights, u);
   out.at.place += pair.at.to_frame * (now(p, u) - other);
-  out.gap = other_->distance.gap(out.at.place);
+  out.gap = other_->distance->gap(out.at.place);
   out.gap.depth += p.outside - p.begin;
   return out;
 }
@@ -185,7 +185,7 @@ public:
     deepest_ = std::min(deepest_, then.gap.depth);
     const double turned = normal_.dot(then.gap.normal) / (normal_.norm() * then.gap.normal.norm());
     if (turned < another_way && deepest_ < -deep) return true;
-    if (turned < other_way && other_.distance.gap((last_.at.place + then.at.place) / 2).depth < 0) return true;
+    if (turned < other_way && other_.distance->gap((last_.at.place + then.at.place) / 2).depth < 0) return true;
     if (then.gap.depth >= -deep)
       begin_at(then);
     else

@@ -42,7 +42,7 @@ bool PenaltyContact::goes_too_far(const Progress& from, const Progress& to) cons
 
 double PenaltyContact::largest_load_step(double displaced) const {
   const double most = has_friction() ? part_with_friction : 1;
-  if (other_) return std::min(most, part_of_thickness * other_->distance.thickness() / std::max(displaced, 1e-9));
+  if (other_) return std::min(most, part_of_thickness * other_->distance->thickness() / std::max(displaced, 1e-9));
   if (is_boundless()) return contact_.turn ? std::min(most, 1.0 / 8) : most;
   const double turned = contact_.turn ? std::abs(contact_.turn->radians) : 0;
   const double moved =

@@ -11,9 +11,9 @@
 
 namespace hexsolver {
 
-/// What couples pairs of cells in a second derivative of energy, sum_p -H_a^T A H_b and its transpose, over the points p
-/// of cell a that meet a point of cell b. What each has for itself, H_a^T A H_a, is of its cell. Kept as one matrix for
-/// each pair: points are many, pairs few.
+/// What couples pairs of cells in a second derivative of energy, sum_p -H_a^T A H_b and its transpose, over the points
+/// p of cell a that meet a point of cell b. What each has for itself, H_a^T A H_a, is of its cell. Kept as one matrix
+/// for each pair: points are many, pairs few.
 class Couplings {
 public:
   void clear();

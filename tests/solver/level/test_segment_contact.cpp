@@ -6,7 +6,7 @@
 
 #include "hexmesh/core/error.h"
 #include "hexmesh/lattice/segment_distance.h"
-#include "level/segment_contact.h"
+#include "level/make_contacts.h"
 #include "mesh/hierarchy.h"
 #include "solver/level/contacts.h"
 #include "solver/terms/derivatives.h"
@@ -199,7 +199,7 @@ protected:
     c.stiffness = 0.03;
     c.friction = 0.3;
     Selector selector(cells, mesh);
-    auto term = make_segment_contact(c, cells, mesh, selector, false);
+    auto term = make_segment_contact(c, SegmentShapes().of(c, 0, cells.lattice()), cells, mesh, selector, false);
     contact = term.get();
     if (std::get<1>(GetParam())) contact->hold_pairs();
     potential.add(std::move(term));

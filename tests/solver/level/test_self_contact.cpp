@@ -5,7 +5,7 @@
 
 #include "hexmesh/core/error.h"
 #include "hexsolver/dynamics/motion.h"
-#include "level/segment_contact.h"
+#include "level/make_contacts.h"
 #include "solver/level/contacts.h"
 #include "solver/terms/derivatives.h"
 #include "support/bodies.h"
@@ -81,7 +81,7 @@ protected:
     Contact c = itself();
     c.stiffness = 0.03;
     Selector selector(cells, mesh);
-    auto term = make_segment_contact(c, cells, mesh, selector, false);
+    auto term = make_segment_contact(c, SegmentShapes().of(c, 0, cells.lattice()), cells, mesh, selector, false);
     contact = term.get();
     if (std::get<1>(GetParam())) contact->hold_pairs();
     potential.add(std::move(term));

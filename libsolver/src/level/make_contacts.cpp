@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "level/segment_contact.h"
+#include "level/make_contacts.h"
 
 #include <fmt/format.h>
 
@@ -125,6 +125,28 @@ std::vector<std::uint16_t> roles(const Lattice& lattice, const Pair& pair) {
   return out;
 }
 
+SegmentShape make_shape(const Contact& contact, const Lattice& lattice) {
+  const Pair pair = contact.self ? body_with_itself(contact, lattice) : pair_of_segments(contact, lattice);
+  const std::vector<std::uint16_t> labels = roles(lattice, pair);
+  const auto distance = std::make_shared<const hexmesh::SegmentDistance>(lattice.voxels, labels, second, first_alone);
+  const double voxel = lattice.voxels.spacing().minCoeff();
+  if (distance->thickness() < 1.25 * voxel)
+    throw Error(ErrorKind::input,
+                fmt::format("contact '{}' ({}) is with what is nowhere three voxels of {:g} mm thick, whose surface is "
+                            "told by means over neighbours, expected finer voxels",
+                            contact.name, contact.where, voxel));
+  std::optional<hexmesh::SegmentDistance> own;
+  if (!contact.self) own.emplace(lattice.voxels, labels, first_alone, second);
+  SegmentShape out{pair.second, pair.young, pair.faces, {}, {}, distance};
+  for (const hexmesh::ExposedFace& face : pair.faces) {
+    const bool touches = !contact.self && pair.second[face.neighbour];
+    const Vec3 at = lattice.voxels.position(hexmesh::face_index(face));
+    out.touching.push_back(touches);
+    out.outside.push_back(touches ? 0 : outside_own(own ? *own : *distance, at, lattice.voxels.spacing().maxCoeff()));
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<Vec3> places_of_touch(const Contact& contact, const Lattice& lattice) {
@@ -136,38 +158,51 @@ std::vector<Vec3> places_of_touch(const Contact& contact, const Lattice& lattice
   return out;
 }
 
-std::unique_ptr<PenaltyContact> make_segment_contact(const Contact& contact, const MeshCells& cells, const Mesh& mesh,
-                                                     Selector& selector, bool is_hard) {
+const SegmentShape& SegmentShapes::of(const Contact& contact, std::size_t number, const Lattice& lattice) {
+  if (number >= shapes_.size()) shapes_.resize(number + 1);
+  if (!shapes_[number]) shapes_[number] = std::make_unique<const SegmentShape>(make_shape(contact, lattice));
+  return *shapes_[number];
+}
+
+std::unique_ptr<PenaltyContact> make_segment_contact(const Contact& contact, const SegmentShape& shape,
+                                                     const MeshCells& cells, const Mesh& mesh, Selector& selector,
+                                                     bool is_hard) {
   const Lattice& lattice = cells.lattice();
-  const Pair pair = contact.self ? body_with_itself(contact, lattice) : pair_of_segments(contact, lattice);
-  const std::vector<std::uint16_t> labels = roles(lattice, pair);
-  hexmesh::SegmentDistance distance(lattice.voxels, labels, second, first_alone);
-  const double voxel = lattice.voxels.spacing().minCoeff();
-  if (distance.thickness() < 1.25 * voxel)
-    throw Error(ErrorKind::input,
-                fmt::format("contact '{}' ({}) is with what is nowhere three voxels of {:g} mm thick, whose surface is "
-                            "told by means over neighbours, expected finer voxels",
-                            contact.name, contact.where, voxel));
-  const double at_once = std::min(distance.thickness() / 4, 2 * voxel);
   const bool is_self = contact.self.has_value();
-  auto segment = std::make_unique<OtherSegment>(
-      OtherSegment{std::move(distance), BodyMap(cells, mesh, pair.second), pair.young, {}, {}, at_once, is_self, {}});
-  if (!contact.self) {
-    Labels others = pair.second;
+  const double at_once = std::min(shape.distance->thickness() / 4, 2 * lattice.voxels.spacing().minCoeff());
+  auto segment = std::make_unique<OtherSegment>(OtherSegment{shape.distance,
+                                                             BodyMap(cells, mesh, shape.second),
+                                                             shape.young,
+                                                             shape.touching,
+                                                             shape.outside,
+                                                             at_once,
+                                                             is_self,
+                                                             {}});
+  if (!is_self) {
+    Labels others = shape.second;
     others.flip();
-    segment->surface = selector.centers_of(faces_between(lattice, pair.second, others));
+    segment->surface = selector.centers_of(faces_between(lattice, shape.second, others));
   }
-  const std::vector<SurfacePoint> points = selector.centers_of(pair.faces);
-  std::optional<hexmesh::SegmentDistance> own;
-  if (!contact.self) own.emplace(lattice.voxels, labels, first_alone, second);
-  for (std::size_t n = 0; n < points.size(); ++n) {
-    const bool touches = !contact.self && pair.second[pair.faces[n].neighbour];
-    const Vec3 at = mesh.rest_position(points[n].cell, points[n].weights);
-    segment->touching.push_back(touches);
-    segment->outside.push_back(
-        touches ? 0 : outside_own(own ? *own : segment->distance, at, lattice.voxels.spacing().maxCoeff()));
+  return std::make_unique<PenaltyContact>(contact, cells, mesh, selector.centers_of(shape.faces), is_hard,
+                                          std::move(segment));
+}
+
+std::vector<std::unique_ptr<PenaltyContact>> make_contacts(const Scene& scene, const MeshCells& cells, const Mesh& mesh,
+                                                           Selector& selector, SegmentShapes* shapes) {
+  const bool has_obstacles =
+      std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& c) { return !c.is_within_body(); });
+  const std::vector<SurfacePoint> surface = has_obstacles ? selector.whole_surface() : std::vector<SurfacePoint>();
+  SegmentShapes own;
+  std::vector<std::unique_ptr<PenaltyContact>> out;
+  for (std::size_t n = 0; n < scene.contacts.size(); ++n) {
+    const Contact& c = scene.contacts[n];
+    const bool hard = is_hard(c, scene);
+    out.push_back(c.is_within_body() ? make_segment_contact(c, (shapes ? *shapes : own).of(c, n, cells.lattice()),
+                                                            cells, mesh, selector, hard)
+                                     : std::make_unique<PenaltyContact>(c, cells, mesh, surface, hard));
+    if (scene.dynamics) out.back()->hold_pairs();
   }
-  return std::make_unique<PenaltyContact>(contact, cells, mesh, points, is_hard, std::move(segment));
+  return out;
 }
 
 }  // namespace hexsolver
