@@ -45,6 +45,9 @@ PenaltyContact::PenaltyContact(const Contact& contact, const MeshCells& cells, c
   }
   if (is_hard) kept_held_off_.resize(points_.size());
   std::stable_sort(points_.begin(), points_.end(), [](const Point& a, const Point& b) { return a.cell < b.cell; });
+  std::size_t num_cells = 0;
+  for (std::size_t n = 0; n < points_.size(); ++n) num_cells += n == 0 || points_[n].cell != points_[n - 1].cell;
+  active_.reserve(num_cells);
   const NodeVector at_rest = NodeVector::Zero(3 * static_cast<Eigen::Index>(mesh.num_all_nodes()));
   remember_cells(at_rest);
   if (has_friction()) {

@@ -13,14 +13,23 @@ CellVector spread_to_nodes(const NodeWeights& weights, const Vec3& force) {
 }
 
 void PointHessians::clear() {
+  for (const Sum& sum : sums_) number_[sum.cell] = -1;
   sums_.clear();
-  number_.clear();
+}
+
+void PointHessians::reserve(std::size_t num_cells) {
+  number_.resize(mesh_.num_cells(), -1);
+  sums_.reserve(num_cells);
 }
 
 void PointHessians::add(std::int32_t cell, const NodeWeights& weights, const Mat3& hessian) {
-  const auto [entry, is_new] = number_.try_emplace(static_cast<std::size_t>(cell), sums_.size());
-  if (is_new) sums_.push_back({entry->first, CellMatrix::Zero()});
-  add_point_product(weights.data(), weights.data(), hessian.data(), sums_[entry->second].matrix.data());
+  const std::size_t c = hexmesh::as_size(cell);
+  number_.resize(mesh_.num_cells(), -1);
+  if (number_[c] < 0) {
+    number_[c] = static_cast<std::int32_t>(sums_.size());
+    sums_.push_back({c, CellMatrix::Zero()});
+  }
+  add_point_product(weights.data(), weights.data(), hessian.data(), sums_[hexmesh::as_size(number_[c])].matrix.data());
 }
 
 template <class Vector>
@@ -37,15 +46,13 @@ template void PointHessians::add_product_of(const NodeVector& x, NodeVector& y) 
 template void PointHessians::add_product_of(const FloatNodeVector& x, FloatNodeVector& y) const;
 
 void PointHessians::add_cell_hessian(std::size_t cell, CellMatrix& h) const {
-  if (const auto found = number_.find(cell); found != number_.end()) h += sums_[found->second].matrix;
+  if (shared_hessian(cell) == Term::own_hessian) h += sums_[hexmesh::as_size(number_[cell])].matrix;
 }
 
 std::int32_t PointHessians::shared_hessian(std::size_t cell) const {
-  return number_.contains(cell) ? Term::own_hessian : Term::no_hessian;
+  return number_.empty() || number_[cell] < 0 ? Term::no_hessian : Term::own_hessian;
 }
 
-std::size_t PointHessians::bytes() const {
-  return hexmesh::bytes_of(sums_) + number_.size() * sizeof(*number_.begin());
-}
+std::size_t PointHessians::bytes() const { return hexmesh::bytes_of(sums_) + hexmesh::bytes_of(number_); }
 
 }  // namespace hexsolver

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <map>
 #include <vector>
 
 #include "terms/term.h"
@@ -17,6 +16,8 @@ public:
   explicit PointHessians(const Mesh& mesh) : mesh_(mesh) {}  ///< `mesh` must outlive this
 
   void clear();
+  /// So that points of so many cells take no memory later.
+  void reserve(std::size_t num_cells);
   void add(std::int32_t cell, const NodeWeights& weights, const Mat3& hessian);
 
   // As of a Term:
@@ -36,7 +37,7 @@ private:
 
   const Mesh& mesh_;
   std::vector<Sum> sums_;
-  std::map<std::size_t, std::size_t> number_;  ///< of a cell in sums_
+  std::vector<std::int32_t> number_;  ///< of each cell in sums_, -1: none; empty before the first is added
 };
 
 }  // namespace hexsolver

@@ -52,8 +52,8 @@ struct ContactOnLevel {
       : ContactOnLevel(scene, cells_of(lattice, number)) {}
   ContactOnLevel(const hexsolver::Contact& scene, const hexsolver::MeshCells& of) : cells(of) {
     hexsolver::Selector selector(cells, mesh);
-    contact = hexsolver::make_segment_contact(scene, hexsolver::SegmentShapes().of(scene, 0, cells.lattice()), cells, mesh,
-                                              selector, false);
+    contact = hexsolver::make_segment_contact(scene, hexsolver::SegmentShapes().of(scene, 0, cells.lattice()), cells,
+                                              mesh, selector, false);
   }
   const hexsolver::MeshCells cells;
   const hexsolver::Mesh mesh = cells.make_mesh();
