@@ -92,24 +92,31 @@ private:
   bool at_rest_ = false;
 };
 
+/// With places held as they are, where forces have jumps without.
+/// @returns nothing where they have none, or where there is no solution: then u is what it was, and the work `in_vain`
+template <class Level, class Vector>
+std::optional<NewtonOutcomeOf<Vector>> minimize_with_places_held(Level& level, const NewtonOptions& options, Vector& u,
+                                                                 const NewtonProgress& progress,
+                                                                 NewtonReport& in_vain) {
+  if constexpr (requires { level.settle(u); }) {
+    if (!level.settle(u)) return {};
+    Vector free = copy_of(u);
+    NewtonOutcomeOf<Vector> outcome = level.minimize(options, u, progress);
+    if (outcome.converged) return outcome;
+    add_work(in_vain, outcome);
+    u = std::move(free);
+    level.unsettle();
+  }
+  return {};
+}
+
 /// To the tolerance where rounds end: with places held as they are then, where forces have jumps without; where that
 /// fails, or they are not at rest, free first.
 template <class Level, class Vector>
 NewtonOutcomeOf<Vector> end_rounds(Level& level, const NewtonOptions& options, Vector& u,
                                    const NewtonProgress& progress, bool at_rest) {
   NewtonReport in_vain;
-  const auto with_places_held = [&]() -> std::optional<NewtonOutcomeOf<Vector>> {
-    if constexpr (requires { level.settle(u); }) {
-      if (!level.settle(u)) return {};
-      Vector free = copy_of(u);
-      NewtonOutcomeOf<Vector> outcome = level.minimize(options, u, progress);
-      if (outcome.converged) return outcome;
-      add_work(in_vain, outcome);
-      u = std::move(free);
-      level.unsettle();
-    }
-    return {};
-  };
+  const auto with_places_held = [&] { return minimize_with_places_held(level, options, u, progress, in_vain); };
   std::optional<NewtonOutcomeOf<Vector>> end;
   if (at_rest) end = with_places_held();
   if (!end) {
@@ -151,9 +158,14 @@ NewtonOutcomeOf<Vector> minimize_in_rounds(Level& level, const NewtonOptions& op
     NewtonOptions roughly = sharply;
     roughly.tolerance = std::max(rounds.tolerance(), options.tolerance);
     roughly.estimate_error = false;
-    const NewtonOutcomeOf<Vector> outcome = level.minimize(roughly, u, progress);
+    NewtonOutcomeOf<Vector> outcome = level.minimize(roughly, u, progress);
     add_work(before, outcome);
     if (outcome.interrupted) break;
+    if (outcome.end == NewtonEnd::no_descent)  // where forces jump no step may lead down
+      if (auto held = minimize_with_places_held(level, roughly, u, progress, before)) {
+        outcome = std::move(*held);
+        add_work(before, outcome);
+      }
     if (outcome.end == NewtonEnd::start_is_inside_out && halvings++ < most_halvings) {
       set_sum(displacement, u, -1, begin);  // a coarser level's solution: halfway back
       set_sum(u, begin, 0.5, displacement);

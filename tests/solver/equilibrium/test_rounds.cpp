@@ -48,4 +48,46 @@ TEST(Rounds, WithoutASolutionSoftenSprings) {
   EXPECT_FALSE(rounds.at_rest());
 }
 
+/// A body that comes nine tenths nearer to 1 in each solution, where none is found as long as places are free: its
+/// forces jump.
+struct Jumping {
+  using Vector = NodeVector;
+  struct Size {
+    double mean;
+  };
+  bool is_held = false;
+  int in_vain = 0;
+
+  bool attach(const NodeVector& /*u*/, const PullMode& /*mode*/) {
+    is_held = false;
+    return true;
+  }
+  bool settle(const NodeVector& /*u*/) { return is_held = true; }
+  void unsettle() { is_held = false; }
+  RoundLimits round_limits(Aim /*aim*/) const { return {1e-6, 1e-4, 200}; }
+  NodeVector make_start() const { return NodeVector::Zero(1); }
+  NodeVector make_zero() const { return NodeVector::Zero(1); }
+  double diameter() const { return 1; }
+  Size size_in_material(const NodeVector& field, bool /*with_islands*/) const { return {std::abs(field[0])}; }
+  NewtonOutcome minimize(const NewtonOptions& /*options*/, NodeVector& u, const NewtonProgress& /*progress*/) {
+    NewtonOutcome out;
+    out.iterations = 1;
+    out.converged = is_held;
+    out.end = is_held ? NewtonEnd::converged : NewtonEnd::no_descent;
+    if (is_held) u[0] += 0.9 * (1 - u[0]);
+    in_vain += !is_held;
+    return out;
+  }
+};
+
+TEST(Rounds, GoOnWithPlacesHeldWhereForcesJump) {
+  Jumping body;
+  NodeVector u = NodeVector::Zero(1);
+  const NewtonOutcome outcome = minimize_in_rounds(body, {}, u, {}, Aim::result, LetsGo::never);
+  EXPECT_TRUE(outcome.converged);
+  EXPECT_EQ(outcome.moving, 0);  // at rest
+  EXPECT_NEAR(u[0], 1, 1e-6);
+  EXPECT_LE(body.in_vain, 10);
+}
+
 }  // namespace test_rounds
