@@ -38,8 +38,10 @@ template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::coarsen(std::size_t level) {
   const std::vector<std::size_t> first_of = share_matrices(level);
   Level& to = levels_[level + 1];
-  to.couplings = (level == 0 ? potential_.couplings() : levels_[level].couplings)
-                     .of_parents(hierarchy_.merges[level], hierarchy_.meshes[level].num_cells());
+  const auto of_parents = [&](const Couplings& couplings) {
+    return couplings.of_parents(hierarchy_.merges[level], hierarchy_.meshes[level].num_cells());
+  };
+  to.couplings = level == 0 ? of_parents(potential_.couplings()) : of_parents(levels_[level].couplings);
   if (to.braess_sarazin) set_dilatations(level);
   const bool is_to_be_gathered = is_gathered(level + 1);
   std::vector<CellMatrix> shared_matrices(first_of.size());
