@@ -7,7 +7,7 @@
 namespace hexmesh {
 namespace {
 
-constexpr int voxels_beyond_rim = 6;  // farther than averages over next neighbours see, below the face too
+constexpr int voxels_beyond_rim = 9;  // farther than averages over next neighbours see, below the face too
 
 /// f(first, stride) for each line of a box along an axis.
 template <class F>
@@ -142,10 +142,18 @@ std::vector<float> SegmentDistance::measured(const std::vector<char>& is_inside)
 }
 
 std::vector<float> SegmentDistance::smoothed(const std::vector<float>& values) const {
+  std::vector<float> narrow = values;
+  smooth_narrowly(narrow);
+  std::vector<float> out = narrow;
+  for (const Means& means : {Means{3, 12, 8, 12}, Means{5, 18, 20, 26}}) smooth_widely(out, values, narrow, means);
+  return out;
+}
+
+/// Where means of this reach are cut into the same voxels, near steps and far from features; from there on gradually.
+void SegmentDistance::smooth_widely(std::vector<float>& out, const std::vector<float>& values,
+                                    const std::vector<float>& narrow, const Means& means) const {
   constexpr double most_off = 0.7, step_from = 0.01, near = 3;  // [voxels]
-  const std::vector<float> wide = widely_smoothed(values);
-  std::vector<float> out = values;
-  smooth_narrowly(out);
+  const std::vector<float> wide = mean_over(values, means);
   const Vec3& spacing = voxels_.spacing();
   const double voxel = spacing.maxCoeff();
   const std::array<std::size_t, 3> stride = strides_in(extent_);
@@ -161,30 +169,32 @@ std::vector<float> SegmentDistance::smoothed(const std::vector<float>& values) c
     const double height = slope.cwiseAbs2().dot(spacing) / slope.squaredNorm();  // of steps along the normal
     is_feature[n] = !(std::abs(wide[n] - values[n]) <= most_off * height);
   }
-  const std::vector<float> to_feature = squared_distances(is_feature, extent_, spacing, most_);
+  const auto farthest = static_cast<float>(means.much * voxel);
+  const std::vector<float> to_feature = squared_distances(is_feature, extent_, spacing, farthest);
   /// 0 where a squared distance is little, 1 where it is much.
   const auto far = [&](float squared) {
-    constexpr double little = 8, much = most_voxels;
-    const double part = std::clamp((std::sqrt(squared) / voxel - little) / (much - little), 0.0, 1.0);
+    const double part = std::clamp((std::sqrt(squared) / voxel - means.little) / (means.much - means.little), 0.0, 1.0);
     return part * part * (3 - 2 * part);
   };
   for (std::size_t n = 0; n < values.size(); ++n)
-    is_step[n] = is_near(n) && far(to_feature[n]) > 0 && std::abs(out[n] - values[n]) > step_from * voxel;
-  const std::vector<float> to_step = squared_distances(is_step, extent_, spacing, most_);
+    is_step[n] = is_near(n) && far(to_feature[n]) > 0 && std::abs(narrow[n] - values[n]) > step_from * voxel;
+  const std::vector<float> to_step = squared_distances(is_step, extent_, spacing, farthest);
   for (std::size_t n = 0; n < out.size(); ++n)
     out[n] += static_cast<float>(far(to_feature[n]) * (1 - far(to_step[n])) * (wide[n] - out[n]));
-  return out;
 }
 
-/// f + S (f - S f) of the mean S: a mean alone would shrink what is round.
-std::vector<float> SegmentDistance::widely_smoothed(const std::vector<float>& values) const {
-  constexpr int times = 3, reach = 3;
+/// f + S (f - S f) of the mean S, f as far as these means see it: a mean alone would shrink what is round.
+std::vector<float> SegmentDistance::mean_over(const std::vector<float>& values, const Means& means) const {
+  constexpr int times = 3;
   const auto mean_of = [&](std::vector<float> of) {
     for (int time = 0; time < times; ++time)
-      for (std::size_t axis = 0; axis < 3; ++axis) average(of, extent_, axis, reach);
+      for (std::size_t axis = 0; axis < 3; ++axis) average(of, extent_, axis, means.reach);
     return of;
   };
-  std::vector<float> out = mean_of(values), rest = values;
+  std::vector<float> rest = values;
+  const auto most = static_cast<float>(means.most * voxels_.spacing().maxCoeff());
+  for (float& value : rest) value = std::clamp(value, -most, most);
+  std::vector<float> out = mean_of(rest);
   for (std::size_t n = 0; n < rest.size(); ++n) rest[n] -= out[n];
   rest = mean_of(std::move(rest));
   for (std::size_t n = 0; n < out.size(); ++n) out[n] += rest[n];

@@ -13,8 +13,9 @@ namespace hexmesh {
 /// How far places at rest are from the surface of a segment, smoothly: the distance from its voxels, outside, or from
 /// those that are none of its, inside; averaged over neighbours so that the steps of voxels turn into slopes, and
 /// interpolated by quadratic B-splines, so that its gradient is continuous. Averages are over next neighbours, or over
-/// some ten voxels where these give a surface that would be cut into the same voxels: wide terraces become round. Not
-/// within eight voxels of where they do not, edges and what is thin, and not where there are no steps.
+/// some ten voxels, or sixteen, where these give a surface that would be cut into the same voxels: wide terraces become
+/// round. Not within eight voxels, or twenty, of where they do not, edges and what is thin, and not where there are no
+/// steps.
 ///
 /// Where another segment touches it the face between both goes on a little beyond its rim, into what is nearer to this
 /// one than to the other: averages would round off the rim. Where the segment itself is more than two voxels farther
@@ -22,7 +23,7 @@ namespace hexmesh {
 class SegmentDistance {
 public:
   /// Farther than so many of the longest edges of a voxel all is as far.
-  static constexpr int most_voxels = 12;
+  static constexpr int most_voxels = 18;
 
   /// @param voxels, labels  of a lattice's box; beyond it there is nothing
   /// @param beside  label of the other segment
@@ -41,7 +42,14 @@ private:
   bool extend(std::vector<char>& is_inside, const std::vector<char>& is_beside) const;  ///< whether another touches
   std::vector<float> measured(const std::vector<char>& is_inside) const;
   std::vector<float> smoothed(const std::vector<float>& values) const;
-  std::vector<float> widely_smoothed(const std::vector<float>& values) const;
+  struct Means {
+    int reach;            ///< over 2 reach + 1 neighbours, three times
+    double most;          ///< farther all is as far, so that balls stay as large as they are [voxels]
+    double little, much;  ///< how far from features they are not taken, and taken as they are [voxels]
+  };
+  void smooth_widely(std::vector<float>& out, const std::vector<float>& values, const std::vector<float>& narrow,
+                     const Means& means) const;
+  std::vector<float> mean_over(const std::vector<float>& values, const Means& means) const;
   void smooth_narrowly(std::vector<float>& values) const;
   Gap interpolate(const std::vector<float>& values, const Vec3& place) const;
 
