@@ -90,10 +90,10 @@ ElasticCells::Size LocalLevel::size_in_material(const NodeVector& field, bool wi
 RoundLimits LocalLevel::round_limits(Aim aim) const {
   if (!problem_.matches().empty()) return {};
   constexpr double first_tolerance = 1e-4;
-  // What friction did in a load step stays.
-  const bool is_all = aim == Aim::result || has_friction(problem_.scene());
-  return problem_.is_carried() && is_all ? RoundLimits{1e-6, first_tolerance, 200}
-                                         : RoundLimits{1e-3, first_tolerance, 40};
+  if (!problem_.is_carried()) return {1e-3, first_tolerance, 40};
+  if (aim == Aim::result) return {1e-6, first_tolerance, 200};
+  if (has_friction(problem_.scene())) return {1e-5, first_tolerance, 200};  // what it did in a load step stays
+  return {1e-3, first_tolerance, 40};
 }
 
 std::string LocalLevel::limit_reached(const NodeVector& u, bool nearly) const {

@@ -203,6 +203,7 @@ bool BodyMap::is_of_segment(const Place& place) const {
 
 bool BodyMap::is_elsewhere(const Place& place, const Own& own) const {
   if (touch(place.cell, own.cell)) return false;
+  if (!own.is_of_segment) return true;
   if (outside_cell(place.local) <= on_face && !shares_index_[hexmesh::as_size(place.cell)]) return true;
   return (place.rest - own.rest).norm() > size_of(place.cell).edge &&
          for_holders_near(place.rest, [&](std::int32_t holder) { return !touch(holder, own.cell); });

@@ -29,11 +29,12 @@ public:
     NodeWeights weights = NodeWeights::Zero();  ///< of the cell's nodes there
   };
 
-  /// A point of the segment itself: its place is where else it is, which is not in its own cell, nor in one that shares
-  /// a node with that, nor beyond a cell where the point is at rest.
+  /// What the point is of: its place is not in its own cell, which small pieces of the segment may move with, nor in
+  /// one that shares a node with that; of the segment itself nor beyond a cell where the point is at rest.
   struct Own {
     std::int32_t cell;
     Vec3 rest;  ///< [mm]
+    bool is_of_segment;
   };
   /// How far outside a place is in the rest shape [mm]; < 0 inside.
   using Depth = std::function<double(const Place&)>;
@@ -42,7 +43,7 @@ public:
   /// then the deepest.
   /// @param near   a cell to begin at and where in it, as of a displacement not far from u, whose place counts as the
   ///               nearest and is taken at once where it is inside; cell < 0: none
-  /// @param own    nullptr: not of the segment
+  /// @param own    nullptr: of no cell
   Place find(const Vec3& x, const NodeVector& u, const hexmesh::Embedding& near, const Own* own,
              const Depth& depth) const;
 

@@ -21,10 +21,9 @@ PenaltyContact::Located PenaltyContact::locate(const Point& p, const NodeVector&
     const Vec3 in_frame = place.inverse() * x;
     return {{in_frame, place.linear().transpose()}, hexmesh::gap_to(contact_.obstacle, in_frame)};
   }
-  const BodyMap::Own own{p.cell, p.rest};
-  const BodyMap::Place there =
-      other_->map.find(x, u, p.near, other_->is_self ? &own : nullptr,
-                       [&](const BodyMap::Place& at) { return other_->distance->gap(at.rest).depth; });
+  const BodyMap::Own own{p.cell, p.rest, other_->is_self};
+  const BodyMap::Place there = other_->map.find(
+      x, u, p.near, &own, [&](const BodyMap::Place& at) { return other_->distance->gap(at.rest).depth; });
   if (there.cell < 0)
     return {{{}, Mat3::Zero(), false}, {std::numeric_limits<double>::infinity(), Vec3::Zero(), Mat3::Zero()}};
   return located_at(p, there);

@@ -55,7 +55,7 @@ TEST(BodyMap, FindsWhereElseAPointIs) {
       std::size_t elsewhere = 0;
       for (const SurfacePoint& p : selector.whole_surface()) {
         const Vec3 rest = mesh.rest_position(p.cell, p.weights), x = rest + mesh.interpolate(p.cell, p.weights, u);
-        const BodyMap::Own own{p.cell, rest};
+        const BodyMap::Own own{p.cell, rest, true};
         const BodyMap::Place found = map.find(x, u, {}, &own, beyond_cell);
         if (found.cell < 0) continue;
         EXPECT_LT((found.rest + mesh.interpolate(found.cell, found.weights, u) - x).norm(), 1e-9);
