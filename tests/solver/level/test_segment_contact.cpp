@@ -201,6 +201,23 @@ NodeVector displaced_by(const MeshCells& cells, const Mesh& mesh,
   return u;
 }
 
+/// A voxel of the one within the other moves with that one's cell on coarse levels: what it would press is in that
+/// cell.
+TEST(SegmentsThatTouch, PiecesThatMoveWithTheOtherDoNotPress) {
+  const auto lattice_with = [](bool has_piece) {
+    return make({8, 9, 12}, {1, 1.5, 2}, [&](const Index3& v) {
+      return v[2] >= 6 || (has_piece && v == Index3{4, 4, 2}) ? 2 : 1;
+    });
+  };
+  const auto points_at_rest = [](const Lattice& lattice, int level) {
+    const ContactOnLevel on(between(), lattice, level);
+    const auto size = static_cast<Eigen::Index>(on.mesh.num_dofs());
+    return on.contact->touch_points(NodeVector::Zero(size)).size();
+  };
+  for (const int level : {0, 1})
+    EXPECT_EQ(points_at_rest(lattice_with(true), level), points_at_rest(lattice_with(false), level)) << level;
+}
+
 /// The term of a contact, with both blocks deformed so that they press, and all of its forms of forces; on levels, with
 /// places looked for anew and held.
 class SegmentContact : public testing::TestWithParam<std::tuple<int, bool>> {
