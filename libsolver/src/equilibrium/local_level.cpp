@@ -90,9 +90,9 @@ ElasticCells::Size LocalLevel::size_in_material(const NodeVector& field, bool wi
 RoundLimits LocalLevel::round_limits(Aim aim) const {
   if (!problem_.matches().empty()) return {};
   constexpr double first_tolerance = 1e-4;
-  if (!problem_.is_carried()) return {1e-3, first_tolerance, 40};
-  if (aim == Aim::result) return {1e-6, first_tolerance, 200};
-  if (has_friction(problem_.scene())) return {1e-5, first_tolerance, 200};  // what it did in a load step stays
+  if (problem_.is_carried() && aim == Aim::result) return {1e-6, first_tolerance, 200};
+  // What friction did in a load step stays.
+  if (problem_.is_carried() && has_friction(problem_.scene())) return {1e-5, first_tolerance, 200};
   return {1e-3, first_tolerance, 40};
 }
 

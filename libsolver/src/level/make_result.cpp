@@ -161,7 +161,8 @@ Outcome make_result(const Lattice& lattice, const LevelProblem& problem, const N
   CellFields fields;
   add_prestretches(problem.prestretches(), fields);
   if (!problem.contacts().empty()) {
-    const double farthest = hexmesh::SegmentDistance::most_voxels * lattice.voxels.spacing().maxCoeff();
+    constexpr double most_voxels = 12;  // nearer than any distance of a segment ends
+    const double farthest = most_voxels * lattice.voxels.spacing().maxCoeff();
     const std::vector<TouchPoint> points = problem.touch_points(u);
     fields["contact_pressure"] = pressure_of_cells(problem.mesh(), points);
     fields["contact_gap"] = gap_of_cells(problem.mesh(), points, farthest);

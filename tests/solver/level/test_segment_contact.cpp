@@ -105,7 +105,7 @@ struct Roundness {
 /// @param spread  of directions about the axes, where terraces are wide
 Roundness roundness(double radius, double spread) {
   const auto edge = static_cast<std::int32_t>(2 * radius + 5);
-  const Vec3 center = Vec3(0.1, 0.4, -0.3) + Vec3::Constant(edge / 2);
+  const Vec3 center = Vec3(0.1, 0.4, -0.3) + Vec3::Constant(0.5 * (edge - 1));
   const Lattice lattice = make({edge, edge, edge}, {1, 1, 1}, [&](const Index3& v) {
     return (Vec3(v[0], v[1], v[2]) - center).norm() < radius ? 1 : 0;
   });
@@ -201,8 +201,7 @@ NodeVector displaced_by(const MeshCells& cells, const Mesh& mesh,
   return u;
 }
 
-/// A voxel of the one within the other moves with that one's cell on coarse levels: what it would press is in that
-/// cell.
+/// A voxel of the one within the other moves with that one's cells: what it would press is in these.
 TEST(SegmentsThatTouch, PiecesThatMoveWithTheOtherDoNotPress) {
   const auto lattice_with = [](bool has_piece) {
     return make({8, 9, 12}, {1, 1.5, 2}, [&](const Index3& v) {
