@@ -308,6 +308,14 @@ def estimates():
             f"of {equations[1]} levels; in the median {100 * float(equations[2]):.1g} %.")
 
 
+def plans():
+    rows = [r for r in rows_of_markdown("pipelines/plans/table.md")[2:] if r[5]]
+    times, memory = [float(r[6]) for r in rows], [float(r[8]) for r in rows]
+    return (f"The [table](table.md): of {len(rows)} solutions {sum(0.5 <= t <= 2 for t in times)} took what was expected within a factor of 2, "
+            f"{sum(1 / 1.3 <= m <= 1.3 for m in memory)} as much memory within 1.3. Expected was {min(times)} to {max(times)} times the time, "
+            f"{min(memory)} to {max(memory)} times the memory.")
+
+
 def graded():
     rows = [r for r in rows_of_markdown("pipelines/graded/table.md") if r[1] == "graded"]
     low, high = (pick(float(re.findall(r"[0-9.]+", r[6])[n]) for r in rows) for pick, n in ((min, 1), (max, 2)))
@@ -319,7 +327,7 @@ def fits():
 
 
 NUMBERS = {f.__name__: f for f in (about, limits, accuracy, law_of_strain, tetrahedra, uniform, effects, dilatation, reading, motion, solvers, rotations, size, beside_calculix, table1,
-                                   table2, table2_words, figure14, figure7, volume, calculix, smooth, estimates, graded, fits)}
+                                   table2, table2_words, figure14, figure7, volume, calculix, smooth, estimates, plans, graded, fits)}
 BLOCK = re.compile(r"<!-- numbers: (\w+) -->\n.*?<!-- end -->", re.S)
 
 

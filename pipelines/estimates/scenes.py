@@ -127,6 +127,13 @@ def loads(body):
                       f"by_mm = {vector(by)}\nstiffness_n_mm = {young * 1e-3 * edge * 5:.4g}\n")
 
 
+def materials(body, ratio):
+    """Arguments of hexmesh build --material."""
+    young = body.young_kpa.split()
+    names = ["*"] if len(young) == 1 else [f"material {n + 1}" for n in range(len(young))]
+    return [f"{name}:young_kpa={e},poisson={ratio},density_kg_m3=1000" for name, e in zip(names, young)]
+
+
 def scenes():
     """Name, body, materials, tables of the scene."""
     number = 0
@@ -136,7 +143,4 @@ def scenes():
             if "green-lagrange" in law:
                 ratio = min(ratio, 0.4)  # its volumetric term is integrated in full
             number += 1
-            young = body.young_kpa.split()
-            names = ["*"] if len(young) == 1 else [f"material {n + 1}" for n in range(len(young))]
-            materials = [f"{name}:young_kpa={e},poisson={ratio},density_kg_m3=1000" for name, e in zip(names, young)]
-            yield f"{body.name}, {load}", body, materials, f"[solve]\n{law}\n" + tables, law.split('"')[1], ratio
+            yield f"{body.name}, {load}", body, materials(body, ratio), f"[solve]\n{law}\n" + tables, law.split('"')[1], ratio

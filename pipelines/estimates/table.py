@@ -6,17 +6,20 @@ import json
 import statistics
 import sys
 
-# Differences below this part of the displacement, force or energy are of no use to anybody.
-NEGLIGIBLE = 1e-4
+# Errors below this part of the mean displacement, the largest reaction or the strain energy are of no use to anybody. Reactions that balance the
+# load are exact on every level.
+NEGLIGIBLE = {"mean_mm": (1e-4, "mean_displacement_mm"), "max_mm": (1e-4, "mean_displacement_mm"),
+              "reactions_n": (1e-3, "largest_reaction_n"), "strain_energy_n_mm": (1e-4, "strain_energy_n_mm")}
 
 
 def ratios(rows, key):
     """Estimate over error of levels: numbers, and how often it is unknown."""
     known, unknown = [], 0
+    part, whole = NEGLIGIBLE[key]
     for row in rows:
         for level in row.get("levels", []):
             for e in level[key] if isinstance(level[key], list) else [level[key]]:
-                if not level["converged"] or e["error"] < NEGLIGIBLE * row["mean_displacement_mm"]:
+                if not level["converged"] or e["error"] < part * row[whole]:
                     continue
                 if e["estimate"] is None:
                     unknown += 1
@@ -37,14 +40,16 @@ def line(name, rows, key):
 def equations(rows):
     """What solve.tolerance = "auto" leaves of the equations beside the errors of the cells."""
     parts, parts_of_reactions, estimates = [], [], []
+    negligible_mm, _ = NEGLIGIBLE["mean_mm"]
+    negligible_part, _ = NEGLIGIBLE["reactions_n"]
     for row in rows:
         for level in row["levels"]:
             left = level.get("equations_mm")
-            if not left or level["mean_mm"]["error"] < NEGLIGIBLE * row["mean_displacement_mm"]:
+            if not left or level["mean_mm"]["error"] < negligible_mm * row["mean_displacement_mm"]:
                 continue
             parts.append(left["error"] / level["mean_mm"]["error"])
             force = max((r["error"] for r in level["reactions_n"]), default=0)
-            if force > 1e-3 * row["largest_reaction_n"]:  # else they follow from balance
+            if force > negligible_part * row["largest_reaction_n"]:  # else they follow from balance
                 parts_of_reactions.append(max(left["reactions_n"]) / force)
             if left["estimate"] and left["error"] > 0:
                 estimates.append(left["estimate"] / left["error"])

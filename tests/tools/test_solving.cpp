@@ -180,7 +180,9 @@ TEST_F(Tools, CheckAndPlanSolveNothing) {
   const json plan = json::parse(run("hexsolve liver.hexmesh liver.toml --level 1 --plan --report -").output);
   EXPECT_EQ(plan["levels"].back()["level"], 1);
   EXPECT_GT(plan["levels"].back()["seconds"], 0);
-  double seconds = plan["look"]["seconds"];  // at level 0, for the error estimate
+  EXPECT_GT(plan["setup_seconds"], 0);
+  double seconds = plan["setup_seconds"];
+  seconds += plan["look"]["seconds"].get<double>();  // at level 0, for the error estimate
   EXPECT_EQ(plan["look"]["level"], 0);
   for (const json& l : plan["levels"]) seconds += l["seconds"].get<double>();
   EXPECT_NEAR(plan["seconds"].get<double>(), seconds, 1e-9 * seconds);
@@ -198,6 +200,7 @@ TEST_F(Tools, CheckAndPlanSolveNothing) {
   const json did = json::parse(read_text(*folder / "did.json"));
   ASSERT_EQ(did["levels"].size(), plan["levels"].size());
   for (std::size_t n = 0; n < did["levels"].size(); ++n) EXPECT_EQ(did["levels"][n]["dofs"], plan["levels"][n]["dofs"]);
+  EXPECT_GT(did["memory_mb"]["supports"], 0);
   EXPECT_FALSE(active(did["effects"], "gravity"));
   EXPECT_LT(std::abs(std::log(plan["memory_mb"].get<double>() / did["peak_memory_mb"].get<double>())), std::log(1.3));
 }

@@ -68,6 +68,7 @@ int run_estimates(const EstimatesOptions& o, const CommonOptions& common, const 
   }
   output.write(json_text(Row{{"mean_displacement_mm", meter.mean_displacement()},
                              {"largest_reaction_n", meter.largest_reaction()},
+                             {"strain_energy_n_mm", meter.strain_energy()},
                              {"levels", levels},
                              {"accuracies", accuracies}}));
   files.commit();

@@ -43,8 +43,9 @@ public:
   /// The level that an accuracy asked [mm] ends on.
   LevelErrors of_accuracy(double accuracy) const;
 
-  double mean_displacement() const;  ///< of the finest level [mm]
-  double largest_reaction() const;   ///< of its conditions [N]
+  double mean_displacement() const;                          ///< of the finest level [mm]
+  double largest_reaction() const;                           ///< of its conditions [N]
+  double strain_energy() const noexcept { return energy_; }  ///< likewise [N mm]
 
 private:
   LevelErrors measure(const hexsolver::Scene& scene, int level) const;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "constraints/constraints.h"
+#include "hexmesh/core/bytes.h"
 #include "kernels/span_product.h"
 
 namespace hexsolver {
@@ -87,6 +88,13 @@ struct ConstraintCluster {
     Eigen::VectorXd f = h * solve_normal(r);
     if (pressure_direction.size() > 0) f += pressure_direction.dot(r) * pressure_forces;
     return f.cwiseProduct(scale);
+  }
+
+  /// Of the dense matrices, which take all but a little of the memory.
+  std::size_t bytes() const {
+    const Eigen::Index dense = kept.vectors.size() + kept.divided.size() + kept.lifting.size();
+    return sizeof(double) * static_cast<std::size_t>(dense) + hexmesh::bytes_of(span.doubles.values) +
+           hexmesh::bytes_of(span.floats.values);
   }
 
   Eigen::Index num_directions() const { return kept.vectors.cols() + (pressure_direction.size() > 0); }

@@ -9,6 +9,7 @@
 #include "constraints/cluster.h"
 #include "constraints/held_nodes.h"
 #include "core/parallel.h"
+#include "hexmesh/core/bytes.h"
 
 namespace hexsolver {
 
@@ -298,6 +299,15 @@ double Constraints::violation(const NodeVector& u) const {
   double largest = 0;
   for_each_lifted(u, [&](Index, double by) { largest = std::max(largest, std::abs(by)); });
   return largest;
+}
+
+std::size_t Constraints::bytes() const {
+  std::set<const ConstraintCluster*> clusters;
+  for (const auto& axis : clusters_)
+    for (const auto& cluster : axis) clusters.insert(cluster.get());
+  std::size_t sum = hexmesh::bytes_of(points_) + hexmesh::bytes_of(held_);
+  for (const ConstraintCluster* c : clusters) sum += c->bytes();
+  return sum;
 }
 
 }  // namespace hexsolver

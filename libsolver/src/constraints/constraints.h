@@ -113,6 +113,8 @@ public:
   /// The largest nodal displacement that the kept directions still lack [mm].
   double violation(const NodeVector& u) const;
 
+  std::size_t bytes() const;  ///< of memory
+
 private:
   template <class Vector>
   void project_out(Vector& v) const;

@@ -89,6 +89,7 @@ Outcome Motion::make_result(SolveReport report) const {
   const LevelProblem& problem = integrator_->problem();
   report.bytes = {{"lattice", hexmesh::bytes_of(integrator_->lattice())},
                   {"meshes", problem.hierarchy().bytes()},
+                  {"supports", problem.constraints().bytes()},
                   {"multigrid", integrator_->preconditioner_bytes()}};
   add_effect_seconds(problem.potential(), report);
   Outcome outcome =

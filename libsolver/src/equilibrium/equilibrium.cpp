@@ -70,6 +70,7 @@ Levels<Level> describe_levels(const Lattice& lattice, const Scene& scene, int le
 void add_memory(const Lattice& lattice, const LevelProblem& problem, const NewtonReport& newton, SolveReport& report) {
   report.bytes = {{"lattice", hexmesh::bytes_of(lattice)},
                   {"meshes", problem.hierarchy().bytes()},
+                  {"supports", problem.constraints().bytes()},
                   {"multigrid", newton.preconditioner_bytes}};
 }
 

@@ -76,19 +76,21 @@ std::optional<double> ErrorEstimator::error(std::size_t i, const Distance& dista
   const double step = distance(last - 1, last);
   std::optional<double> measured;
   Rate rate;
+  double by_chance = 0;  // what a step lacks that is shorter than cells can make it
   if (last > 1 && step > negligible) {
     const double before = distance(last - 2, last - 1);
     measured = before > 0 ? step / before : 0;
     rate = {std::clamp(*measured, least_rate, most_rate), cosine_of(before, step, distance(last - 2, last))};
+    by_chance = std::clamp(least_rate * before - step, 0.0, step);
   }
   if (i == last) {
     if (finer > 0 || last < 2 || measured.value_or(0) > most_rate) return {};
-    return step * std::abs(rate.series(0));
+    return (step + by_chance) * std::abs(rate.series(0));
   }
   if (finer == 0) return distance(i, last);
   if (is_hidden(known_[i].measures.mixture, known_[last].measures.mixture)) return {};
   if (measured && *measured > 1) return {};
-  return distance(i, last) + step * std::max(0.0, rate.series(finer).real());
+  return distance(i, last) + by_chance + (step + by_chance) * std::max(0.0, rate.series(finer).real());
 }
 
 void ErrorEstimator::write(std::vector<LevelReport>& levels) const {

@@ -24,9 +24,9 @@ class LoadSteps {
 public:
   /// @param largest    part of the load that a step may be
   /// @param has_start  whether the first step is the whole load, from a coarser level's solution
-  /// @param at_once    no other step is taken if that one fails
-  LoadSteps(double largest, bool has_start, bool at_once = false)
-      : largest_(largest), step_(has_start ? 1 : largest), from_start_(has_start), at_once_(at_once) {}
+  /// @param aim        look: no other step is taken if the first one fails; lead: fewer are
+  LoadSteps(double largest, bool has_start, Aim aim = Aim::result)
+      : largest_(largest), step_(has_start ? 1 : largest), from_start_(has_start), aim_(aim) {}
 
   double target() const { return std::min(1.0, reached_ + step_); }  ///< of the next step
   double reached() const { return reached_; }
@@ -48,10 +48,11 @@ public:
       step_ = std::min({2 * step_, 1 - reached_, largest_});
       return reached_ < 1;
     }
-    if (at_once_) return false;
+    if (aim_ == Aim::look) return false;
     step_ = was_from_start ? largest_ : step_ / 2;
-    linear_in_vain_ += report.linear_iterations;
-    return linear_in_vain_ <= most_linear_in_vain && (was_from_start || step_ >= smallest);
+    in_vain_ += report.linear_iterations;
+    if (aim_ == Aim::lead) in_vain_ += newton_step_of_few * report.iterations;
+    return in_vain_ <= most_in_vain && (was_from_start || step_ >= smallest);
   }
 
   /// All steps together.
@@ -64,11 +65,15 @@ public:
 
 private:
   /// Linear iterations of tries that failed, after which no other is made.
-  static constexpr std::int64_t most_linear_in_vain = 10'000;
+  static constexpr std::int64_t most_in_vain = 10'000;
+  /// As many a Newton step counts for beside its own where finer cells may go without these: few cells take one
+  /// iteration a step, and longer for a step than for that (obstacles).
+  static constexpr std::int64_t newton_step_of_few = 30;
 
   double largest_, step_, reached_ = 0;
-  bool from_start_, at_once_;
-  std::int64_t linear_in_vain_ = 0;
+  bool from_start_;
+  Aim aim_;
+  std::int64_t in_vain_ = 0;
   NewtonReport total_;
 };
 
@@ -88,7 +93,7 @@ struct LoadedState {
 template <class Level, class Vector = typename Level::Vector>
 LoadedState<Vector> solve_in_load_steps(Level& level, NewtonOptions options, std::optional<Vector> start,
                                         const LoadProgress& progress, Aim aim = Aim::result) {
-  LoadSteps steps(level.largest_load_step(), start.has_value(), aim == Aim::look);
+  LoadSteps steps(level.largest_load_step(), start.has_value(), aim);
   options.moves_from_rounding = true;
   const bool estimates = options.estimate_error;
   std::optional<Vector> good, failed;  // the state reached, nothing at rest; one that was not

@@ -20,8 +20,8 @@ namespace hexsolver {
 namespace {
 
 /// Memory that a level takes for each of its cells, as measured (THEORY.md, "Accuracy").
-constexpr double linear_bytes = 900, corotational_bytes = 2100, hyperelastic_bytes = 3000;
-constexpr double pressures_per_cell = 430;
+constexpr double linear_bytes = 900, corotational_bytes = 2100, hyperelastic_bytes = 2600;
+constexpr double pressures_per_cell = 240;
 constexpr double reshaped_per_cell = 13000;  ///< each cell has a model of its own, and points
 constexpr double saved_per_cell = sizeof(RotatedCells<double>) / double(RotatedCells<double>::lanes);
 
@@ -61,24 +61,23 @@ int finest_of(const std::vector<std::size_t>& num_cells, std::size_t most, int f
   return level;
 }
 
-/// Of an operator product [s].
-double seconds_per_cell(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
+/// What a level takes [s].
+struct Pace {
+  double forming = 0;  ///< to form its elements, from voxels that are as many on each level
+  double product = 0;  ///< an operator product, for each cell
+};
+
+Pace pace_of(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
   LevelProblem problem(lattice, scene, level);
+  const Stopwatch watch;
   problem.build_potential(scene.elasticity);
+  Pace pace{watch.seconds()};
   const NodeVector x = NodeVector::Ones(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
   NodeVector y;
   problem.potential().linearize(NodeVector::Zero(x.size()), Hessian::exact);
-  return median_seconds(11, [&] { problem.potential().apply(x, y); }) / static_cast<double>(problem.mesh().num_cells());
-}
-
-/// By how much longer cells take than those of a level tried, which fits into the machine's caches but may be too small
-/// for all threads: as a product with them, on a level that is still quick to make.
-double slower_than(int tried, const hexmesh::Lattice& lattice, const Scene& scene, int level) {
-  constexpr std::size_t quick_to_make = 20000;
-  const int large = finest_of(cells_of_levels(lattice, scene), quick_to_make, tried, level);
-  if (large == tried) return 1;
-  const Scene coarse = for_coarser_levels(scene);
-  return seconds_per_cell(lattice, coarse, large) / seconds_per_cell(lattice, coarse, tried);
+  pace.product =
+      median_seconds(11, [&] { problem.potential().apply(x, y); }) / static_cast<double>(problem.mesh().num_cells());
+  return pace;
 }
 
 hexmesh::Result preview_of(const LevelProblem& problem) {
@@ -174,6 +173,21 @@ SolvePlan::Level plan_level(const hexmesh::Lattice& lattice, const Scene& scene,
   return {level, mesh.num_cells(), mesh.num_dofs(), seconds, expected_bytes(lattice, scene, level)};
 }
 
+/// What a level is made of before it is solved.
+struct SetUp {
+  double seconds = 0;
+  std::size_t bytes = 0;  ///< of supports and contacts
+};
+
+SetUp set_up(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
+  const Stopwatch watch;
+  const LevelProblem problem(lattice, scene, level);
+  check_level(problem, scene);
+  SetUp out{watch.seconds(), problem.constraints().bytes()};
+  for (const PenaltyContact* c : problem.contacts()) out.bytes += c->bytes();
+  return out;
+}
+
 void set_seconds(SolvePlan& plan, EffectKind kind, double seconds) {
   for (Effect& e : plan.effects)
     if (e.kind == kind) e.seconds = seconds;
@@ -210,7 +224,8 @@ SolvePlan plan_motion(const hexmesh::Lattice& lattice, const Scene& scene, int l
 /// The finest level that is quick to solve says what each cell of finer ones takes.
 class Trial {
 public:
-  Trial(const hexmesh::Lattice& lattice, const Scene& scene, int first, int level)
+  /// @param finest  that something is asked of
+  Trial(const hexmesh::Lattice& lattice, const Scene& scene, int first, int level, int finest)
       : lattice_(lattice), scene_(scene), level_(level), num_cells_(cells_of_levels(lattice, scene)) {
     constexpr std::size_t quick_to_solve = 3000;
     constexpr double most_seconds = 1;
@@ -218,7 +233,13 @@ public:
     const auto solve_it = [&](int n) {
       tried_ = n;
       solved_ = solve(scene.tolerance);
-      slower_ = slower_than(n, lattice, scene_, level);
+      if (n == finest) return;
+      // Larger levels do not fit into the machine's caches, and have work for all threads.
+      constexpr std::size_t quick_to_make = 20000;
+      const Scene coarse = for_coarser_levels(scene_);
+      const int large = finest_of(num_cells_, quick_to_make, n, level);
+      pace_ = pace_of(lattice, coarse, n);
+      pace_of_large_ = large == n ? pace_ : pace_of(lattice, coarse, large);
     };
     try_levels(finest_of(num_cells_, quick_to_solve, first, level), level, solve_it);
     while (tried_ > level && to_the_end(tried_ - 1) < most_seconds) try_levels(tried_ - 1, level, solve_it);
@@ -252,25 +273,32 @@ private:
         if (before.level == level.level) level.seconds += before.seconds;
     return levels;
   }
-  double scaled(double seconds, int level) const { return slower_ * seconds * growth(num_cells_, tried_, level); }
+  double scaled(double seconds, int level) const {
+    const double solving = std::max(0.0, seconds - pace_.forming) * growth(num_cells_, tried_, level);
+    return pace_of_large_.forming + pace_of_large_.product / pace_.product * solving;
+  }
 
   const hexmesh::Lattice& lattice_;
   Scene scene_;
   int level_, tried_ = 0;
   std::vector<std::size_t> num_cells_;
   std::vector<LevelReport> solved_;
-  double slower_ = 1;
+  Pace pace_, pace_of_large_;  ///< of the level tried, and of the finest that is quick to make
   std::optional<double> start_;
 };
 
 SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
   SolvePlan plan;
+  const SetUp made = set_up(lattice, scene, level);
+  if (!scene.is_open_ended()) plan.setup_seconds = made.seconds;
   plan.effects = list_effects(scene_at_end(scene));
   const std::vector<std::size_t> num_cells = cells_of_levels(lattice, scene);
   const int first = has_friction(scene) ? level : first_nested_level(num_cells, level);
-  Trial trial(lattice, scene, first, level);
+  const int look = finest_level_needed(scene, num_cells, level);
+  Trial trial(lattice, scene, first, level, look);
   for (int n = first; n >= level; --n)
     plan.levels.push_back(plan_level(lattice, scene, n, n == level ? trial.to_the_end(n) : trial.as_a_start(n)));
+  plan.levels.back().bytes += made.bytes;
   set_seconds(plan, EffectKind::elasticity, plan.seconds());
   if (const std::size_t beyond = cells_beyond(lattice, scene, level); beyond > 0) {
     const double times = static_cast<double>(beyond) / static_cast<double>(num_cells[0]);
@@ -281,7 +309,6 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
     looked_at.bytes = static_cast<std::size_t>(times * static_cast<double>(looked_at.bytes));
     set_seconds(plan, EffectKind::error_estimate, looked_at.seconds);
   }
-  const int look = finest_level_needed(scene, num_cells, level);
   if (look < level && num_cells[static_cast<std::size_t>(look)] > 0) {
     plan.look = plan_level(lattice, scene, look, trial.as_a_start(look));
     set_seconds(plan, EffectKind::error_estimate, plan.look->seconds);
@@ -300,7 +327,7 @@ std::size_t expected_bytes(const hexmesh::Lattice& lattice, const Scene& scene, 
 }
 
 double SolvePlan::seconds() const {
-  double sum = look ? look->seconds : 0;
+  double sum = setup_seconds + (look ? look->seconds : 0);
   for (const Level& l : levels) sum += l.seconds;
   return sum;
 }

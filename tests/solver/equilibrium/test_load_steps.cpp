@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <numbers>
 
+#include "equilibrium/load_steps.h"
 #include "level/coarser_levels.h"
 #include "support/bodies.h"
 #include "support/solve.h"
@@ -59,6 +60,31 @@ TEST(LoadSteps, LevelsThatCarryLessAndLessEndTheSolution) {
   ASSERT_GE(report.levels.size(), 2U);
   EXPECT_GT(report.levels.back().level, 0);
   EXPECT_EQ(result.level, report.levels.back().level) << "the state is of the last level that was tried";
+}
+
+TEST(LoadSteps, FewCellsThatOnlyLeadAreTriedForLess) {
+  const auto count_tries = [](Aim aim, int newton_iterations) {
+    LoadSteps steps(1, false, aim);
+    NewtonReport failed;
+    failed.iterations = failed.linear_iterations = newton_iterations;
+    int tries = 1;
+    while (steps.add(failed)) ++tries;
+    return tries;
+  };
+  // All of the load, a half, ... to 1/64 and one more; as 31 linear iterations each 100 steps are 3,100 of 10,000.
+  EXPECT_EQ(count_tries(Aim::result, 100), 7);
+  EXPECT_EQ(count_tries(Aim::lead, 100), 4);
+  EXPECT_EQ(count_tries(Aim::lead, 20), 7);
+  EXPECT_EQ(count_tries(Aim::look, 1), 1);
+
+  LoadSteps steps(1.0 / 16, false, Aim::lead);  // steps that succeed count for nothing
+  NewtonReport done;
+  done.converged = true;
+  done.iterations = done.linear_iterations = 1000;
+  int tries = 1;
+  while (steps.add(done)) ++tries;
+  EXPECT_EQ(tries, 16);
+  EXPECT_TRUE(steps.total().converged);
 }
 
 TEST(Budget, ANextLevelIsExpectedToTakeAPowerOfItsCells) {

@@ -40,13 +40,15 @@ struct SolvePlan {
   std::vector<Effect> effects;  ///< with the expected seconds
   std::vector<Level> levels;    ///< coarse to fine
   std::optional<Level> look;    ///< the next finer one, where the error is told from that
+  double setup_seconds = 0;     ///< of what the last level is made of before it is solved; else in its seconds
   double seconds() const;       ///< of all
   std::size_t bytes = 0;        ///< of memory, at the peak
 };
 
 /// The levels that would be solved, and how long that would take: coarse levels, up to one of about a second, are
 /// solved, and finer ones are expected to take as much for each cell, scaled as operator products are (THEORY.md,
-/// "Accuracy"). Of a motion the first steps are taken.
+/// "Accuracy"); the last level is made, as its supports may take longer than its solution. Of a motion the first steps
+/// are taken.
 /// @throws Error as solve_equilibrium
 SolvePlan plan_solution(const hexmesh::Lattice& lattice, const Scene& scene, int level);
 
