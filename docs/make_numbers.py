@@ -62,9 +62,9 @@ def spread(values):
     return f"{digits(statistics.median(values))} ({digits(min(values))} to {digits(max(values))})"
 
 
-def cells():
+def cells(method="cells"):
     """(law, level) -> row of accuracy.csv, to the sharpest tolerance."""
-    rows = [r for r in rows_of("accuracy.csv") if r["method"] == "cells"]
+    rows = [r for r in rows_of("accuracy.csv") if r["method"] == method]
     sharpest = min(float(r["tolerance"]) for r in rows)
     assert all(r["converged"] == "true" for r in rows)
     return {(r["law"], int(r["level"])): r for r in rows if float(r["tolerance"]) == sharpest}
@@ -78,13 +78,16 @@ def about():
 
 
 def accuracy():
-    found = bench_tables.of_positions(KEPT)
-    times = cells()
-    rows = [[f"{2 * 2 ** level} mm", *(spread(found[level][law]) for law in ("cauchy", "corotational")),
-             *(digits(times[law, level]["total_s"]) + " s" for law in ("cauchy", "corotational"))]
-            for level in sorted(found, reverse=True)]
-    rows.append(["2 mm", "none", "none", *(digits(times[law, 0]["total_s"]) + " s" for law in ("cauchy", "corotational"))])
-    return table(["cells of", "mean error, small strain [mm]", "co-rotational", "time, small strain", "co-rotational"], rows)
+    found, times = bench_tables.of_positions(KEPT), cells()
+    of_graded, times_of_graded = bench_tables.of_positions(KEPT, "scene"), cells("cells, graded")
+    edge = lambda level: 2 * 2 ** level  # noqa: E731
+    def row(name, errors, times, level):
+        return [name, f"{int(times['cauchy', level]['dofs']):,}", *(spread(errors[level][law]) if level in errors else "none" for law in ("cauchy", "corotational")),
+                *(digits(times[law, level]["total_s"]) + " s" for law in ("cauchy", "corotational"))]
+    rows = [row(f"{edge(level)} mm", found, times, level) for level in [*sorted(found, reverse=True), 0]]
+    coarsest = max(found)
+    rows += [row(f"{edge(level)} to {edge(min(level + 2, coarsest + 1))} mm", of_graded, times_of_graded, level) for level in sorted(of_graded, reverse=True) if level < coarsest]
+    return table(["cells of", "unknowns", "mean error, small strain [mm]", "co-rotational", "time, small strain", "co-rotational"], rows)
 
 
 def limits():
@@ -106,7 +109,8 @@ def least_seconds(rows, law, is_method, limit):
 
 def tetrahedra():
     rows = rows_of("accuracy.csv")
-    kinds = [lambda m: m == "cells", lambda m: m.startswith("tetrahedra") and "graded" not in m, lambda m: "graded" in m]
+    kinds = [lambda m: m == "cells", lambda m: m == "cells, graded", lambda m: m.startswith("tetrahedra") and "graded" not in m,
+             lambda m: m.startswith("tetrahedra, graded")]
     out = []
     for limit in (1, 0.7, 0.5, 0.3, 0.2):
         row = [f"{limit} mm"]
@@ -114,7 +118,7 @@ def tetrahedra():
             seconds = [least_seconds(rows, law, kind, limit) for kind in kinds]
             row += [digits(s) if s else "" for s in seconds]
         out.append(row)
-    header = [f"{kind}, {law}" for law in ("small strain", "co-rotational") for kind in ("cells", "tetrahedra", "tetrahedra smaller at supports")]
+    header = [f"{kind}, {law}" for law in ("small strain", "co-rotational") for kind in ("cells", "graded cells", "tetrahedra", "tetrahedra smaller at supports")]
     return table(["for a mean error of", *header], out)
 
 

@@ -18,6 +18,7 @@ import tables  # noqa: E402
 # Told apart by marker, line and brightness, so that a grey print can be read.
 STYLES = {
     "cells": dict(color="#000000", marker="o", linestyle="-", linewidth=2.2),
+    "cells, graded": dict(color="#000000", marker="*", linestyle="-", linewidth=1.2, markersize=9),
     "uniform cells": dict(color="#777777", marker="o", linestyle=":", markerfacecolor="white"),
     "tetrahedra, Cholesky": dict(color="#1f4e8c", marker="s", linestyle="-"),
     "tetrahedra, CG": dict(color="#1f4e8c", marker="s", linestyle="--", markerfacecolor="white"),
@@ -75,7 +76,7 @@ def plot_errors(rows, folder, x, label, name, with_front):
     for law, axis in zip(laws, axes[0]):
         everything = []
         for method, points in curves(rows, law, x):
-            axis.loglog(*zip(*points), label=method, markersize=5, **STYLES.get(method, OTHER))
+            axis.loglog(*zip(*points), label=method, **{"markersize": 5, **STYLES.get(method, OTHER)})
             everything += points
         if with_front and everything:
             front = pareto(everything)
@@ -92,10 +93,10 @@ def plot_motions(rows, folder):
     for method in STYLES:
         own = sorted((r["nodes"], r["steps_per_second"]) for r in rows if r["method"] == method and r["iterations"] == 10)
         if own:
-            axes[0].loglog(*zip(*own), label=method + ", 10 iterations", markersize=5, **STYLES[method])
+            axes[0].loglog(*zip(*own), label=method + ", 10 iterations", **{"markersize": 5, **STYLES[method]})
         settled = sorted((r["steps_per_second"], error_of(r)) for r in rows if r["method"] == method and error_of(r))
         if settled:
-            axes[1].loglog(*zip(*settled), label=method, markersize=5, **{**STYLES[method], "linestyle": ""})
+            axes[1].loglog(*zip(*settled), label=method, **{"markersize": 5, **STYLES[method], "linestyle": ""})
     axes[0].axhline(25, color="#000000", linewidth=0.8)
     axes[0].text(axes[0].get_xlim()[0], 27, " 25 steps/s", fontsize=8)
     axes[0].set_xlabel("nodes")

@@ -180,7 +180,7 @@ private:
   void add_methods(Elasticity law) {
     for (const double tolerance : o_.tolerances) {
       for (const int level : levels())
-        for (const Method::Kind kind : {Method::Kind::cells, Method::Kind::uniform_cells}) {
+        for (const Method::Kind kind : {Method::Kind::cells, Method::Kind::graded_cells, Method::Kind::uniform_cells}) {
           if (kind == Method::Kind::uniform_cells && (level == 0 || tolerance != o_.tolerances.back())) continue;
           Method m{kind, law};
           m.level = level;

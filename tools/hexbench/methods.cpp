@@ -48,9 +48,11 @@ Outcome run_cells(const Method& method, const Experiment& experiment) {
   hexsolver::Scene scene = experiment.scene;
   scene.elasticity = method.law;
   scene.finds_strain = false;
+  scene.error_estimation = hexsolver::ErrorEstimation::off;  // tetrahedra have none
   scene.tolerance = method.tolerance;
   scene.stiffness =
       method.kind == Method::Kind::uniform_cells ? hexsolver::Stiffness::uniform : hexsolver::Stiffness::exact;
+  scene.grading = method.kind == Method::Kind::graded_cells ? hexsolver::Grading::scene : hexsolver::Grading::off;
   if (method.law == Elasticity::green_lagrange) scene.volumetric = hexsolver::Volumetric::full;
   hexsolver::SolveReport report;
   std::shared_ptr<const hexmesh::Result> result;
@@ -63,8 +65,8 @@ Outcome run_cells(const Method& method, const Experiment& experiment) {
   out.solve_seconds = seconds - report.setup_seconds;
   out.converged = report.converged;
   out.reason = report.reason;
-  out.elements = result->cells.size();
-  out.nodes = result->nodes.size();
+  out.elements = report.levels.back().cells;
+  out.nodes = report.levels.back().nodes;
   for (const hexsolver::LevelReport& l : report.levels) {
     out.newton_iterations += l.newton.iterations;
     out.linear_iterations += l.newton.linear_iterations;
@@ -123,6 +125,7 @@ std::string law_name(Elasticity law) {
 
 std::string Method::name() const {
   if (kind == Kind::cells) return "cells";
+  if (kind == Kind::graded_cells) return "cells, graded";
   if (kind == Kind::uniform_cells) return "uniform cells";
   std::string name = kind == Kind::quadratic_tets ? "quadratic tetrahedra"
                      : kind == Kind::graded_tets  ? "tetrahedra, graded"

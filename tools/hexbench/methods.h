@@ -26,6 +26,7 @@ struct Experiment {
 struct Method {
   enum class Kind {
     cells,          ///< of a level, as soft as what they hold: the paper's
+    graded_cells,   ///< of a level where supports end, larger elsewhere
     uniform_cells,  ///< of a level, the fill-weighted full cell
     tets,           ///< of 4 nodes, as large everywhere
     graded_tets,    ///< of 4 nodes, smaller at supports
@@ -41,7 +42,7 @@ struct Method {
   hexsolver::TetLinearSolver solver = hexsolver::TetLinearSolver::cholesky;
   double tolerance = 1e-6;
 
-  bool is_cells() const { return kind == Kind::cells || kind == Kind::uniform_cells; }
+  bool is_cells() const { return kind == Kind::cells || kind == Kind::graded_cells || kind == Kind::uniform_cells; }
   std::string name() const;  ///< of the kind with its rotation and solver, e.g. "tetrahedra, QR, CG"
 };
 

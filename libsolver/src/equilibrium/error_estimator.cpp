@@ -12,6 +12,8 @@ namespace {
 
 /// Rates that differences of levels show: h to h^2 give 0.5 to 0.25, singular strains at the rims of supports more.
 constexpr double least_rate = 0.2, most_rate = 0.7, usual_rate = 0.45;
+/// Less is by chance.
+constexpr double rate_of_chance = 0.15;
 
 /// How differences go on: each is r times as large as the one before and turned by an angle against it.
 struct Rate {
@@ -81,7 +83,7 @@ std::optional<double> ErrorEstimator::error(std::size_t i, const Distance& dista
     const double before = distance(last - 2, last - 1);
     measured = before > 0 ? step / before : 0;
     rate = {std::clamp(*measured, least_rate, most_rate), cosine_of(before, step, distance(last - 2, last))};
-    by_chance = std::clamp(least_rate * before - step, 0.0, step);
+    by_chance = std::clamp(rate_of_chance * before - step, 0.0, step);
   }
   if (i == last) {
     if (finer > 0 || last < 2 || measured.value_or(0) > most_rate) return {};

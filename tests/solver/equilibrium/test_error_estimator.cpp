@@ -68,13 +68,14 @@ TEST(ErrorEstimator, DifferencesThatTurnBackAreTakenForWhatTheyAre) {
 }
 
 TEST(ErrorEstimator, AStepThatIsShortByChanceCountsForMore) {
-  // Errors 1, 0.1, -0.1 + e: the last step is a fifth of the one before or less.
+  // Errors 1, 0.1 and below: the last step is little beside the one before.
   const auto of_middle = [](double step) { return *estimate({1, 0.1, 0.1 - step}, 1, 3)[1].error.mean_mm; };
-  const double before = 0.9, least = 0.2;
-  for (const double step : {0.18, 0.12, 0.09})  // as if it had fallen by a fifth
-    EXPECT_NEAR(of_middle(step), least * before * (1 + least), 1e-12) << step;
-  for (const double step : {0.08, 0.01, 0.001})  // at most twice
+  const double before = 0.9, least = 0.2, chance = 0.15;
+  for (const double step : {0.13, 0.1, 0.07})
+    EXPECT_NEAR(of_middle(step), chance * before * (1 + least), 1e-12) << step;
+  for (const double step : {0.06, 0.01, 0.001})  // at most twice
     EXPECT_NEAR(of_middle(step), 2 * step * (1 + least), 1e-12) << step;
+  EXPECT_NEAR(of_middle(0.14), 0.14 * (1 + least), 1e-12);
   EXPECT_NEAR(of_middle(0.27), 0.27 * 1.3, 1e-12);
 }
 
