@@ -72,7 +72,7 @@ def pareto(points):
 
 def plot_errors(rows, folder, x, label, name, with_front):
     laws = [law for law in ("cauchy", "corotational", "green-lagrange") if any(r["law"] == law for r in rows)]
-    figure, axes = plt.subplots(1, len(laws), figsize=(5.6 * len(laws), 4.6), sharey=True, squeeze=False)
+    figure, axes = plt.subplots(1, len(laws), figsize=(5 * len(laws) + 2, 4.6), sharey=True, squeeze=False)
     for law, axis in zip(laws, axes[0]):
         everything = []
         for method, points in curves(rows, law, x):
@@ -84,7 +84,7 @@ def plot_errors(rows, folder, x, label, name, with_front):
         axis.set_title(f'strain = "{law}"')
         axis.set_xlabel(label)
     axes[0][0].set_ylabel("mean distance to the limit of the method [mm]")
-    axes[0][-1].legend(fontsize=8)
+    axes[0][-1].legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.02, 1))
     save(figure, folder, name)
 
 
