@@ -37,11 +37,11 @@ struct LevelMeasures {
 /// rate that the last three show, a the angle between the two differences, which d_(n-2)n shows, and k how many levels
 /// the lattice has beyond n, graded cells counting how often their largest can be halved. The error of a level i < n is
 /// d_in + d_(n-1)n Re(q + q^2 + ... + q^k), q = r exp(i a), the second part, which is not taken below 0, what no level
-/// shows. Cells' errors fall to a quarter at best: a d_(n-1)n of less than 0.15 d_(n-2)(n-1) is so by chance and counts as
-/// that, at most twice. That of n itself is unknown unless it is the finest of the lattice: then it is its
-/// distance from cells of no size, d_(n-1)n |q + q^2 + ...|. Where differences do not fall, what is left cannot be
-/// told: errors are unknown. Neither can it where the cells of n average over stiffnesses that differ as those of i do:
-/// what is in them, such as layers thinner than a cell, shows in no difference.
+/// shows. Cells' errors fall to a quarter at best: a d_(n-1)n of less than 0.15 d_(n-2)(n-1) is so by chance and counts
+/// as that, at most twice. That of n itself is unknown unless it is the finest of the lattice: then it is its distance
+/// from cells of no size, d_(n-1)n |q + q^2 + ...|. Where differences do not fall, what is left cannot be told: errors
+/// are unknown. Neither can it where the cells of n average over stiffnesses that differ as those of i do: what is in
+/// them, such as layers thinner than a cell, shows in no difference.
 class ErrorEstimator {
 public:
   /// A level finer than those before.
