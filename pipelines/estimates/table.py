@@ -58,6 +58,8 @@ def equations(rows):
     print("| error of the equations | levels | median | 95 % | largest | above 0.1 |")
     print("|---|---|---|---|---|---|")
     for name, values in (("over the true mean error of the cells", parts), ("largest of reactions, likewise", parts_of_reactions)):
+        if not values:
+            continue
         values.sort()
         print(f"| {name} | {len(values)} | {statistics.median(values):.2g} | {values[int(0.95 * (len(values) - 1))]:.2g} | {values[-1]:.2g} | "
               f"{sum(v > 0.1 for v in values)} |")
