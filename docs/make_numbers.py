@@ -85,7 +85,7 @@ def accuracy():
         return [name, f"{int(times['cauchy', level]['dofs']):,}", *(spread(errors[level][law]) if level in errors else "none" for law in ("cauchy", "corotational")),
                 *(digits(times[law, level]["total_s"]) + " s" for law in ("cauchy", "corotational"))]
     rows = [row(f"{edge(level)} mm", found, times, level) for level in [*sorted(found, reverse=True), 0]]
-    coarsest = max(found)
+    coarsest = max(found)  # of those measured; the lattice has one more, which graded cells reach
     rows += [row(f"{edge(level)} to {edge(min(level + 2, coarsest + 1))} mm", of_graded, times_of_graded, level) for level in sorted(of_graded, reverse=True) if level < coarsest]
     return table(["cells of", "unknowns", "mean error, small strain [mm]", "co-rotational", "time, small strain", "co-rotational"], rows)
 

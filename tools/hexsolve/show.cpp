@@ -57,9 +57,11 @@ int show_plan(const hexsolver::SolvePlan& plan, Output* report, RunFiles& files)
   };
   for (const hexsolver::SolvePlan::Level& l : plan.levels) show_level(l, "");
   if (plan.look) show_level(*plan.look, ", a look at it for the error estimate");
-  text += fmt::format(
-      "in all about {:.2g} s, {:.2g} s of them before the last level is solved, and {:.3g} MB at the peak\n",
-      plan.seconds(), plan.setup_seconds, megabytes(plan.bytes));
+  const std::string before =
+      plan.setup_seconds > 0 ? fmt::format(", {:.2g} s of them before the last level is solved,", plan.setup_seconds)
+                             : "";
+  text +=
+      fmt::format("in all about {:.2g} s{} and {:.3g} MB at the peak\n", plan.seconds(), before, megabytes(plan.bytes));
   return show(to_json(plan), text, report, files);
 }
 
