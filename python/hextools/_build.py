@@ -111,6 +111,7 @@ def build(
     levels: int = 0,
     offset: Any = (0, 0, 0),
     cell_size: float = 0,
+    gaps: str = "split",
 ) -> Lattice:
     """Build the lattice of a segmented scan: what `hexmesh build` does, with the same numbers.
 
@@ -125,6 +126,8 @@ def build(
     levels: number of levels; 0: until at most 16 cells are left
     offset: shift of the lattice against the body, in voxels
     cell_size: edge of cubic cells that some level has exactly [mm]; the labels are resampled once for it
+    gaps: "split": cells are several where gaps part the material in them, so that gaps open at every level; "tie":
+        they hold it together
 
     Raises UsageError, InputError.
     """
@@ -153,7 +156,10 @@ def build(
     size = _arrays.real(cell_size, "cell_size")
     if not (size == 0 or (np.isfinite(size) and size > 0)):
         raise UsageError(f"cell_size is {size:g}, expected a number > 0 in mm, or 0 for the scan's own")
-    lattice = _core.build(values, *grid, named, text, grey, _arrays.whole(levels, "levels", 0, 20), shift, size)
+    if gaps not in ("split", "tie"):
+        raise UsageError(f"gaps is {gaps!r}, expected 'split' or 'tie'")
+    lattice = _core.build(values, *grid, named, text, grey, _arrays.whole(levels, "levels", 0, 20), shift, size,
+                          gaps == "split")
     lattice.history = ["hextools.build() of Python"]
     return lattice
 

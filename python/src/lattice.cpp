@@ -88,9 +88,13 @@ std::vector<hexmesh::Segment> segments_of(const py::dict& names, const std::vect
 
 std::shared_ptr<Lattice> build(const Labels& labels, const Numbers& spacing, const Numbers& origin,
                                const Axes& direction, const py::dict& segments, const Text& materials,
-                               const py::object& intensity, int num_levels, const Index3& offset, double cell_size) {
-  BuildInputs in{
-      {grid_of(labels, spacing, origin, direction), to_vector(labels), {}}, {}, {}, {num_levels, offset}, cell_size};
+                               const py::object& intensity, int num_levels, const Index3& offset, double cell_size,
+                               bool gaps) {
+  BuildInputs in{{grid_of(labels, spacing, origin, direction), to_vector(labels), {}},
+                 {},
+                 {},
+                 {num_levels, offset, {gaps, {}}},
+                 cell_size};
   in.labels.segments = segments_of(segments, in.labels.labels);
   const auto& [text, name, has_places] = materials;
   in.materials = hexmesh::parse_materials(text, name, has_places);

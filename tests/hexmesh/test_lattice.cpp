@@ -8,6 +8,7 @@
 
 #include "hexmesh/lattice/check.h"
 #include "hexmesh/lattice/element_tree.h"
+#include "hexmesh/lattice/locator.h"
 #include "support/bodies.h"
 #include "support/files.h"
 
@@ -21,11 +22,11 @@ constexpr double whole_body = 1e-9, single_cell = 1e-12;  // relative
 /// Each level's cells flooded one by one through voxels that share a node.
 void expect_flooded_parts(const Lattice& lattice) {
   for (const Level& level : lattice.levels) {
-    std::map<Index3, std::set<Index3>> left;
-    const Index3& n = level.voxels_per_cell;
-    for (const Index3& v : lattice.levels[0].cells) left[{v[0] / n[0], v[1] / n[1], v[2] / n[2]}].insert(v);
+    std::vector<std::set<Index3>> left(level.cells.size());
+    const CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells, level.split.owners);
+    for (const Index3& v : lattice.levels[0].cells) left[as_size(locator.cell_of_voxel(v))].insert(v);
     for (std::size_t c = 0; c < level.cells.size(); ++c) {
-      std::set<Index3>& voxels = left[level.cells[c]];
+      std::set<Index3>& voxels = left[c];
       int parts = 0;
       for (; !voxels.empty(); ++parts) {
         std::vector<Index3> front = {*voxels.begin()};
@@ -202,7 +203,7 @@ TEST(Lattice, PartsOfCheckeredCellsAndOfTheTwoArmsOfAC) {
   // lies in the same cell.
   const auto parts_of = [](const LabelVolume& volume) {
     const Lattice lattice =
-        build_lattice(volume, {{volume.segments[0], material_from_units(1, 0.3, 1000), 0, ""}}, {4, {0, 0, 0}});
+        build_lattice(volume, {{volume.segments[0], material_from_units(1, 0.3, 1000), 0, ""}}, {4, {0, 0, 0}, {}});
     return lattice.levels;
   };
   const auto corners =
@@ -223,8 +224,9 @@ TEST(Lattice, PartsOfScatteredVoxelsAreThoseOfAFloodFill) {
   for (const int one_in : {3, 6, 12}) {
     const LabelVolume volume =
         make_volume({21, 18, 15}, {1, 1, 2}, [&](const Index3&) { return random() % one_in == 0; });
-    expect_flooded_parts(
-        build_lattice(volume, {{volume.segments[0], material_from_units(1, 0.3, 1000), 0, ""}}, {5, {0, 0, 0}}));
+    for (const bool gaps : {false, true})
+      expect_flooded_parts(build_lattice(volume, {{volume.segments[0], material_from_units(1, 0.3, 1000), 0, ""}},
+                                         {5, {0, 0, 0}, {gaps, {}}}));
   }
 }
 

@@ -108,6 +108,79 @@ TEST(SplitCells, AWholeBodyHasNone) {
     EXPECT_EQ(split.level(l).element, tied.level(l).element);
     EXPECT_EQ(split.level(l).children, tied.level(l).children);
   }
+  EXPECT_FALSE(split.parting.any());  // the file is that of tied cells
+}
+
+/// A block with a fissure of one voxel's width along its diagonal, open above j = 5: its sides touch at edges.
+TEST(SplitCells, AnObliqueFissureIsOpenAtEveryLevel) {
+  const auto oblique = [](const Index3& v) -> std::uint16_t { return v[0] + v[1] == 26 && v[1] > 5 ? 0 : 1; };
+  for (const Index3& offset : {Index3{0, 0, 0}, Index3{1, 2, 3}}) {
+    const Lattice lattice = make({27, 27, 11}, oblique, gaps, offset);
+    expect_checked(lattice);
+    expect_nested(lattice);
+    for (int l = 0; l < lattice.num_levels(); ++l) {
+      EXPECT_EQ(count_bodies(lattice, l), 1U);
+      const Level& level = lattice.level(l);
+      // Two voxels from its end on, where the way around is short, and what lies in cells with that.
+      if (std::max(level.voxels_per_cell[0], level.voxels_per_cell[1]) > 4) continue;
+      const CellLocator locator(lattice.voxels, level.voxels_per_cell, level.cells, level.split.owners);
+      const NodeNumbering numbering = nodes_of(level);
+      for (const std::int32_t j : {14, 17, 20}) {
+        const Index3 one = {25 - j + offset[0], j + offset[1], 5 + offset[2]},
+                     other = {27 - j + offset[0], j + offset[1], 5 + offset[2]};
+        const CellNodes &a = numbering.cell_nodes[locator.cell_of_voxel(one)],
+                        &b = numbering.cell_nodes[locator.cell_of_voxel(other)];
+        EXPECT_EQ(std::find_first_of(a.begin(), a.end(), b.begin(), b.end()), a.end()) << "level " << l << ", j " << j;
+      }
+    }
+  }
+}
+
+/// Voxels that only touch at edges and corners, as those at noisy surfaces do, with a way around close by: level 0 is
+/// the mesh that any other program makes of the voxels.
+TEST(SplitCells, NoiseOpensNothing) {
+  const auto noisy = [](const Index3& v) -> std::uint16_t {
+    const double r = (Vec3(v[0], v[1], v[2]) - Vec3(10, 10, 10)).norm();
+    const unsigned dice = (73856093U * static_cast<unsigned>(v[0]) ^ 19349663U * static_cast<unsigned>(v[1]) ^
+                           83492791U * static_cast<unsigned>(v[2])) %
+                          7;
+    return r < 7.5 || (r < 8.6 && dice > 2) ? 1 : 0;
+  };
+  const Lattice tied = make({21, 21, 21}, noisy, {}), split = make({21, 21, 21}, noisy, gaps);
+  std::size_t at_edges = 0;  // that faces alone would open
+  const CellLocator voxel_at(split.voxels, {1, 1, 1}, split.level(0).cells);
+  for (const Index3& v : split.level(0).cells)
+    at_edges += voxel_at.cell_of_voxel({v[0] + 1, v[1] + 1, v[2]}) >= 0 &&
+                voxel_at.cell_of_voxel({v[0] + 1, v[1], v[2]}) < 0 &&
+                voxel_at.cell_of_voxel({v[0], v[1] + 1, v[2]}) < 0;
+  EXPECT_GT(at_edges, 20U);
+  EXPECT_EQ(nodes_of(split.level(0)).nodes, nodes_of(tied.level(0)).nodes);
+  EXPECT_EQ(nodes_of(split.level(0)).cell_nodes, nodes_of(tied.level(0)).cell_nodes);
+}
+
+/// Two blocks that meet at an edge: along a short one they hang together, along a long one there is a gap.
+TEST(SplitCells, PartsThatMeetAtFewNodesHangTogether) {
+  for (const std::int32_t length : {12, 24}) {
+    const auto two = [](const Index3& v) -> std::uint16_t { return (v[0] < 8) == (v[1] < 8) ? 1 : 0; };
+    const Lattice lattice = make({16, 16, length}, two, gaps, {1, 0, 2});
+    expect_checked(lattice);
+    expect_nested(lattice);
+    for (int l = 0; l < lattice.num_levels(); ++l) EXPECT_EQ(count_bodies(lattice, l), length < 16 ? 1U : 2U);
+  }
+}
+
+/// Crumbs beside a block go with it where a cell holds both, or two that touch do; a block of some size does not.
+TEST(SplitCells, CrumbsGoWithWhatIsBesideThem) {
+  for (const std::int32_t size : {2, 8}) {
+    const auto crumb = [&](const Index3& v) -> std::uint16_t {
+      return v[1] < 11 || (v[1] > 12 && v[1] < 13 + size && v[0] < size && v[2] < size) ? 1 : 0;
+    };
+    const Lattice lattice = make({27, 21, 11}, crumb, gaps);
+    expect_checked(lattice);
+    expect_nested(lattice);
+    EXPECT_EQ(count_bodies(lattice, 0), 2U);
+    for (int l = 2; l < lattice.num_levels(); ++l) EXPECT_EQ(count_bodies(lattice, l), size == 2 ? 1U : 2U) << l;
+  }
 }
 
 TEST(SplitCells, AFissureStaysOpenAtEveryLevelAndPosition) {

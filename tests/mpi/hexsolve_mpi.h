@@ -55,6 +55,8 @@ inline void expect_same(const Result& a, const Result& b) {
   EXPECT_EQ(a.labels, b.labels);
   EXPECT_EQ(a.level, b.level);
   EXPECT_EQ(a.cells, b.cells);
+  EXPECT_EQ(a.parting, b.parting);
+  EXPECT_EQ(a.owners, b.owners);
   EXPECT_EQ(a.cell_nodes, b.cell_nodes);
   EXPECT_EQ(a.segment, b.segment);
   EXPECT_EQ(a.surface.triangles, b.surface.triangles);

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/file/lattice_file.h"
 #include "hexmesh/file/surface_target.h"
 #include "hexmesh/surface/surface_file.h"
 #include "mpi/hexsolve_mpi.h"
+#include "support/bodies.h"
 #include "support/forms.h"
 
 namespace test_hexsolve_mpi_scenes {
@@ -88,6 +90,53 @@ rotate = { axis = [1, 0, 0], degrees = 20, about_mm = [0, 0, 0] }
                            std::erase(name, '-');
                            return name;
                          });
+
+/// A block with two fissures one voxel wide, across it and oblique, with specks in them: cells and nodes stand several
+/// at one index on all levels, and processes share some of them.
+TEST_F(HexsolveMpi, SplitCellsAreSolvedAsByOne) {
+  const auto label = [](const hexmesh::Index3& v) -> std::uint16_t {
+    if (v[0] == 11 && v[1] == 15 && v[2] == 5) return 1;
+    return (v[0] == 11 && v[1] > 4) || (v[0] + v[2] == 24 && v[1] < 15) ? 0 : 1;
+  };
+  hexmesh::LabelVolume volume = make_volume({28, 20, 17}, Vec3(4, 4, 4), label);
+  const hexmesh::Lattice lattice = hexmesh::build_lattice(
+      volume, {{volume.segments[0], hexmesh::material_from_units(10, 0.45, 1000), 0, "given"}}, {4, {1, 0, 2}});
+  for (int l = 1; l < 3; ++l) ASSERT_FALSE(lattice.level(l).split.owners.empty());
+  hexmesh::write_lattice(lattice, *folder / "split.hexmesh");
+  write_text(*folder / "split.toml", fmt::format(R"([[fix]]
+halfspace = {{ point_mm = [{0}, 0, 0], normal = [-1, 0, 0] }}
+[[displace]]
+halfspace = {{ point_mm = [{1}, 0, 0], normal = [1, 0, 0] }}
+by_mm = [0, 0, 25]
+[gravity]
+m_s2 = [0, 2, 0]
+)",
+                                                 lattice.corner()[0] + 10, lattice.corner()[0] + 110));
+  for (const int level : whole_or<std::vector<int>>({0, 1, 2, 3}, {1, 3}))
+    for (const char* strain : {"corotational", "auto"}) {
+      SCOPED_TRACE(fmt::format("level {}, {}", level, strain));
+      const std::string sharp =
+          fmt::format("split.hexmesh split.toml --level {} --set solve.strain={} --set solve.tolerance=1e-10 --force ",
+                      level, strain);
+      const CommandResult one = run("hexsolve " + sharp + "-o one.hexresult --report one.json");
+      ASSERT_EQ(one.exit_code, 0) << one.errors;
+      for (const int processes : whole_or<std::vector<int>>({1, 2, 3, 4}, {3})) {
+        SCOPED_TRACE(fmt::format("{} processes", processes));
+        const CommandResult many = run(mpi(processes) + sharp + "-o many.hexresult --report many.json");
+        ASSERT_EQ(many.exit_code, 0) << many.errors;
+        expect_same(result("one.hexresult"), result("many.hexresult"));
+        expect_same_reports(report("one.json"), report("many.json"));
+        EXPECT_NEAR(report("many.json")["linear_iterations"].get<int>(),
+                    report("one.json")["linear_iterations"].get<int>(), 1);
+      }
+    }
+  // And by PETSc's own preconditioner.
+  const std::string sharp = "split.hexmesh split.toml --level 1 --set solve.tolerance=1e-10 --force ";
+  ASSERT_EQ(run("hexsolve " + sharp + "-o one.hexresult").exit_code, 0);
+  const CommandResult many = run(mpi(2) + sharp + "-o many.hexresult -- -pc_type gamg -pc_gamg_agg_nsmooths 1");
+  ASSERT_EQ(many.exit_code, 0) << many.errors;
+  expect_same(result("one.hexresult"), result("many.hexresult"));
+}
 
 /// A body that nothing else holds, on a target with a piece of something else.
 TEST_F(HexsolveMpi, TargetsAreMetAsByOne) {

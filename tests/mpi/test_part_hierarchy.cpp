@@ -48,9 +48,11 @@ Hierarchy hierarchy_of_part(const Processes& all, const std::vector<Index3>& cel
       for (std::size_t d = 0; d < 3; ++d) low[d] = std::min(low[d], cells[c][d]);
     }
   for (std::size_t d = 0; d < 3; ++d) low[d] -= low[d] % merges.block[d];
-  for (Index3& c : own) c = {c[0] - low[0], c[1] - low[1], c[2] - low[2]};
-  return make_part_hierarchy(all, Mesh(own, edges, Vec3(low[0], low[1], low[2])), low, Vec3(low[0], low[1], low[2]),
-                             corner, merges);
+  KeyedCells keys;
+  for (const Index3& c : own) keys.cells.push_back({c});
+  const Vec3 origin(low[0], low[1], low[2]);
+  Mesh mesh = keys.make_mesh(low, edges, origin);
+  return make_part_hierarchy(all, std::move(mesh), keys.nodes, low, origin, corner, merges);
 }
 
 /// Nodes of cells are the same ones, whatever their numbers.

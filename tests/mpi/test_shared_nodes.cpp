@@ -8,7 +8,6 @@
 #include <set>
 
 #include "distributed/shared_nodes.h"
-#include "hexmesh/lattice/merge.h"
 #include "hexmesh/lattice/nodes.h"
 #include "support/bodies.h"
 #include "support/files.h"
@@ -22,6 +21,16 @@ struct Ball {
   std::vector<Index3> cells = bitten_ball({1, 1, 1}).levels[0].cells;
   std::vector<Index3> nodes = hexmesh::number_nodes(cells).nodes;
 };
+
+/// Two nodes at some of the indices.
+std::vector<Key> keys_of(const std::vector<Index3>& nodes) {
+  std::vector<Key> out;
+  for (const Index3& node : nodes) {
+    out.push_back({node});
+    if ((node[0] + node[1] + node[2]) % 5 == 0) out.push_back({node, 1});
+  }
+  return out;
+}
 
 std::vector<std::uint64_t> first_rows(const std::vector<Index3>& cells) {
   std::vector<std::uint64_t> rows(static_cast<std::size_t>(hexmesh::extent_of(cells)[2]) + 1);
@@ -68,51 +77,33 @@ TEST(Partition, PartsAreCompact) {
 TEST(SharedNodes, EveryNodeHasOneNumberAndOneOwner) {
   const Processes all(PETSC_COMM_WORLD);
   const Ball ball;
-  const std::vector<Index3> keys = hexmesh::number_nodes(part_of(all, ball.cells)).nodes;
+  const std::vector<Key> keys = keys_of(hexmesh::number_nodes(part_of(all, ball.cells)).nodes),
+                         of_ball = keys_of(ball.nodes);
   const SharedNodes nodes(all, Layers(all, first_rows(ball.cells)), keys);
-  EXPECT_EQ(static_cast<std::size_t>(nodes.num_all()), ball.nodes.size());
+  EXPECT_EQ(static_cast<std::size_t>(nodes.num_all()), of_ball.size());
   EXPECT_EQ(all.sum(static_cast<double>(nodes.num_own())), nodes.num_all());
   // Whoever asks, the same node has the same number, and different ones different numbers.
   struct Named {
-    Index3 key;
+    Key key;
     PetscInt number;
   };
   std::vector<Named> own;
   for (std::size_t n = 0; n < keys.size(); ++n) own.push_back({keys[n], nodes.numbers()[n]});
-  std::map<Index3, PetscInt> of_key;
+  const auto comes_first = [](const Key& a, const Key& b) { return before(a, b); };
+  std::map<Key, PetscInt, decltype(comes_first)> of_key(comes_first);
   std::set<PetscInt> numbers;
   for (const Named& n : all.gather(own)) {
     EXPECT_EQ(of_key.try_emplace(n.key, n.number).first->second, n.number);
     numbers.insert(n.number);
   }
-  EXPECT_EQ(of_key.size(), ball.nodes.size());
-  EXPECT_EQ(numbers.size(), ball.nodes.size());
+  EXPECT_EQ(of_key.size(), of_ball.size());
+  EXPECT_EQ(numbers.size(), of_ball.size());
   EXPECT_EQ(*numbers.begin(), 0);
   EXPECT_EQ(*numbers.rbegin(), nodes.num_all() - 1);
-  const std::vector<PetscInt> found = nodes.find({ball.nodes.front(), {1000, 0, 1000}, ball.nodes.back()});
-  EXPECT_EQ(found[0], of_key.at(ball.nodes.front()));
+  const std::vector<PetscInt> found = nodes.find({of_ball.front(), {{1000, 0, 1000}}, of_ball.back()});
+  EXPECT_EQ(found[0], of_key.at(of_ball.front()));
   EXPECT_EQ(found[1], -1);
-  EXPECT_EQ(found[2], of_key.at(ball.nodes.back()));
-}
-
-TEST(SharedNodes, CoarseNodesAreThoseOfMergedCells) {
-  const Ball ball;
-  for (const Index3& factor : {Index3{2, 2, 2}, Index3{1, 2, 1}, Index3{2, 1, 2}}) {
-    std::set<Index3> coarse;
-    for (const Index3& node : ball.nodes) {
-      double sum = 0;
-      std::array<double, 3> at{};
-      for (const CoarseNode& c : coarse_nodes_of(node, factor)) {
-        coarse.insert(c.key);
-        sum += c.weight;
-        for (std::size_t d = 0; d < 3; ++d) at[d] += c.weight * c.key[d] * factor[d];
-      }
-      EXPECT_DOUBLE_EQ(sum, 1);
-      for (std::size_t d = 0; d < 3; ++d) EXPECT_DOUBLE_EQ(at[d], node[d]);  // linear fields are kept
-    }
-    const std::vector<Index3> expected = hexmesh::number_nodes(hexmesh::merge_cells(ball.cells, factor).parents).nodes;
-    EXPECT_EQ(coarse, std::set<Index3>(expected.begin(), expected.end()));
-  }
+  EXPECT_EQ(found[2], of_key.at(of_ball.back()));
 }
 
 TEST(Processes, AnErrorOfOneIsThrownByAll) {

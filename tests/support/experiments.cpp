@@ -52,7 +52,7 @@ std::vector<Condition> liver_patches(double radius, SurfacePoints on) {
 }
 
 std::vector<Vec3> displacement_at(const hexmesh::Result& result, const std::vector<Vec3>& points) {
-  const hexmesh::CellLocator locator(result.voxels, result.voxels_per_cell, result.cells);
+  const hexmesh::CellLocator locator = hexmesh::locator_of(result);
   for (const Vec3& p : points) {
     const bool is_in_a_cell = locator.locate_position(p).cell >= 0;
     EXPECT_TRUE(is_in_a_cell) << p.transpose();

@@ -154,7 +154,7 @@ int run_build(const BuildOptions& o, const CommonOptions& common, const Console&
   for (const std::string& line : notes) console.note(line);
   console.note(fmt::format("{} levels in {:.2f} s, {:.0f} MB\n{}", lattice.levels.size(), omp_get_wtime() - start,
                            peak_memory_mb(), table(report)));
-  note_joined(report, console);
+  if (o.gaps == "tie") note_joined(report, console);
   return 0;
 }
 
@@ -184,13 +184,13 @@ std::function<int()> declare_build(CLI::App& app, const CommonOptions& common, c
       ->delimiter(',')
       ->check(CLI::Range(0, 4096));
   app.add_option("--gaps", o->gaps,
-                 "What cells do where gaps part the material in them: hold it together (tie), or be several, one for "
-                 "each part, so that gaps open at every level (split). Voxels then hold together by their faces alone")
+                 "What cells do where gaps part the material in them: be several, one for each part, so that gaps open "
+                 "at every level (split), or hold it together (tie)")
       ->check(CLI::IsMember({"tie", "split"}))
       ->capture_default_str();
   app.add_option("--slide", o->sliding,
-                 "A B: segments that slide along each other: no cell holds them together (as --gaps split); what they "
-                 "do where they touch is the scene's [[contact]]. Repeatable")
+                 "A B: segments that slide along each other: no cell holds them together; what they do where they "
+                 "touch is the scene's [[contact]]. Repeatable")
       ->type_name("A B");
   app.add_option("--matrices", o->matrices,
                  "Which levels' element matrices the file holds: those that take at most 60 bytes a voxel (auto), all "

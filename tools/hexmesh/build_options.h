@@ -18,7 +18,7 @@ struct BuildOptions {
   std::vector<std::string> materials, surfaces, embedded;
   hexmesh::LatticeOptions lattice;
   double cell_size = 0;
-  std::string matrices = "auto", gaps = "tie";
+  std::string matrices = "auto", gaps = "split";
   std::vector<std::pair<std::string, std::string>> sliding;
 };
 

@@ -18,8 +18,9 @@ std::string table(const nlohmann::json& report) {
                        l["cell_mm"][0].get<double>(), l["cell_mm"][1].get<double>(), l["cell_mm"][2].get<double>());
   if (report.contains("gaps"))
     for (const json& l : report["levels"])
-      out += fmt::format("level {}: {} of the cells share their place with another, apart from it\n",
-                         l["level"].get<int>(), l["split_cells"].get<std::size_t>());
+      if (const auto split = l["split_cells"].get<std::size_t>(); split > 0)
+        out += fmt::format("level {}: {} of the cells share their place with another, apart from it\n",
+                           l["level"].get<int>(), split);
   for (const json& s : report["segments"]) {
     out += fmt::format("segment {} '{}': {:.1f} mL", s["label"].get<int>(), s["name"].get<std::string>(),
                        s["volume_ml"].get<double>());
@@ -44,7 +45,8 @@ void note_joined(const json& report, const Console& console) {
     console.note(fmt::format(
         "level {}: {} of {} cells join material that is not connected inside them, e.g. {} parts at ({:.1f}, {:.1f}, "
         "{:.1f}) mm; coarser levels join more (all: 'joined' in the report, 'parts' in hexexport --lattice); --gaps "
-        "split keeps them apart",
+        "split "
+        "keeps them apart",
         level["level"].get<int>(), joined, level["cells"].get<std::size_t>(), worst["parts"].get<int>(),
         worst["center_mm"][0].get<double>(), worst["center_mm"][1].get<double>(), worst["center_mm"][2].get<double>()));
     return;

@@ -8,6 +8,7 @@
 #include "cell_checks.h"
 #include "hexmesh/file/lattice_file.h"
 #include "lattice_groups.h"
+#include "split_groups.h"
 
 namespace hexmesh {
 
@@ -43,7 +44,8 @@ std::vector<std::uint64_t> LatticeReader::cells_in_layers(int level, std::size_t
   const Index3 voxels_per_cell = hdf5::read_index(*file_, level_group(level), "voxels_per_cell");
   const Index3 layers = coarser_extent(hdf5::read_grid(*file_).extent(), voxels_per_cell);
   std::vector<std::uint64_t> out(as_size(layers[2]));
-  for (const Index3& c : hdf5::read_cell_rows(*file_, level_group(level) + "/cells", layers, first, count)) ++out[c[2]];
+  for (const Index3& c : hdf5::read_cell_rows(*file_, level_group(level) + "/cells", layers, first, count, true))
+    ++out[c[2]];
   return out;
 }
 
@@ -73,7 +75,7 @@ LatticePiece LatticeReader::read_layers(const Lattice& outline, int number,
   Level& level = piece.lattice.level(number);
   const std::string group = level_group(number);
   const hsize_t first = row_of(low), count = row_of(high) - first;
-  level.cells = hdf5::read_cell_rows(*file_, group + "/cells", layers, first, count);
+  level.cells = hdf5::read_cell_rows(*file_, group + "/cells", layers, first, count, outline.parting.any());
   for (Index3& c : level.cells) {
     c[2] -= low;
     if (c[2] < 0 || c[2] >= high - low) file_->fail(fmt::format("has cells of '{}' out of order", group));
@@ -82,9 +84,16 @@ LatticePiece LatticeReader::read_layers(const Lattice& outline, int number,
   level.segment = file_->read_rows<std::uint16_t>(group + "/segment", {0}, first, count);
   level.parts = file_->read_rows<std::uint16_t>(group + "/parts", {0}, first, count);
   hdf5::check_segments(*file_, group + "/segment", level.segment, outline.segments, hdf5::LabelKind::with_material);
-  hdf5::check_labels(*file_, piece.lattice.voxels, piece.lattice.labels, outline.segments,
-                     {group + "/cells", level.cells, voxels_per_cell});
+  const hdf5::StoredCells cells{group + "/cells", level.cells, voxels_per_cell};
+  hdf5::check_labels(*file_, piece.lattice.voxels, piece.lattice.labels, outline.segments, cells);
+  if (outline.parting.any())
+    level.split = hdf5::read_split(*file_, group + "/split", piece.lattice.voxels, cells,
+                                   hdf5::PieceOfLevel{outline.voxels, low * layer_voxels, first, first_rows.back()});
   return piece;
+}
+
+VoxelOwners LatticeReader::owners(int level) const {
+  return hdf5::read_all_owners(*file_, level_group(level) + "/split", hdf5::read_grid(*file_), num_cells(level));
 }
 
 std::size_t LatticeReader::num_elements(int level, const Lattice& lattice) const {

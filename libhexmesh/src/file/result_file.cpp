@@ -137,6 +137,8 @@ void begin_result(const Result& common, const std::filesystem::path& lattice, st
   hdf5::Writer file(path);
   write_start(file, common, lattice);
   write_level(file, common);
+  hdf5::write_parting(file, common.parting);
+  hdf5::write_owners(file, "/mesh/split", common.owners);
   file.declare<std::uint16_t>("/mesh/cells", {num_cells, 3});
   file.declare<std::int32_t>("/mesh/cell_nodes", {num_cells, 8});
   file.declare<std::uint16_t>("/mesh/segment", {num_cells});

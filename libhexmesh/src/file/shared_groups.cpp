@@ -241,10 +241,10 @@ std::vector<Index3> read_cells(const Reader& file, const std::string& name, cons
 }
 
 std::vector<Index3> read_cell_rows(const Reader& file, const std::string& name, const Index3& limit, hsize_t first,
-                                   hsize_t count) {
+                                   hsize_t count, bool may_share) {
   std::vector<Index3> cells;
   append_cells(file, name, limit, file.read_rows<std::uint16_t>(name, {0, 3}, first, count), cells);
-  check_order(file, name, cells);
+  check_order(file, name, cells, may_share);
   return cells;
 }
 

@@ -43,7 +43,7 @@ std::vector<Index3> read_cells(const Reader& file, const std::string& name, cons
 
 /// Likewise some rows.
 std::vector<Index3> read_cell_rows(const Reader& file, const std::string& name, const Index3& limit, hsize_t first,
-                                   hsize_t count);
+                                   hsize_t count, bool may_share = false);
 
 Index3 read_index(const Reader& file, const std::string& group, const std::string& name);
 

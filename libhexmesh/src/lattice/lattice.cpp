@@ -226,10 +226,16 @@ void add_levels(Lattice& lattice, int num_levels) {
     splitter.emplace(lattice);
     lattice.levels.front().split = splitter->split(lattice.levels.front().cells);
   }
-  while (num_levels > 0 ? lattice.num_levels() < num_levels : lattice.levels.back().cells.size() > 16) {
+  const auto may_merge = [](const Level& level) {  // cells at one index, parted by gaps, stay apart
+    return level.cells.size() > 16 && level.cells.front() != level.cells.back();
+  };
+  while (num_levels > 0 ? lattice.num_levels() < num_levels : may_merge(lattice.levels.back())) {
     interruption_point();
     lattice.levels.push_back(coarser_level(lattice, lattice.levels.back(), counts, splitter ? &*splitter : nullptr));
   }
+  const auto is_split = [](const Level& level) { return !level.split.empty(); };
+  if (lattice.parting.sliding.empty() && std::none_of(lattice.levels.begin(), lattice.levels.end(), is_split))
+    lattice.parting.gaps = false;
   interruption_point();
   count_filled(lattice.levels, lattice.materials.size());
   count_mixture(lattice.levels, lattice.materials);

@@ -25,9 +25,26 @@ std::vector<bool> cells_of_small_parts(std::span<const CellNodes> cell_nodes, st
   return out;
 }
 
-/// @param linked  whether two children of one parent are to be merged
+/// Chains of crumbs alone join that of the first child that is none.
+/// @param children  numbers of the children of a parent, behind a key
+void join_crumbs(std::span<const std::pair<std::uint64_t, std::int32_t>> children, const std::vector<bool>& is_crumb,
+                 Partition& chains) {
+  std::int32_t first = -1;
+  std::vector<bool> holds_others(children.size());
+  for (std::size_t n = 0; n < children.size(); ++n) {
+    if (is_crumb[as_size(children[n].second)]) continue;
+    if (first < 0) first = static_cast<std::int32_t>(n);
+    holds_others[as_size(chains.root(static_cast<std::int32_t>(n)))] = true;
+  }
+  for (std::int32_t n = 0; first >= 0 && as_size(n) < children.size(); ++n)
+    if (!holds_others[as_size(chains.root(n))]) chains.join(first, n);
+}
+
+/// @param linked    whether two children of one parent are to be merged
+/// @param is_crumb  of each cell; empty: none
 template <class Linked>
-Merge merge_where(std::span<const Index3> cells, const Index3& factor, Linked&& linked) {
+Merge merge_where(std::span<const Index3> cells, const Index3& factor, const std::vector<bool>& is_crumb,
+                  Linked&& linked) {
   const auto parent_of = [&](const Index3& c) { return coarser_index(c, factor); };
   std::vector<std::pair<std::uint64_t, std::int32_t>> order(cells.size());
   for (std::size_t n = 0; n < cells.size(); ++n)
@@ -44,6 +61,7 @@ Merge merge_where(std::span<const Index3> cells, const Index3& factor, Linked&& 
       for (std::size_t a = 0; a < b; ++a)
         if (linked(children[a].second, children[b].second))
           chains.join(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
+    if (!is_crumb.empty()) join_crumbs(children, is_crumb, chains);
     chain.clear();
     const std::size_t first_parent = merge.parents.size();
     for (std::size_t n = 0; n < children.size(); ++n) {
@@ -102,7 +120,7 @@ std::vector<Corner> nodes_in_order(const Merge& merge, Partition& same) {
 
 /// Join the corners of parents of small parts with those at their indices, of a larger part if there is one.
 /// @param is_small  whether a cell is of a small part
-/// @param part      of each cell, that to which it may be tied; empty: to any
+/// @param part      of each cell, that to which it may be tied, -1: any; empty: all to any
 void tie_small_parts(const Merge& merge, const std::vector<bool>& is_small, std::span<const std::int32_t> part,
                      std::span<const Corner> nodes, Partition& same) {
   const auto part_of = [&](const Corner& corner) {
@@ -118,7 +136,9 @@ void tie_small_parts(const Merge& merge, const std::vector<bool>& is_small, std:
     end = std::find_if(begin, nodes.end(), [&](const Corner& corner) { return corner.first != begin->first; });
     for (auto corner = begin; corner != end; ++corner) {
       if (!is_tied(*corner)) continue;
-      const auto is_its = [&](const Corner& other) { return part_of(other) == part_of(*corner); };
+      const auto is_its = [&](const Corner& other) {
+        return part_of(*corner) < 0 || part_of(other) == part_of(*corner);
+      };
       const auto larger =
           std::find_if(begin, end, [&](const Corner& other) { return !is_tied(other) && is_its(other); });
       same.join(corner->second, (larger == end ? std::find_if(begin, end, is_its) : larger)->second);
@@ -150,11 +170,12 @@ Index3 merge_factor(const Vec3& cell_size) {
 }
 
 Merge merge_cells(std::span<const Index3> cells, const Index3& factor) {
-  return merge_where(cells, factor, [](std::int32_t, std::int32_t) { return true; });
+  return merge_where(cells, factor, {}, [](std::int32_t, std::int32_t) { return true; });
 }
 
-Merge merge_linked_cells(std::span<const Index3> cells, std::span<const CellNodes> cell_nodes, const Index3& factor) {
-  return merge_where(cells, factor,
+Merge merge_linked_cells(std::span<const Index3> cells, std::span<const CellNodes> cell_nodes, const Index3& factor,
+                         const std::vector<bool>& is_crumb) {
+  return merge_where(cells, factor, is_crumb,
                      [&](std::int32_t a, std::int32_t b) { return share_a_node(cell_nodes[a], cell_nodes[b]); });
 }
 

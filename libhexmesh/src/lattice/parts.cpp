@@ -9,15 +9,12 @@
 namespace hexmesh {
 namespace {
 
-bool same_cell(const Index3& a, const Index3& b, const Index3& voxels_per_cell) {
-  return coarser_index(a, voxels_per_cell) == coarser_index(b, voxels_per_cell);
-}
-
 /// Joins the pieces of the finer level's cells across the planes where these meet inside the cells of a level.
 class LevelJoiner {
 public:
-  LevelJoiner(const Level& level, const Level& voxels, const CellLocator& voxel_at, Partition& pieces)
-      : level_(level), voxels_(voxels), voxel_at_(voxel_at), pieces_(pieces) {}
+  LevelJoiner(const Level& level, const CellLocator& cell_at, const Level& voxels, const CellLocator& voxel_at,
+              Partition& pieces)
+      : level_(level), cell_at_(cell_at), voxels_(voxels), voxel_at_(voxel_at), pieces_(pieces) {}
 
   /// @param joined  called with the voxel for each two pieces that became one
   template <class Joined>
@@ -35,7 +32,9 @@ private:
   void join_across(std::size_t v, std::size_t axis, Joined&& joined) {
     Index3 beyond = voxels_.cells[v];
     ++beyond[axis];
-    if (const std::int32_t face = voxel_at_.cell_of_voxel(beyond); face >= 0) {
+    const std::int32_t cell = cell_at_.cell_of_voxel(voxels_.cells[v]);
+    const auto is_in_it = [&](const Index3& voxel) { return cell_at_.cell_of_voxel(voxel) == cell; };
+    if (const std::int32_t face = voxel_at_.cell_of_voxel(beyond); face >= 0 && is_in_it(beyond)) {
       // What hangs together with that voxel does so by its own links: no need to look at the diagonals.
       if (pieces_.join(number(v), face)) joined(v);
       return;
@@ -47,15 +46,14 @@ private:
         diagonal[u] += i;
         diagonal[w] += j;
         const std::int32_t other = voxel_at_.cell_of_voxel(diagonal);
-        if (other >= 0 && same_cell(voxels_.cells[v], diagonal, level_.voxels_per_cell) &&
-            pieces_.join(number(v), other))
-          joined(v);
+        if (other >= 0 && is_in_it(diagonal) && pieces_.join(number(v), other)) joined(v);
       }
   }
 
   static std::int32_t number(std::size_t v) { return static_cast<std::int32_t>(v); }
 
   const Level& level_;
+  const CellLocator& cell_at_;
   const Level& voxels_;
   const CellLocator& voxel_at_;
   Partition& pieces_;
@@ -64,27 +62,21 @@ private:
 }  // namespace
 
 void count_parts(Lattice& lattice) {
-  if (lattice.parting.any()) {  // what does not hang together is in cells of its own
-    for (Level& level : lattice.levels) level.parts.assign(level.cells.size(), 1);
-    return;
-  }
   const Level& voxels = lattice.levels.front();
   const CellLocator voxel_at(lattice.voxels, {1, 1, 1}, voxels.cells);
   Partition pieces(voxels.cells.size());
   std::vector<std::int64_t> joins;  // within each cell of the level, all finer levels included
   for (std::size_t l = 0; l < lattice.levels.size(); ++l) {
     Level& level = lattice.levels[l];
-    const CellLocator cell_at(lattice.voxels, level.voxels_per_cell, level.cells);
+    const CellLocator cell_at(lattice.voxels, level.voxels_per_cell, level.cells, level.split.owners);
     std::vector<std::int64_t> finer_joins = std::move(joins);
     joins.assign(level.cells.size(), 0);
     if (l > 0) {
       const Level& finer = lattice.levels[l - 1];
-      for (std::size_t c = 0; c < finer.cells.size(); ++c) {
-        Index3 first_voxel;
-        for (std::size_t d = 0; d < 3; ++d) first_voxel[d] = finer.cells[c][d] * finer.voxels_per_cell[d];
-        joins[cell_at.cell_of_voxel(first_voxel)] += finer_joins[c];
-      }
-      LevelJoiner(level, voxels, voxel_at, pieces).join([&](std::size_t v) {
+      for (std::size_t c = 0; c < finer.cells.size(); ++c)
+        joins[as_size(coarser_cell_of(lattice, static_cast<int>(l) - 1, static_cast<std::int32_t>(c),
+                                      static_cast<int>(l)))] += finer_joins[c];
+      LevelJoiner(level, cell_at, voxels, voxel_at, pieces).join([&](std::size_t v) {
         ++joins[cell_at.cell_of_voxel(voxels.cells[v])];
       });
     }

@@ -9,7 +9,7 @@ namespace hexmesh {
 /// hang together if they share a node, as they do at level 0, or through other voxels of the cell. A cell of more than
 /// one piece joins what may not move together: an airway wall and the next, the two arms of a C.
 ///
-/// Where the lattice keeps parts apart each cell is of one piece.
+/// Where the lattice keeps parts apart only those are joined that hang together close by, and crumbs (see Parting).
 ///
 /// Sets Level::parts; 65535 stands for that many or more.
 void count_parts(Lattice& lattice);

@@ -3,12 +3,24 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <set>
 
 #include "hexmesh/core/partition.h"
 #include "hexmesh/lattice/locator.h"
 
 namespace hexmesh {
 namespace {
+
+constexpr std::size_t crumbs_in_whole = 200;  ///< see Parting::gaps
+constexpr std::int32_t goes_with_any = -1;
+
+/// Of the voxel at one of the places around a node.
+Index3 beside_node(const Index3& node, int place) {
+  Index3 voxel = node;
+  for (int d = 0; d < 3; ++d) voxel[as_size(d)] += corner_bit(place, d) - 1;
+  return voxel;
+}
 
 /// Which faces between voxels hold.
 class Faces {
@@ -93,43 +105,138 @@ private:
   }
 };
 
-/// The voxels around a node in groups that faces hold together, small parts with the first of the part they move with.
+/// The voxels around a node in groups that hold together, first by faces alone.
 class NodeGroups {
 public:
-  /// @param around  of the voxel at each of the eight places around the node its number, -1 for none
-  NodeGroups(const std::array<std::int32_t, 8>& around, const Faces& faces, const Parts& parts) : groups_(8) {
+  NodeGroups(const Index3& node, const CellLocator& voxel_at, const Faces& faces) : node_(node), groups_(8) {
+    for (int place = 0; place < 8; ++place) around_[as_size(place)] = voxel_at.cell_of_voxel(beside_node(node, place));
     for (int a = 0; a < 8; ++a)
       for (int d = 0; d < 3; ++d) {
         const int b = a | 1 << d;
-        if (b != a && around[as_size(a)] >= 0 && around[as_size(b)] >= 0 &&
-            faces.holds(around[as_size(a)], around[as_size(b)]))
-          groups_.join(a, b);
+        if (b != a && has(a) && has(b) && faces.holds(voxel(a), voxel(b))) groups_.join(a, b);
       }
-    const auto is_small = [&](int a) { return bool{parts.is_small[as_size(around[as_size(a)])]}; };
+  }
+
+  int count() {
+    int out = 0;
+    for (int a = 0; a < 8; ++a) out += has(a) && groups_.root(a) == a;
+    return out;
+  }
+
+  bool has(int place) const { return voxel(place) >= 0; }
+  std::int32_t voxel(int place) const { return around_[as_size(place)]; }
+  const Index3& node() const { return node_; }
+
+  /// f(place, place) for each two voxels of different groups. f may join them.
+  template <class F>
+  void for_each_apart(const F& f) {
+    for (int a = 0; a < 8; ++a)
+      for (int b = 0; b < a; ++b)
+        if (has(a) && has(b) && groups_.root(a) != groups_.root(b)) f(a, b);
+  }
+  void join(int a, int b) { groups_.join(a, b); }
+
+  /// f(place, rank of its group from 0 on), in the order of the cells, which is that of the places.
+  template <class F>
+  void for_each_rank(const F& f) {
+    std::array<int, 8> rank = {-1, -1, -1, -1, -1, -1, -1, -1};
+    int count = 0;
     for (int a = 0; a < 8; ++a) {
-      if (around[as_size(a)] < 0 || !is_small(a)) continue;
-      int home = -1;  // the first voxel of its part, a larger one's if there is any
-      for (int b = 0; b < 8; ++b)
-        if (around[as_size(b)] >= 0 &&
-            parts.of_voxel[as_size(around[as_size(b)])] == parts.of_voxel[as_size(around[as_size(a)])] &&
-            (home < 0 || (is_small(home) && !is_small(b))))
-          home = b;
-      groups_.join(a, home);
-    }
-    // In the order of the cells, which is that of the places.
-    for (int a = 0; a < 8; ++a) {
-      if (around[as_size(a)] < 0) continue;
-      const int root = groups_.root(a);
-      if (rank_[as_size(root)] < 0) rank_[as_size(root)] = count_++;
+      if (!has(a)) continue;
+      int& of_group = rank[as_size(groups_.root(a))];
+      if (of_group < 0) of_group = count++;
+      f(a, of_group);
     }
   }
-  int count() const { return count_; }
-  int rank(int place) { return rank_[as_size(groups_.root(place))]; }
 
 private:
+  Index3 node_;
+  std::array<std::int32_t, 8> around_{};  ///< number of the voxel at each place, -1 for none
   Partition groups_;
-  std::array<int, 8> rank_ = {-1, -1, -1, -1, -1, -1, -1, -1};
-  int count_ = 0;
+};
+
+/// Whether faces hold voxels around a node together by a way within `reach` voxels of it.
+class WayAround {
+public:
+  WayAround(const Index3& node, const CellLocator& voxel_at, const Faces& faces) : same_(num_voxels) {
+    std::array<std::int32_t, num_voxels> voxel{};
+    for (int n = 0; n < num_voxels; ++n)
+      voxel[as_size(n)] = voxel_at.cell_of_voxel(
+          {node[0] - reach + n % width, node[1] - reach + n / width % width, node[2] - reach + n / (width * width)});
+    int step = 1;
+    for (int d = 0; d < 3; ++d, step *= width)
+      for (int n = 0; n < num_voxels; ++n)
+        if (n / step % width + 1 < width && voxel[as_size(n)] >= 0 && voxel[as_size(n + step)] >= 0 &&
+            faces.holds(voxel[as_size(n)], voxel[as_size(n + step)]))
+          same_.join(n, n + step);
+  }
+  bool joins(int place, int other) { return same_.root(number(place)) == same_.root(number(other)); }
+
+private:
+  static constexpr int reach = 2, width = 2 * reach, num_voxels = width * width * width;
+  static int number(int place) {
+    int out = 0;
+    for (int d = 2; d >= 0; --d) out = out * width + reach - 1 + corner_bit(place, d);
+    return out;
+  }
+  Partition same_;
+};
+
+/// What edges and corners hold together beside faces.
+class Contacts {
+public:
+  Contacts(const CellLocator& voxel_at, const Faces& faces, const Parts& parts, std::vector<NodeGroups>& meeting)
+      : voxel_at_(voxel_at), faces_(faces), parts_(parts) {
+    for (NodeGroups& groups : meeting) {
+      std::set<std::pair<std::int32_t, std::int32_t>> meet;
+      groups.for_each_apart([&](int a, int b) {
+        if (may_hold(groups, a, b)) meet.insert(pair_of(groups, a, b));
+      });
+      for (const auto& pair : meet) ++num_nodes_[pair];
+    }
+  }
+
+  void hold(NodeGroups& groups) const {
+    join_specks(groups);
+    std::optional<WayAround> way;
+    groups.for_each_apart([&](int a, int b) {
+      if (!may_hold(groups, a, b)) return;
+      const auto pair = pair_of(groups, a, b);
+      if (pair.first != pair.second) {
+        if (num_nodes_.at(pair) <= most_nodes_tied) groups.join(a, b);
+        return;
+      }
+      if (!way) way.emplace(groups.node(), voxel_at_, faces_);
+      if (way->joins(a, b)) groups.join(a, b);
+    });
+  }
+
+private:
+  bool is_small(const NodeGroups& groups, int place) const { return parts_.is_small[as_size(groups.voxel(place))]; }
+  bool may_hold(const NodeGroups& groups, int a, int b) const {
+    return !is_small(groups, a) && !is_small(groups, b) && faces_.holds(groups.voxel(a), groups.voxel(b));
+  }
+  std::pair<std::int32_t, std::int32_t> pair_of(const NodeGroups& groups, int a, int b) const {
+    return std::minmax(parts_.of_voxel[as_size(groups.voxel(a))], parts_.of_voxel[as_size(groups.voxel(b))]);
+  }
+
+  /// Small parts with the first voxel of the part they move with, a larger one's if there is any.
+  void join_specks(NodeGroups& groups) const {
+    const auto part = [&](int place) { return parts_.of_voxel[as_size(groups.voxel(place))]; };
+    for (int a = 0; a < 8; ++a) {
+      if (!groups.has(a) || !is_small(groups, a)) continue;
+      int home = -1;
+      for (int b = 0; b < 8; ++b)
+        if (groups.has(b) && part(b) == part(a) && (home < 0 || (is_small(groups, home) && !is_small(groups, b))))
+          home = b;
+      groups.join(a, home);
+    }
+  }
+
+  const CellLocator& voxel_at_;
+  const Faces& faces_;
+  const Parts& parts_;
+  std::map<std::pair<std::int32_t, std::int32_t>, int> num_nodes_;  ///< at which two parts meet
 };
 
 }  // namespace
@@ -140,19 +247,16 @@ Splitter::Splitter(const Lattice& lattice) {
   const Faces faces(lattice, voxel_at);
   Parts parts(faces, level, voxel_at);
   numbering_ = number_nodes(level.cells);
+  std::vector<NodeGroups> meeting;
+  for (const Index3& node : numbering_.nodes)
+    if (NodeGroups groups(node, voxel_at, faces); groups.count() > 1) meeting.push_back(std::move(groups));
+  const Contacts contacts(voxel_at, faces, parts, meeting);
   std::vector<std::pair<std::int64_t, std::int32_t>> copies;
-  for (const Index3& node : numbering_.nodes) {
-    std::array<std::int32_t, 8> around{};
-    for (int place = 0; place < 8; ++place) {
-      Index3 voxel = node;
-      for (int d = 0; d < 3; ++d) voxel[as_size(d)] += corner_bit(place, d) - 1;
-      around[as_size(place)] = voxel_at.cell_of_voxel(voxel);
-    }
-    NodeGroups groups(around, faces, parts);
-    if (groups.count() == 1) continue;
-    for (int place = 0; place < 8; ++place)
-      if (around[as_size(place)] >= 0 && groups.rank(place) > 0)
-        copies.emplace_back(8 * std::int64_t{around[as_size(place)]} + (7 - place), groups.rank(place));
+  for (NodeGroups& groups : meeting) {
+    contacts.hold(groups);
+    groups.for_each_rank([&](int place, int rank) {
+      if (rank > 0) copies.emplace_back(8 * std::int64_t{groups.voxel(place)} + (7 - place), rank);
+    });
   }
   std::sort(copies.begin(), copies.end());
   SplitCells split;
@@ -167,22 +271,54 @@ Splitter::Splitter(const Lattice& lattice) {
   }
   is_small_ = std::move(parts.is_small);
   part_ = std::move(parts.of_voxel);
+  if (lattice.parting.gaps) find_crumbs(level.cells, voxel_at);
+}
+
+/// Small bodies that touch nothing.
+void Splitter::find_crumbs(const std::vector<Index3>& voxels, const CellLocator& voxel_at) {
+  Partition bodies(numbering_.nodes.size());
+  for (const CellNodes& nodes : numbering_.cell_nodes)
+    for (const std::int32_t node : nodes) bodies.join(nodes[0], node);
+  const auto body = [&](std::int32_t voxel) { return bodies.root(numbering_.cell_nodes[voxel][0]); };
+  std::map<std::int32_t, std::size_t> size;
+  for (std::size_t v = 0; v < voxels.size(); ++v) ++size[body(static_cast<std::int32_t>(v))];
+  std::erase_if(size, [&](const auto& entry) { return crumbs_in_whole * entry.second > voxels.size(); });
+  std::set<std::int32_t> touching;
+  is_crumb_.resize(voxels.size());
+  const auto for_each_of_small_bodies = [&](const auto& f) {
+    for (std::size_t v = 0; v < voxels.size(); ++v)
+      if (const std::int32_t of = body(static_cast<std::int32_t>(v)); size.contains(of)) f(v, of);
+  };
+  for_each_of_small_bodies([&](std::size_t v, std::int32_t of) {
+    for (int n = 0; n < 27; ++n) {
+      const std::int32_t other =
+          voxel_at.cell_of_voxel({voxels[v][0] + n % 3 - 1, voxels[v][1] + n / 3 % 3 - 1, voxels[v][2] + n / 9 - 1});
+      if (other >= 0 && body(other) != of) touching.insert(of);
+    }
+  });
+  for_each_of_small_bodies([&](std::size_t v, std::int32_t of) {
+    if (touching.contains(of)) return;
+    is_crumb_[v] = is_small_[v] = true;
+    part_[v] = goes_with_any;
+  });
 }
 
 Merge Splitter::merge(const std::vector<Index3>& cells, const Index3& factor) {
-  Merge merge = merge_linked_cells(cells, numbering_.cell_nodes, factor);
+  Merge merge = merge_linked_cells(cells, numbering_.cell_nodes, factor, is_crumb_);
   numbering_ = number_parent_nodes(merge, numbering_.cell_nodes, numbering_.nodes.size(), is_small_, part_);
   std::vector<std::int32_t> parent(cells.size());
-  std::vector<bool> is_small(merge.parents.size(), true);
-  std::vector<std::int32_t> part(merge.parents.size());
+  std::vector<bool> is_small(merge.parents.size(), true), is_crumb(is_crumb_.empty() ? 0 : merge.parents.size(), true);
+  std::vector<std::int32_t> part(merge.parents.size(), goes_with_any);
   for (std::size_t p = 0; p < merge.parents.size(); ++p)
     for (const std::int32_t child : merge.children[p])
       if (child >= 0) {
         parent[as_size(child)] = static_cast<std::int32_t>(p);
         is_small[p] = is_small[p] && is_small_[as_size(child)];
-        part[p] = part_[as_size(child)];
+        if (!is_crumb.empty()) is_crumb[p] = is_crumb[p] && is_crumb_[as_size(child)];
+        if (part_[as_size(child)] != goes_with_any) part[p] = part_[as_size(child)];
       }
   is_small_ = std::move(is_small);
+  is_crumb_ = std::move(is_crumb);
   part_ = std::move(part);
   for (std::int32_t& cell : cell_of_) cell = parent[as_size(cell)];
   return merge;

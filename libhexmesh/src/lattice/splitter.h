@@ -4,10 +4,12 @@
 #include <vector>
 
 #include "hexmesh/lattice/lattice.h"
+#include "hexmesh/lattice/locator.h"
 
 namespace hexmesh {
 
 inline constexpr int most_voxels_tied = 8;  ///< see Parting::gaps
+inline constexpr int most_nodes_tied = 16;  ///< likewise
 
 /// Carries what holds voxels together from level to level: cells of one parent that no chain of shared nodes links
 /// become parents of their own, and parents share a node where their children do (see merge.h).
@@ -23,9 +25,12 @@ public:
   SplitCells split(const std::vector<Index3>& cells) const;
 
 private:
+  void find_crumbs(const std::vector<Index3>& voxels, const CellLocator& voxel_at);
+
   NodeNumbering numbering_;
   std::vector<bool> is_small_;              ///< of each cell, whether its part of the body is no body of its own
-  std::vector<std::int32_t> part_;          ///< of each cell, the part that it moves with
+  std::vector<bool> is_crumb_;              ///< of each cell; empty: none
+  std::vector<std::int32_t> part_;          ///< of each cell, the part that it moves with; of crumbs -1
   std::vector<std::int32_t> cell_of_;       ///< of each voxel with material
   std::vector<std::int64_t> voxel_offset_;  ///< likewise, in the lattice's box
 };

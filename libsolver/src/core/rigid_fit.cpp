@@ -13,11 +13,12 @@ using MatrixMap = Eigen::Map<Mat3>;
 
 void RigidFit::add(double weight, const Vec3& rest, const Vec3& u) {
   double* s = sums_.data();
+  const Vec3 x = from_ + rest;
   s[0] += weight;
-  VectorMap(s + 1) += weight * rest;
+  VectorMap(s + 1) += weight * x;
   VectorMap(s + 4) += weight * u;
-  MatrixMap(s + 7) += weight * rest * rest.transpose();
-  MatrixMap(s + 16) += weight * u * rest.transpose();
+  MatrixMap(s + 7) += weight * x * x.transpose();
+  MatrixMap(s + 16) += weight * u * x.transpose();
 }
 
 void RigidFit::solve() {

@@ -13,6 +13,9 @@ namespace hexsolver {
 /// Of points on a line R may turn about it by any angle, which moves none of them.
 class RigidFit {
 public:
+  /// @param from  where x counts from: that of points which several processes have is to be of one origin
+  explicit RigidFit(const Vec3& from = Vec3::Zero()) : from_(from) {}
+
   /// @param weight  > 0
   /// @param rest    x, not far from the origin beside the size of the body
   /// @param u       y - x
@@ -22,9 +25,13 @@ public:
   void solve();
   Eigen::Isometry3d motion() const;
   /// What a displacement is beside the rigid motion: x + u - (R x + t).
-  Vec3 deformation(const Vec3& rest, const Vec3& u) const { return rest + u - (rotation_ * rest + shift_); }
+  Vec3 deformation(const Vec3& rest, const Vec3& u) const {
+    const Vec3 x = from_ + rest;
+    return x + u - (rotation_ * x + shift_);
+  }
 
 private:
+  Vec3 from_;
   std::array<double, 25> sums_{};  ///< of w, w x, w u, w x x^T, w u x^T
   Mat3 rotation_ = Mat3::Identity();
   Vec3 shift_ = Vec3::Zero();

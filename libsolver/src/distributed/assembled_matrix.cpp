@@ -51,7 +51,10 @@ void AssembledMatrix::make_room() {
   // Which cells there are around each node: here, and of all processes.
   NodeVector cells = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
   for (const CellNodes& nodes : mesh.cell_nodes())
-    for (std::size_t a = 0; a < 8; ++a) cells[3 * Eigen::Index{nodes[a]}] += 1U << a;
+    for (std::size_t a = 0; a < 8; ++a) {
+      double& around = cells[3 * Eigen::Index{nodes[a]}];
+      around = static_cast<unsigned>(around) | 1U << a;  // of several at one index once
+    }
   const OwnedVec shared = level_.make_vector();
   level_.copies().add_to(cells, shared);
   NodeVector all_cells;
@@ -81,6 +84,8 @@ void AssembledMatrix::make_room() {
   check(MatCreateAIJ(level_.all().comm(), 3 * shared_nodes.num_own(), 3 * shared_nodes.num_own(), PETSC_DETERMINE,
                      PETSC_DETERMINE, 0, here.data(), 0, elsewhere.data(), matrix_.address()));
   check(MatSetBlockSize(matrix_, 3));
+  check(
+      MatSetOption(matrix_, MAT_NEW_NONZERO_ALLOCATION_ERR, PETSC_FALSE));  // neighbours at one index are counted once
   check(MatSetOption(matrix_, MAT_SYMMETRIC, PETSC_TRUE));
   check(MatSetOption(matrix_, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
 }

@@ -182,7 +182,9 @@ ParentNodes number_shared_parent_nodes(const Processes& all, const Mesh& fine, c
   for (const Index3& index : nodes.nodes) places.push_back(place_in_whole(index, low));
 
   const std::vector<NodeName> of_parents = names_of_parents(merge, low);
-  const std::vector<bool> cell_is_tied = cells_tied(all, fine, part);
+  const bool may_tie = merge.factor != Index3{1, 1, 1};  // else this is the fine level, told to all
+  const std::vector<bool> cell_is_tied =
+      may_tie ? cells_tied(all, fine, part) : std::vector<bool>(fine.num_cells(), false);
   std::vector<NodeName> names(nodes.nodes.size(), NodeName{~std::uint64_t{0}, 0, 0});
   std::vector<bool> is_tied(names.size());
   for (std::size_t p = 0; p < of_parents.size(); ++p) {
@@ -196,7 +198,7 @@ ParentNodes number_shared_parent_nodes(const Processes& all, const Mesh& fine, c
     }
   }
   agree(all, part, parents_of_shared(fine, merge, nodes, part), names);
-  tie_small_parts(all, places, is_tied, names);
+  if (may_tie) tie_small_parts(all, places, is_tied, names);
   return number_names(nodes, places, names);
 }
 

@@ -8,7 +8,9 @@ namespace hexsolver::mpi {
 /// The cells of a level that a process works on.
 struct Part {
   Index3 low{};  ///< index of its cell (0, 0, 0) in the whole, a multiple of the blocks that go to one process
-  hexmesh::Lattice lattice;  ///< of these cells on the level, and nothing on others
+  KeyedCells keys;
+  std::vector<Index3> voxels;  ///< of each cell one of its own, in the whole; empty where each index has one cell
+  hexmesh::Lattice lattice;    ///< of these cells on the level, and nothing on others
 };
 
 /// Divide the cells that all have read along a space-filling curve. Called by all processes at once.

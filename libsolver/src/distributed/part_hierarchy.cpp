@@ -90,10 +90,11 @@ SharedMerges merges_of_parts(const Vec3& cell_size, std::size_t num_cells, int n
   return out;
 }
 
-Hierarchy make_part_hierarchy(const Processes& all, Mesh finest, Index3 low, const Vec3& corner,
-                              const Vec3& whole_corner, const SharedMerges& merges, std::size_t coarsest_dofs) {
+Hierarchy make_part_hierarchy(const Processes& all, Mesh finest, const std::vector<Key>& keys, Index3 low,
+                              const Vec3& corner, const Vec3& whole_corner, const SharedMerges& merges,
+                              std::size_t coarsest_dofs) {
   std::vector<NodeName> names;
-  for (const Index3& n : finest.nodes()) names.push_back({sort_key({n[0] + low[0], n[1] + low[1], n[2] + low[2]})});
+  for (const Key& key : keys) names.push_back({sort_key(key.index), key.number});
   Hierarchy out(std::move(finest));
   for (const Index3& factor : merges.factors) {
     auto part = std::make_unique<NodeSubdomain>(all, names, low);

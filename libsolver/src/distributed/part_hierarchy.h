@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "distributed/keys.h"
 #include "distributed/processes.h"
 #include "mesh/hierarchy.h"
 
@@ -21,11 +22,12 @@ SharedMerges merges_of_parts(const Vec3& cell_size, std::size_t num_cells, int n
 /// say in parts, then the whole on every process. Called by all at once.
 /// @param finest         of the cells of this process
 /// @param low            index of its (0, 0, 0) in the whole, a multiple of merges.block
+/// @param keys           of its nodes
 /// @param corner         position of its node (0, 0, 0) [mm]
 /// @param whole_corner   that of the whole's [mm]
 /// @param coarsest_dofs  see Hierarchy
-Hierarchy make_part_hierarchy(const Processes& all, Mesh finest, Index3 low, const Vec3& corner,
-                              const Vec3& whole_corner, const SharedMerges& merges,
+Hierarchy make_part_hierarchy(const Processes& all, Mesh finest, const std::vector<Key>& keys, Index3 low,
+                              const Vec3& corner, const Vec3& whole_corner, const SharedMerges& merges,
                               std::size_t coarsest_dofs = Hierarchy::usual_coarsest_dofs);
 
 }  // namespace hexsolver::mpi

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "distributed/piece.h"
 
+#include "hexmesh/lattice/locator.h"
+
 namespace hexsolver::mpi {
 namespace {
 
@@ -50,7 +52,7 @@ Piece::Piece(const Processes& all, const hexmesh::LatticeReader& file, const hex
 
 Piece::Piece(const Processes& all, const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline, int level,
              const std::vector<std::uint64_t>& first_rows)
-    : level_(level), layers_(all, first_rows) {
+    : all_(all), level_(level), layers_(all, first_rows) {
   all.all_or_none([&] {
     piece_ = file.read_layers(outline, level, first_rows, layers_.begin(all.rank()), layers_.end(all.rank()), margin);
   });
@@ -58,9 +60,39 @@ Piece::Piece(const Processes& all, const hexmesh::LatticeReader& file, const hex
   const auto first = cells.element.begin() + static_cast<std::ptrdiff_t>(piece_->first_cell);
   elements_in_file_.assign(first, first + static_cast<std::ptrdiff_t>(piece_->num_own_cells));
   all.all_or_none([&] { file.read_elements(piece_->lattice, level, cells.element); });
-  mesh_ = std::make_unique<Mesh>(cells.cells, piece_->lattice.cell_edges(level), piece_->lattice.corner());
+  const Index3 low = {0, 0, piece_->low};
+  keys_ = keyed_cells(cells, low);
+  mesh_ = std::make_unique<Mesh>(keys_.make_mesh(low, piece_->lattice.cell_edges(level), piece_->lattice.corner()));
   share_ =
       std::make_unique<LayersShare>(all, *piece_, outline.levels[static_cast<std::size_t>(level)].voxels_per_cell[2]);
+}
+
+std::vector<Piece::Holder> Piece::holders_of(const std::vector<Index3>& voxels) const {
+  const std::int32_t layer_voxels = level().voxels_per_cell[2];
+  const hexmesh::CellLocator locator(lattice().voxels, level().voxels_per_cell, level().cells, level().split.owners);
+  return ask<Holder>(
+      all_, voxels, [&](const Index3& voxel) { return layers_.process_of(voxel[2] / layer_voxels); },
+      [&](const Index3& voxel) {
+        const auto c =
+            hexmesh::as_size(locator.cell_of_voxel({voxel[0], voxel[1], voxel[2] - piece_->low * layer_voxels}));
+        return Holder{keys_.cells[c], keys_.corners.empty() ? CornerNumbers{} : keys_.corners[c]};
+      });
+}
+
+std::vector<Index3> Piece::some_voxels() const {
+  const hexmesh::Level& cells = level();
+  const hexmesh::Grid& voxels = lattice().voxels;
+  const hexmesh::CellLocator locator(voxels, cells.voxels_per_cell, cells.cells, cells.split.owners);
+  std::vector<bool> has_material(65536);
+  for (const hexmesh::LatticeSegment& s : lattice().segments) has_material[s.segment.label] = s.material.has_value();
+  std::vector<Index3> out(cells.cells.size());
+  for (std::size_t n = lattice().labels.size(); n-- > 0;)
+    if (has_material[lattice().labels[n]]) {
+      const Index3 voxel = voxels.index(n);
+      out[hexmesh::as_size(locator.cell_of_voxel(voxel))] = {voxel[0], voxel[1],
+                                                             voxel[2] + piece_->low * cells.voxels_per_cell[2]};
+    }
+  return out;
 }
 
 }  // namespace hexsolver::mpi

@@ -29,11 +29,18 @@ public:
   const hexmesh::LatticePiece& rows() const noexcept { return *piece_; }
   const hexmesh::Lattice& lattice() const noexcept { return piece_->lattice; }
   const hexmesh::Level& level() const { return piece_->lattice.levels[static_cast<std::size_t>(level_)]; }
+  const KeyedCells& keys() const noexcept { return keys_; }  ///< of its cells and nodes
   const Mesh& mesh() const { return *mesh_; }
   const SurfaceShare& share() const { return *share_; }
-  std::vector<Index3> in_whole(std::vector<Index3> indices) const {
-    return shifted(std::move(indices), {0, 0, piece_->low});
-  }
+
+  /// The cells that hold voxels of the whole, whichever process has read them. Called by all processes at once.
+  struct Holder {
+    Key cell;
+    CornerNumbers corners{};
+  };
+  std::vector<Holder> holders_of(const std::vector<Index3>& voxels) const;
+  /// Of each cell one of its voxels, in the whole.
+  std::vector<Index3> some_voxels() const;
 
   /// Elements of the layers' own cells as the file numbers them; given away.
   std::vector<std::int32_t> take_elements_in_file() { return std::move(elements_in_file_); }
@@ -42,9 +49,11 @@ private:
   Piece(const Processes& all, const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline, int level,
         const std::vector<std::uint64_t>& first_rows);
 
+  const Processes& all_;
   int level_;
   Layers layers_;
   std::optional<hexmesh::LatticePiece> piece_;
+  KeyedCells keys_;
   std::vector<std::int32_t> elements_in_file_;
   std::unique_ptr<Mesh> mesh_;
   std::unique_ptr<SurfaceShare> share_;

@@ -7,21 +7,22 @@
 namespace hexsolver::mpi {
 SharedConstraints::SharedConstraints(const std::vector<Point>& points, const Scene& scene, const Mat3& edges,
                                      const Vec3& corner, const SharedNodes& nodes, Vec field) {
-  std::vector<Index3> cells;
-  for (const Point& p : points) cells.push_back(p.cell);
-  std::sort(cells.begin(), cells.end(), before);
-  cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-  mesh_ = std::make_unique<Mesh>(cells, edges, corner);
+  for (const Point& p : points) keys_.cells.push_back(p.cell);
+  make_distinct(keys_.cells);
+  keys_.corners.resize(keys_.cells.size());
+  for (const Point& p : points) keys_.corners[static_cast<std::size_t>(place_of(keys_.cells, p.cell))] = p.corners;
+  mesh_ = std::make_unique<Mesh>(keys_.make_mesh({0, 0, 0}, edges, corner));
   std::vector<ConstraintPoint> local;
   for (const Point& p : points) {
-    ConstraintPoint to{p.condition, place_of(cells, p.cell), NodeWeights::Map(p.weights.data()), {}, p.axes, p.area,
-                       p.is_quarter};
+    ConstraintPoint to{
+        p.condition, place_of(keys_.cells, p.cell), NodeWeights::Map(p.weights.data()), {}, p.axes, p.area,
+        p.is_quarter};
     to.value = prescribed_displacement(scene, *mesh_, to, {});
     local.push_back(to);
   }
   constraints_ = std::make_unique<Constraints>(*mesh_, std::move(local));
 
-  const std::vector<PetscInt> numbers = nodes.find(mesh_->nodes());
+  const std::vector<PetscInt> numbers = nodes.find(keys_.nodes);
   copies_ = NodeCopies(field, numbers);
   for (std::size_t n = 0; n < numbers.size(); ++n)
     if (nodes.owns(numbers[n])) own_.emplace_back(static_cast<Eigen::Index>(n), numbers[n] - nodes.first_own());

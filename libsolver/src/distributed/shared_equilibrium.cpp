@@ -215,10 +215,6 @@ SolveReport solve_equilibrium(const Run&, const std::filesystem::path& lattice, 
     outline = with_overrides(file->outline(), scene);
     report.warnings = check_single_points(scene);
     check_contrast(*outline);
-    if (outline->parting.any())
-      throw hexmesh::Error(hexmesh::ErrorKind::input,
-                           "the cells of the lattice are split (--gaps, --slide), expected a lattice built without: "
-                           "hexsolve-mpi solves on no others");
     if (!scene.matches.empty()) {
       matchings = make_matchings(scene, with_overrides(hexmesh::read_lattice(lattice, {-1}, hexmesh::Elements::formed,
                                                                              hexmesh::Voxels::surface_only),
@@ -253,8 +249,10 @@ SolveReport solve_equilibrium(const Run&, const std::filesystem::path& lattice, 
   for (const auto& [name, values] : rows.part.cell_fields) common.cell_fields[name];
   common.conditions = condition_points(level.constraints(), scene, u);
   common.history = outline->history;
+  common.parting = outline->parting;
   all.all_or_none([&] {
     if (!all.is_first()) return;
+    common.owners = file->owners(common.level);
     finish(common, report);
     hexmesh::begin_result(common, lattice, level.num_cells(), static_cast<std::size_t>(level.nodes().num_all()),
                           result);

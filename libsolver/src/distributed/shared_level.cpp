@@ -82,23 +82,28 @@ std::vector<bool> SharedLevel::cells_rotated_by(double angle, const SharedLevel&
   const OwnedVec shared = coarser.make_vector();
   coarser.copies_.raise_to(flags, shared);
 
-  std::vector<Index3> parents;
-  for (const Index3& cell : shifted(mesh().cells(), part_->low))
-    parents.push_back({cell[0] / merge[0], cell[1] / merge[1], cell[2] / merge[2]});
-  std::vector<Index3> keys = parents;
-  std::sort(keys.begin(), keys.end(), before);
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  std::vector<Key> firsts;
+  for (const Piece::Holder& parent : parents(coarser, merge)) firsts.push_back({parent.cell.index, parent.corners[0]});
+  std::vector<Key> keys = firsts;
+  make_distinct(keys);
   NodeVector values;
   NodeCopies(shared, coarser.nodes().find(keys)).get(shared, values);
   std::vector<bool> rotated;
-  for (const Index3& parent : parents) rotated.push_back(values[3 * Eigen::Index{place_of(keys, parent)}] > 0);
+  for (const Key& first : firsts) rotated.push_back(values[3 * Eigen::Index{place_of(keys, first)}] > 0);
   return rotated;
+}
+
+std::vector<Piece::Holder> SharedLevel::parents(const SharedLevel& coarser, const Index3& merge) const {
+  if (outline_.parting.any()) return coarser.piece().holders_of(part_->voxels);
+  std::vector<Piece::Holder> out;
+  for (const Key& cell : keys().cells) out.push_back({{hexmesh::coarser_index(cell.index, merge)}});
+  return out;
 }
 
 double SharedLevel::diameter() const {
   Vec3 extent = Vec3::Zero();
-  for (const Index3& cell : shifted(mesh().cells(), part_->low))
-    extent = extent.cwiseMax(Vec3(cell[0] + 1, cell[1] + 1, cell[2] + 1));
+  for (const Key& cell : keys().cells)
+    extent = extent.cwiseMax(Vec3(cell.index[0] + 1, cell.index[1] + 1, cell.index[2] + 1));
   for (double& e : extent) e = all_.largest(e);
   return (mesh().edges().cwiseAbs() * extent).norm();
 }
@@ -107,10 +112,8 @@ std::vector<SharedConstraints::Point> SharedLevel::select() {
   Selector selector({piece_->lattice(), level_}, piece_->mesh(), piece_->share());
   std::vector<SharedConstraints::Point> own;
   for (const ConstraintPoint& p : select_points(scene_, selector)) {
-    SharedConstraints::Point point;
+    SharedConstraints::Point point = in_piece({p.cell, p.weights, {}});
     point.condition = p.condition;
-    point.cell = piece_->in_whole({piece_->mesh().cells()[static_cast<std::size_t>(p.cell)]})[0];
-    NodeWeights::Map(point.weights.data()) = p.weights;
     point.axes = p.axes;
     point.area = p.area;
     point.is_quarter = p.is_quarter;
@@ -136,7 +139,7 @@ std::vector<SharedConstraints::Point> SharedLevel::select() {
   };
   Scene part = scene_;
   part.gravity = Vec3::Zero();
-  const NodeCopies of_piece(pattern_, nodes_->find(piece_->in_whole(piece_->mesh().nodes())));
+  const NodeCopies of_piece(pattern_, nodes_->find(piece_->keys().nodes));
   add(make_loads(part, {piece_->lattice(), level_}, piece_->mesh(), selector), piece_->mesh(), of_piece);
   part = scene_;
   part.forces.clear();
@@ -144,46 +147,56 @@ std::vector<SharedConstraints::Point> SharedLevel::select() {
   return holding;
 }
 
-std::int32_t SharedLevel::own_cell(const Index3& cell) const {
-  const Index3& low = part_->low;
-  return place_of(mesh().cells(), {cell[0] - low[0], cell[1] - low[1], cell[2] - low[2]});
+SharedConstraints::Point SharedLevel::in_piece(const SurfacePoint& p) const {
+  const KeyedCells& keys = piece_->keys();
+  const auto cell = static_cast<std::size_t>(p.cell);
+  SharedConstraints::Point out;
+  out.cell = keys.cells[cell];
+  if (!keys.corners.empty()) out.corners = keys.corners[cell];
+  NodeWeights::Map(out.weights.data()) = p.weights;
+  return out;
 }
 
 void SharedLevel::hold_in_part() {
   const Constraints& constraints = constraints_->local();
-  const std::vector<Index3>& cells = constraints_->mesh().cells();
+  const KeyedCells& held = constraints_->keys();
   std::vector<ConstraintPoint> own;
   for (const ConstraintPoint& p : constraints.held())
-    if (const std::int32_t cell = own_cell(cells[static_cast<std::size_t>(p.cell)]); cell >= 0) {
+    if (const std::int32_t cell = own_cell(held.cells[static_cast<std::size_t>(p.cell)]); cell >= 0) {
       own.push_back(p);
       own.back().cell = cell;
     }
-  const Index3& low = part_->low;
-  const std::vector<Index3>& held = constraints_->mesh().nodes();
-  const std::vector<Index3> of_part = shifted(held, {-low[0], -low[1], -low[2]});
   std::vector<PartConstraints::Node> nodes;
-  for (std::size_t n = 0; n < of_part.size(); ++n)
-    if (const std::int32_t node = place_of(mesh().nodes(), of_part[n]); node >= 0)
+  for (std::size_t n = 0; n < held.nodes.size(); ++n)
+    if (const std::int32_t node = place_of(keys().nodes, held.nodes[n]); node >= 0)
       nodes.push_back({static_cast<std::int32_t>(n), node, nodes_->owns(nodes_->numbers()[node])});
   std::vector<std::int32_t> in_whole;
-  if (hierarchy_->is_solved_at_once())
-    for (const Index3& key : all_.count() == 1 ? of_part : held)  // one process has the whole as its part
-      in_whole.push_back(place_of(hierarchy_->meshes.back().nodes(), key));
-  held_in_part_ = std::make_unique<PartConstraints>(all_, constraints, constraints_->mesh().cell_nodes(), held.size(),
-                                                    std::move(own), std::move(nodes), std::move(in_whole));
+  if (hierarchy_->is_solved_at_once()) {
+    const std::vector<Index3>& whole = hierarchy_->meshes.back().nodes();
+    const bool has_whole = all_.count() == 1;  // as its part
+    for (const Key& key : held.nodes)
+      in_whole.push_back(
+          has_whole ? place_of(keys().nodes, key)
+                    : static_cast<std::int32_t>(
+                          std::lower_bound(whole.begin(), whole.end(), key.index, hexmesh::i_fastest) - whole.begin()) +
+                          key.number);
+  }
+  held_in_part_ =
+      std::make_unique<PartConstraints>(all_, constraints, constraints_->mesh().cell_nodes(), held.nodes.size(),
+                                        std::move(own), std::move(nodes), std::move(in_whole));
 }
 
 void SharedLevel::make_hierarchy(SharedMerges merges) {
   const Lattice& lattice = part_->lattice;
-  Mesh part(lattice.levels[static_cast<std::size_t>(level_)].cells, lattice.cell_edges(level_), lattice.corner());
-  nodes_ = std::make_unique<SharedNodes>(all_, piece_->layers(), shifted(part.nodes(), part_->low));
+  Mesh part = part_->keys.make_mesh(part_->low, lattice.cell_edges(level_), lattice.corner());
+  nodes_ = std::make_unique<SharedNodes>(all_, piece_->layers(), keys().nodes);
   const std::size_t dofs = coarsest_dofs(outline_, scene_);
   if (3 * static_cast<std::size_t>(nodes_->num_all()) <= dofs) merges.factors = {{1, 1, 1}};  // all have the whole
   if (all_.count() == 1)
     hierarchy_ = std::make_unique<Hierarchy>(std::move(part), lattice.corner(), dofs);
   else
-    hierarchy_ = std::make_unique<Hierarchy>(
-        make_part_hierarchy(all_, std::move(part), part_->low, lattice.corner(), outline_.corner(), merges, dofs));
+    hierarchy_ = std::make_unique<Hierarchy>(make_part_hierarchy(all_, std::move(part), keys().nodes, part_->low,
+                                                                 lattice.corner(), outline_.corner(), merges, dofs));
   hierarchy_->in_double = is_of_high_contrast(outline_);
 }
 
@@ -272,26 +285,40 @@ void SharedLevel::put_own(const NodeVector& values, Vec field) const {
 }
 
 void SharedLevel::prolongate(const SharedLevel& coarser, const Index3& merge, Vec from, Vec to) const {
-  std::vector<std::pair<PetscInt, std::vector<CoarseNode>>> own;
-  std::vector<Index3> needed;
-  const std::vector<Index3> keys = shifted(mesh().nodes(), part_->low);
-  for (std::size_t n = 0; n < keys.size(); ++n)
-    if (const PetscInt number = nodes_->numbers()[n]; nodes_->owns(number)) {
-      own.emplace_back(number - nodes_->first_own(), coarse_nodes_of(keys[n], merge));
-      for (const CoarseNode& c : own.back().second) needed.push_back(c.key);
+  // Of each node, a cell of the part at it and which corner of that it is.
+  std::vector<std::pair<std::size_t, int>> corner_at(mesh().num_nodes());
+  for (std::size_t c = 0; c < mesh().num_cells(); ++c)
+    for (int a = 0; a < hexmesh::num_cell_nodes; ++a) corner_at[mesh().node(c, static_cast<std::size_t>(a))] = {c, a};
+  struct Share {
+    std::size_t node;
+    double weight;
+    Key of;
+  };
+  std::vector<Share> shares;
+  std::vector<Key> needed;
+  const std::vector<Piece::Holder> parent_of = parents(coarser, merge);
+  for (std::size_t n = 0; n < corner_at.size(); ++n) {
+    if (!nodes_->owns(nodes_->numbers()[n])) continue;
+    const auto& [c, corner] = corner_at[n];
+    const Piece::Holder& parent = parent_of[c];
+    int slot = 0;
+    for (std::size_t d = 0; d < 3; ++d) slot |= keys().cells[c].index[d] % merge[d] << d;
+    const NodeWeights weights = hexmesh::weights_in_parent(slot, corner, merge);
+    for (int b = 0; b < hexmesh::num_cell_nodes; ++b) {
+      if (weights[b] == 0) continue;
+      const Key of{hexmesh::corner_of(parent.cell.index, b), parent.corners[static_cast<std::size_t>(b)]};
+      shares.push_back({n, weights[b], of});
+      needed.push_back(of);
     }
-  std::sort(needed.begin(), needed.end(), before);
-  needed.erase(std::unique(needed.begin(), needed.end()), needed.end());
+  }
+  make_distinct(needed);
   NodeVector values;
   NodeCopies(from, coarser.nodes().find(needed)).get(from, values);
-  PetscScalar* out = nullptr;
-  check(VecGetArray(to, &out));
-  for (const auto& [number, parents] : own) {
-    Vec3 sum = Vec3::Zero();
-    for (const CoarseNode& c : parents) sum += c.weight * values.segment<3>(3 * Eigen::Index{place_of(needed, c.key)});
-    Vec3::Map(out + 3 * number) = sum;
-  }
-  check(VecRestoreArray(to, &out));
+  NodeVector sum = NodeVector::Zero(static_cast<Eigen::Index>(mesh().num_dofs()));
+  for (const Share& s : shares)
+    sum.segment<3>(3 * static_cast<Eigen::Index>(s.node)) +=
+        s.weight * values.segment<3>(3 * Eigen::Index{place_of(needed, s.of)});
+  put_own(sum, to);
 }
 
 double SharedLevel::mean_of_all(double mean) const {
@@ -309,7 +336,7 @@ ElasticCells::Size SharedLevel::size_in_material(Vec field) const {
 
 double SharedLevel::mean_deformation(Vec u) const {
   copies_.get(u, x_);
-  RigidFit fit;
+  RigidFit fit(part_->lattice.corner() - outline_.corner());
   if (mesh().num_cells() > 0) elastic_->add_to(fit, x_);
   all_.add_up(fit.sums());
   fit.solve();

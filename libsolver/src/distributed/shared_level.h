@@ -27,7 +27,8 @@ class SharedConstraints {
 public:
   struct Point {
     std::int32_t condition = 0;
-    Index3 cell;  ///< of the whole level
+    Key cell;
+    CornerNumbers corners{};  ///< of the cell
     std::array<double, 8> weights{};
     std::array<bool, 3> axes{};
     double area = 0;  ///< see ConstraintPoint
@@ -41,6 +42,7 @@ public:
 
   const Constraints& local() const { return *constraints_; }
   const Mesh& mesh() const { return *mesh_; }  ///< of the cells that hold points
+  const KeyedCells& keys() const noexcept { return keys_; }
 
   void prescribe(const Scene& scene, const Progress& progress);
   void project(Vec v) const;                            ///< v <- P v
@@ -48,6 +50,7 @@ public:
   void put(const NodeVector& values, Vec field) const;  ///< into those that this process owns
 
 private:
+  KeyedCells keys_;
   std::unique_ptr<Mesh> mesh_;
   std::unique_ptr<Constraints> constraints_;
   NodeCopies copies_;
@@ -109,8 +112,9 @@ public:
   const NodeCopies& copies() const { return copies_; }        ///< of the part's nodes
   const Hierarchy& hierarchy() const { return *hierarchy_; }  ///< below the part
   const HeldDirections& held_in_part() const { return *held_in_part_; }
-  std::int32_t own_cell(const Index3& cell) const;          ///< of the part, by its index in the whole; -1: another's
-  NodeVector part_of(Vec field) const;                      ///< at the part's nodes
+  const KeyedCells& keys() const noexcept { return part_->keys; }                        ///< of the part
+  std::int32_t own_cell(const Key& cell) const { return place_of(keys().cells, cell); }  ///< of the part; -1: another's
+  NodeVector part_of(Vec field) const;                                                   ///< at the part's nodes
   void put_own(const NodeVector& values, Vec field) const;  ///< of the part, those that this process owns
 
   /// A field of a level with cells `merge` times as large, on this one.
@@ -139,6 +143,9 @@ private:
   std::vector<SharedConstraints::Point> find_matched(Selector& selector);  ///< @returns these, as if they were held
   void add_matches();
   void hold_in_part();
+  /// Of each cell of the part, that of a coarser level in which it is.
+  std::vector<Piece::Holder> parents(const SharedLevel& coarser, const Index3& merge) const;
+  SharedConstraints::Point in_piece(const SurfacePoint& p) const;  ///< in a cell of the piece
   void make_hierarchy(SharedMerges merges);
   double mean_of_all(double mean) const;  ///< from the mean over the material of each process
 

@@ -17,8 +17,7 @@ double distance_from_cell(const SurfacePoint& p, const Mat3& edges) {
 /// A point of a matching that some process has in a cell.
 struct MatchedPoint {
   std::size_t matching, number;
-  Index3 cell;  ///< of the whole level
-  std::array<double, 8> weights;
+  SharedConstraints::Point at;
 };
 
 }  // namespace
@@ -47,8 +46,7 @@ std::vector<SharedConstraints::Point> SharedLevel::find_matched(Selector& select
     all_.take_least(first);
     for (std::size_t n = 0; n < found.size(); ++n) {
       if (rank[n] != first[n] || found[n].cell < 0) continue;
-      own.push_back({m, n, piece_->in_whole({piece_->mesh().cells()[static_cast<std::size_t>(found[n].cell)]})[0], {}});
-      NodeWeights::Map(own.back().weights.data()) = found[n].weights;
+      own.push_back({m, n, in_piece(found[n])});
     }
   }
   MatchedPoints anywhere;
@@ -57,8 +55,9 @@ std::vector<SharedConstraints::Point> SharedLevel::find_matched(Selector& select
   std::vector<SharedConstraints::Point> out;
   for (const MatchedPoint& p : all_.gather(own)) {
     anywhere[p.matching][p.number].cell = 0;
-    matched_[p.matching][p.number] = {own_cell(p.cell), NodeWeights::Map(p.weights.data()), Vec3::Zero()};
-    out.push_back({0, p.cell, p.weights, {true, true, true}});
+    matched_[p.matching][p.number] = {own_cell(p.at.cell), NodeWeights::Map(p.at.weights.data()), Vec3::Zero()};
+    out.push_back(p.at);
+    out.back().axes = {true, true, true};
   }
   expect_embedded(scene_, matchings_, anywhere);
   return out;

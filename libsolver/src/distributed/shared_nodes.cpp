@@ -27,44 +27,24 @@ int Layers::process_of(std::int32_t layer) const {
   return static_cast<int>(next - begins_.begin()) - 1;
 }
 
-SharedNodes::Requests SharedNodes::sort_by_process(const std::vector<Index3>& keys) const {
-  const auto count = static_cast<std::size_t>(all_.count());
-  Requests out{std::vector<std::vector<Index3>>(count), std::vector<std::vector<std::size_t>>(count)};
-  for (std::size_t n = 0; n < keys.size(); ++n) {
-    const auto process = static_cast<std::size_t>(layers_.process_of(keys[n][2]));
-    out.keys[process].push_back(keys[n]);
-    out.places[process].push_back(n);
-  }
+std::vector<std::vector<Key>> SharedNodes::sort_by_process(const std::vector<Key>& keys) const {
+  std::vector<std::vector<Key>> out(static_cast<std::size_t>(all_.count()));
+  for (const Key& key : keys) out[static_cast<std::size_t>(process_of(key))].push_back(key);
   return out;
 }
 
-const SharedNodes::Entry* SharedNodes::entry_of(const Index3& key) const {
+const SharedNodes::Entry* SharedNodes::entry_of(const Key& key) const {
   const auto found = std::lower_bound(entries_.begin(), entries_.end(), key,
-                                      [](const Entry& e, const Index3& k) { return before(e.key, k); });
+                                      [](const Entry& e, const Key& k) { return before(e.key, k); });
   return found != entries_.end() && found->key == key ? &*found : nullptr;
 }
 
-template <class T, class Answer>
-std::vector<T> SharedNodes::ask(const std::vector<Index3>& keys, Answer answer) const {
-  const Requests requests = sort_by_process(keys);
-  std::vector<std::vector<T>> answers;
-  for (const std::vector<Index3>& of_process : all_.exchange(requests.keys)) {
-    std::vector<T>& to = answers.emplace_back();
-    for (const Index3& key : of_process) to.push_back(answer(entry_of(key)));
-  }
-  const std::vector<std::vector<T>> got = all_.exchange(answers);
-  std::vector<T> out(keys.size());
-  for (std::size_t p = 0; p < got.size(); ++p)
-    for (std::size_t n = 0; n < got[p].size(); ++n) out[requests.places[p][n]] = got[p][n];
-  return out;
-}
-
-SharedNodes::SharedNodes(const Processes& all, const Layers& layers, const std::vector<Index3>& keys)
+SharedNodes::SharedNodes(const Processes& all, const Layers& layers, const std::vector<Key>& keys)
     : all_(all), layers_(layers) {
   // The first process that uses a node owns it.
-  const std::vector<std::vector<Index3>> used = all.exchange(sort_by_process(keys).keys);
+  const std::vector<std::vector<Key>> used = all.exchange(sort_by_process(keys));
   for (std::size_t p = 0; p < used.size(); ++p)
-    for (const Index3& key : used[p]) entries_.push_back({key, static_cast<int>(p), -1});
+    for (const Key& key : used[p]) entries_.push_back({key, static_cast<int>(p), -1});
   std::stable_sort(entries_.begin(), entries_.end(),
                    [](const Entry& a, const Entry& b) { return before(a.key, b.key); });
   entries_.erase(
@@ -72,8 +52,9 @@ SharedNodes::SharedNodes(const Processes& all, const Layers& layers, const std::
       entries_.end());
   entries_.shrink_to_fit();
 
-  const std::vector<int> owners = ask<int>(keys, [](const Entry* e) { return e->owner; });
-  std::vector<Index3> own;
+  const std::vector<int> owners = ask<int>(
+      all, keys, [&](const Key& key) { return process_of(key); }, [&](const Key& key) { return entry_of(key)->owner; });
+  std::vector<Key> own;
   for (std::size_t n = 0; n < keys.size(); ++n)
     if (owners[n] == all.rank()) own.push_back(keys[n]);
   constexpr std::size_t most = std::numeric_limits<PetscInt>::max() / 3;
@@ -84,41 +65,26 @@ SharedNodes::SharedNodes(const Processes& all, const Layers& layers, const std::
   first_own_ = static_cast<PetscInt>(all.sum_before(own.size()));
   num_all_ = static_cast<PetscInt>(all.sum(own.size()));
 
-  const Requests announced = sort_by_process(own);
-  std::vector<std::vector<PetscInt>> announced_numbers;
-  for (const std::vector<std::size_t>& places : announced.places) {
-    std::vector<PetscInt>& to = announced_numbers.emplace_back();
-    for (const std::size_t n : places) to.push_back(first_own_ + static_cast<PetscInt>(n));
-  }
-  const auto told = all.exchange(announced.keys);
-  const auto told_numbers = all.exchange(announced_numbers);
-  for (std::size_t p = 0; p < told.size(); ++p)
-    for (std::size_t n = 0; n < told[p].size(); ++n)
-      entries_[static_cast<std::size_t>(entry_of(told[p][n]) - entries_.data())].number = told_numbers[p][n];
+  struct Announced {
+    Key key;
+    PetscInt number;
+  };
+  std::vector<std::vector<Announced>> announced(static_cast<std::size_t>(all.count()));
+  for (std::size_t n = 0; n < own.size(); ++n)
+    announced[static_cast<std::size_t>(process_of(own[n]))].push_back({own[n], first_own_ + static_cast<PetscInt>(n)});
+  for (const std::vector<Announced>& told : all.exchange(announced))
+    for (const Announced& a : told)
+      entries_[static_cast<std::size_t>(entry_of(a.key) - entries_.data())].number = a.number;
   numbers_ = find(keys);
 }
 
-std::vector<PetscInt> SharedNodes::find(const std::vector<Index3>& keys) const {
-  return ask<PetscInt>(keys, [](const Entry* e) { return e ? e->number : PetscInt{-1}; });
-}
-
-std::vector<CoarseNode> coarse_nodes_of(const Index3& node, const Index3& factor) {
-  std::vector<CoarseNode> out = {{{0, 0, 0}, 1.0}};
-  for (std::size_t d = 0; d < 3; ++d) {
-    const std::int32_t low = node[d] / factor[d];
-    const bool between = node[d] % factor[d] != 0;
-    for (CoarseNode& n : out) {
-      n.key[d] = low;
-      if (between) n.weight /= 2;
-    }
-    if (!between) continue;
-    const std::size_t count = out.size();
-    for (std::size_t n = 0; n < count; ++n) {
-      out.push_back(out[n]);
-      out.back().key[d] = low + 1;
-    }
-  }
-  return out;
+std::vector<PetscInt> SharedNodes::find(const std::vector<Key>& keys) const {
+  return ask<PetscInt>(
+      all_, keys, [this](const Key& key) { return process_of(key); },
+      [this](const Key& key) {
+        const Entry* entry = entry_of(key);
+        return entry ? entry->number : PetscInt{-1};
+      });
 }
 
 namespace {

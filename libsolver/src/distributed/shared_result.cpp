@@ -29,7 +29,7 @@ hexmesh::ResultRows result_rows(const SharedLevel& level, Vec u, SolveReport& re
   const Lattice& piece = read.lattice();
   const std::vector<Index3>& nodes = read.mesh().nodes();
   NodeVector v;
-  NodeCopies(u, level.nodes().find(read.in_whole(nodes))).get(u, v);
+  NodeCopies(u, level.nodes().find(read.keys().nodes)).get(u, v);
   const auto cells =
       make_elastic_cells(read.mesh(), {piece, level.level()},
                          {level.elasticity(), scene.rotation, scene.volumetric, scene.stiffness, {}, false});
@@ -41,6 +41,10 @@ hexmesh::ResultRows result_rows(const SharedLevel& level, Vec u, SolveReport& re
                 std::max(1.0, all.sum(checkers)));
   hexmesh::ResultRows rows{state_of_cells({piece, level.level()}, *cells, v, std::move(measures))};
   hexmesh::Result& r = rows.part;
+  // As the piece numbers them: of nodes at one index those with cells here.
+  r.cell_nodes = read.mesh().cell_nodes();
+  r.nodes.clear();
+  for (std::size_t n = 0; n < nodes.size(); ++n) r.nodes.push_back(read.mesh().position(n));
   const std::size_t first = read.rows().first_cell, count = read.rows().num_own_cells;
   const CellChanges changes = count_changes(r, first, count);
   report_changes(changes.combined([&](auto part) { return all.sum(part); }, [&](double x) { return all.least(x); },
@@ -58,7 +62,7 @@ hexmesh::ResultRows result_rows(const SharedLevel& level, Vec u, SolveReport& re
   for (hexmesh::CellNodes& of_cell : r.cell_nodes)
     for (std::int32_t& n : of_cell)
       n += static_cast<std::int32_t>(rows.first_node) - static_cast<std::int32_t>(first_node);
-  r.cells = read.in_whole(std::move(r.cells));
+  for (Index3& cell : r.cells) cell[2] += read.rows().low;
   keep(r.cells, first, count);
   keep(r.cell_nodes, first, count);
   keep(r.segment, first, count);

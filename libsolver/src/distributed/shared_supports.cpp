@@ -60,23 +60,37 @@ SharedParts::SharedParts(const SharedLevel& level)
 
 /// The highest name of those that a part's own parts have, told from face to face.
 void SharedParts::tell_names() {
-  // A face is kept with its lowest corner, as the component of its axis.
+  // A face is kept with each of its corners, as the component of its axis: what all four say is said at the face.
+  constexpr std::array<std::array<std::size_t, 4>, 3> corners_of_lower = {{{0, 2, 4, 6}, {0, 1, 4, 5}, {0, 1, 2, 3}}};
   const auto for_each_face = [&](auto&& f) {
     for (std::size_t c = 0; c < mesh_.num_cells(); ++c)
       for (std::size_t axis = 0; axis < 3; ++axis)
-        for (const std::size_t corner : {std::size_t{0}, std::size_t{1} << axis})
-          f(static_cast<Eigen::Index>(3 * mesh_.node(c, corner) + axis), name_of(c));
+        for (const std::size_t side : {std::size_t{0}, std::size_t{1} << axis}) {
+          std::array<Eigen::Index, 4> at{};
+          for (std::size_t n = 0; n < 4; ++n)
+            at[n] = static_cast<Eigen::Index>(3 * mesh_.node(c, corners_of_lower[axis][n] + side) + axis);
+          f(at, name_of(c));
+        }
   };
-  const OwnedVec shared = level_.make_vector();
+  constexpr std::size_t num_corners = 4;
+  std::array<OwnedVec, num_corners> shared;
+  for (OwnedVec& of_corner : shared) of_corner = level_.make_vector();
   for (bool changes = true; changes;) {
-    NodeVector faces = NodeVector::Zero(static_cast<Eigen::Index>(mesh_.num_dofs()));
-    for_each_face([&](Eigen::Index face, double& name) { faces[face] = std::max(faces[face], name); });
-    level_.copies().raise_to(faces, shared);
-    level_.copies().get(shared, faces);
+    std::array<NodeVector, num_corners> told;
+    for (NodeVector& of_corner : told) of_corner.setZero(static_cast<Eigen::Index>(mesh_.num_dofs()));
+    for_each_face([&](const auto& at, double& name) {
+      for (std::size_t n = 0; n < num_corners; ++n) told[n][at[n]] = std::max(told[n][at[n]], name);
+    });
+    for (std::size_t n = 0; n < num_corners; ++n) {
+      level_.copies().raise_to(told[n], shared[n]);
+      level_.copies().get(shared[n], told[n]);
+    }
     std::size_t count = 0;
-    for_each_face([&](Eigen::Index face, double& name) {
-      count += faces[face] > name;
-      name = std::max(faces[face], name);
+    for_each_face([&](const auto& at, double& name) {
+      double said = told[0][at[0]];
+      for (std::size_t n = 1; n < num_corners; ++n) said = std::min(said, told[n][at[n]]);
+      count += said > name;
+      name = std::max(said, name);
     });
     changes = all_.sum(count) > 0;
   }

@@ -9,6 +9,7 @@
 #include "multigrid/braess_sarazin.h"
 #include "multigrid/coarsest_factor.h"
 #include "multigrid/multigrid.h"
+#include "multigrid/private_nodes.h"
 
 namespace hexsolver {
 
@@ -86,7 +87,9 @@ private:
   std::vector<double> support_weight_;                                        ///< w of each condition [N/mm]
   std::vector<Level> levels_;
   CoarsestFactor coarsest_;
-  std::vector<Mat3> diagonal_;  ///< space for coarsen()
+  std::unique_ptr<PrivateNodes> private_nodes_;  ///< of graded meshes
+  mutable NodeVector residual_;                  ///< space for these
+  std::vector<Mat3> diagonal_;                   ///< space for coarsen()
   bool positive_ = true;
 };
 

@@ -56,6 +56,11 @@ void Multigrid::CyclesOf<Scalar>::prepare_smoothing() {
   const std::vector<ConstraintPoint>& held = constraints_.held();
   for (std::size_t p = 0; p < held.size(); ++p) points_of_cell_[held[p].cell].push_back(p);
   choose_support_weights();
+  const Mesh& finest = hierarchy_.meshes[0];
+  if (finest.is_graded())
+    private_nodes_ = std::make_unique<PrivateNodes>(finest, [&](std::size_t cell) {
+      return finest.size_of(cell) == 0 || points_of_cell_.contains(cell);  // the smallest merge as cells alike do
+    });
 }
 
 template <class Scalar>
@@ -69,6 +74,10 @@ void Multigrid::CyclesOf<Scalar>::update() {
     if (levels_[level].braess_sarazin) weigh_shape(level);
   }
   if (positive_) factor_coarsest();
+  if (private_nodes_ && positive_)
+    private_nodes_->update(potential_.couplings().empty()
+                               ? [this](std::size_t cell) { return potential_.cell_hessian(cell); }
+                               : std::function<CellMatrix(std::size_t)>());
 }
 
 template <class Scalar>
@@ -246,7 +255,7 @@ void Multigrid::CyclesOf<Scalar>::cycle(std::size_t level, const Vector& b, Vect
 
 template <class Scalar>
 std::size_t Multigrid::CyclesOf<Scalar>::bytes() const {
-  std::size_t sum = 0;
+  std::size_t sum = private_nodes_ ? private_nodes_->bytes() : 0;
   for (const Level& l : levels_)
     sum += l.matrices.bytes() + l.couplings.bytes() + bytes_of(l.inverse_diagonal) +
            (l.braess_sarazin ? l.braess_sarazin->bytes() : 0) +
@@ -256,20 +265,27 @@ std::size_t Multigrid::CyclesOf<Scalar>::bytes() const {
 
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::apply(const NodeVector& r, NodeVector& z) const {
-  // In units of |r|: single precision has room for digits, not for scales.
-  double scale = r.lpNorm<Eigen::Infinity>();
-  if (part(0)) scale = part(0)->largest(scale);
-  if (!(scale > 0)) {
-    z.setZero(r.size());
-    return;
+  const bool has_private_nodes = private_nodes_ && private_nodes_->any();
+  if (has_private_nodes) {
+    residual_ = r;
+    private_nodes_->solve_first(residual_);
   }
-  const Level& finest = levels_[0];
-  finest.b.resize(r.size());
-  parallel_for(r.size(), [&](Index n) { finest.b[n] = static_cast<Scalar>(r[n] / scale); });
-  cycle(0, finest.b, finest.x);
+  const NodeVector& left = has_private_nodes ? residual_ : r;
+  // In units of |r|: single precision has room for digits, not for scales.
+  double scale = left.lpNorm<Eigen::Infinity>();
+  if (part(0)) scale = part(0)->largest(scale);
   z.resize(r.size());
-  parallel_for(r.size(), [&](Index n) { z[n] = scale * static_cast<double>(finest.x[n]); });
-  constraints_.project(z);
+  if (scale > 0) {
+    const Level& finest = levels_[0];
+    finest.b.resize(r.size());
+    parallel_for(r.size(), [&](Index n) { finest.b[n] = static_cast<Scalar>(left[n] / scale); });
+    cycle(0, finest.b, finest.x);
+    parallel_for(r.size(), [&](Index n) { z[n] = scale * static_cast<double>(finest.x[n]); });
+    constraints_.project(z);
+  } else {
+    z.setZero();
+  }
+  if (has_private_nodes) private_nodes_->solve_last(r, z);
 }
 
 }  // namespace hexsolver

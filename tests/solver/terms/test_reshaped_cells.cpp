@@ -71,7 +71,9 @@ TEST_P(Reshaped, AtRestNothingIsStored) {
   ASSERT_TRUE(elastic->set_rest(to_rest));
   const double stored = elastic->energy(zero);
   EXPECT_GT(stored, 0);
-  EXPECT_LT(elastic->energy(to_rest), 1e-20 * stored);
+  // Of cells that rotate it is a difference of two, either way.
+  EXPECT_LE(std::abs(elastic->energy(to_rest)),
+            GetParam().law == Elasticity::corotational ? elastic->energy_rounding() : 1e-20 * stored);
   EXPECT_LT(gradient(*elastic, to_rest).norm(), 1e-11 * gradient(*elastic, zero).norm());
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
     EXPECT_LT((elastic->mean_gradient(c, to_rest) - Mat3::Identity()).norm(), 1e-12);

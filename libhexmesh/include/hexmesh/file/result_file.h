@@ -47,7 +47,8 @@ struct ResultRows {
 };
 
 /// Begin a result that processes then write one after the other, none of them holding all of it.
-/// @param common   what has no rows: segments, level, conditions, report, history; cell_fields by name, each empty
+/// @param common   what has no rows: segments, level, what parts and which voxels are whose, conditions, report,
+///                 history; cell_fields by name, each empty
 /// @param lattice  the file that voxels and surface are copied from
 /// @throws Error{output}
 void begin_result(const Result& common, const std::filesystem::path& lattice, std::size_t num_cells,

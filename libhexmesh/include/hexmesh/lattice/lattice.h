@@ -72,7 +72,7 @@ struct Lattice {
   std::vector<Level> levels;             ///< may hold only some levels when read from a file; the others are empty
   TriangleSurface surface;               ///< picture surfaces, bound to the cells by their positions; likewise
   std::vector<std::string> history;      ///< command lines that made it, oldest first
-  Parting parting;                       ///< what its cells keep apart
+  Parting parting;                       ///< what its cells keep apart; nothing where no level is split
   bool surface_of_voxels = false;        ///< `surface` is what extract_surfaces() makes (see surface/extract.h)
   std::shared_ptr<const SurfaceFaces> faces;  ///< of the labels; ask faces_of()
 
@@ -90,9 +90,9 @@ struct Lattice {
 std::size_t bytes_of(const Lattice& lattice);
 
 struct LatticeOptions {
-  int num_levels = 0;         ///< 0: merge until at most 16 cells are left
-  Index3 offset = {0, 0, 0};  ///< shift of the lattice against the body, in voxels; each >= 0
-  Parting parting;            ///< what cells keep apart; labels that no two segments with material have part nothing
+  int num_levels = 0;            ///< 0: merge until at most 16 cells are left
+  Index3 offset = {0, 0, 0};     ///< shift of the lattice against the body, in voxels; each >= 0
+  Parting parting = {true, {}};  ///< what cells keep apart; labels that no two segments with material have part nothing
 };
 
 /// Level 0 from the voxels with material, the others by merging: K_parent = sum_c L_c^T K_c L_c.

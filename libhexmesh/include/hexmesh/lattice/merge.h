@@ -37,7 +37,9 @@ Merge merge_cells(std::span<const Index3> cells, const Index3& factor);
 /// Source: Nesme, Kry, Jerabkova and Faure, Preserving topology and elasticity for embedded deformable models (2009).
 /// @param cells       sorted, i fastest
 /// @param cell_nodes  nodes of each cell
-Merge merge_linked_cells(std::span<const Index3> cells, std::span<const CellNodes> cell_nodes, const Index3& factor);
+/// @param is_crumb    of each cell, whether it goes with others of its parent even if nothing links it; empty: none
+Merge merge_linked_cells(std::span<const Index3> cells, std::span<const CellNodes> cell_nodes, const Index3& factor,
+                         const std::vector<bool>& is_crumb = {});
 
 inline constexpr int most_cells_tied = 8;
 
@@ -49,7 +51,7 @@ inline constexpr int most_cells_tied = 8;
 NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes);
 
 /// The same with the cells named that are of parts to be tied.
-/// @param part  of each cell, so that it is tied to cells of its own alone; empty: to any
+/// @param part  of each cell, so that it is tied to cells of its own alone, -1: to any; empty: all to any
 NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes, std::size_t num_nodes,
                                   const std::vector<bool>& is_small, std::span<const std::int32_t> part = {});
 

@@ -12,9 +12,11 @@ namespace hexmesh {
 
 /// What is kept apart where cells would hold it together.
 struct Parting {
-  /// Across gaps: voxels hold together through the faces they share, not through edges and corners, and through other
-  /// voxels of their cell. Parts of at most `most_voxels_tied` voxels are no bodies of their own: each moves with one
-  /// part that it touches.
+  /// Across gaps: voxels hold together through the faces they share. Through an edge or a corner alone they do where
+  /// faces hold them together close by too, within the 4 x 4 x 4 voxels around, so that the noise of a surface opens
+  /// nothing, but an oblique fissure one voxel wide is open; and where parts, which faces do not hold together, meet at
+  /// no more than 16 nodes. Parts of at most 8 voxels are no bodies of their own: each moves with one part that it
+  /// touches. Crumbs, bodies of less than 1/200 of all voxels that touch nothing, go with what is in their cell.
   bool gaps = false;
   /// Labels of segments that slide along each other: faces between them do not hold. Gaps part too where there are any.
   std::vector<std::pair<std::uint16_t, std::uint16_t>> sliding;

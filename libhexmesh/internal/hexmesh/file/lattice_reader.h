@@ -52,6 +52,9 @@ public:
   /// @param elements  of cells of `level`, as the file numbers them
   void read_elements(Lattice& lattice, int level, std::vector<std::int32_t>& elements) const;
 
+  /// Which voxels are whose on a level whose cells are split, in the whole.
+  VoxelOwners owners(int level) const;
+
 private:
   std::size_t num_elements(int level, const Lattice& lattice) const;
 
