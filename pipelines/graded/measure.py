@@ -38,10 +38,21 @@ m_s2 = [0, 0, -9.81]
 """
 SCENES = [("pulled at patches of 10 mm", HELD + PULLED, 10), ("pulled at patches of 20 mm", HELD + PULLED, 20),
           ("weight, patches of 10 mm", HELD + WEIGHT, 10)]
+# A sheet as thick as a voxel that is cut out: half way through the lobe that is pulled, with its sides along voxels and askew.
+CUT = "height=2 length=60 width=60 rotate_y=90 shift_z=31"
+FISSURES = [("a fissure", CUT + " shift_x=39", ("tie", "split")),
+            ("an oblique fissure", CUT + " rotate_z=35 shift_x=39", ("split",))]
 
 
 def run(*words):
     subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+
+
+def build(folder, scan, *words):
+    """Lattices of all positions."""
+    for n, offset in enumerate(OFFSETS):
+        run("hexmesh", "-q", "build", *scan, "-o", os.path.join(folder, f"{n}.hexmesh"), "--offset", offset, "--material", "*:young_kpa=100,poisson=0.3",
+            "--force", *words)
 
 
 def levels(folder, scene, grading):
@@ -57,25 +68,34 @@ def levels(folder, scene, grading):
     return out
 
 
+def tell(name, words, of_levels):
+    for level, rows in sorted(of_levels.items(), reverse=True):
+        mean = [r["mean_mm"]["error"] for r in rows]
+        largest = statistics.median(r["max_mm"]["error"] for r in rows)
+        ratio = [r["mean_mm"]["estimate"] / r["mean_mm"]["error"] for r in rows if r["mean_mm"]["estimate"] is not None]
+        told = f"{statistics.median(ratio):.2f} ({min(ratio):.2f} to {max(ratio):.2f})" if ratio else "unknown"
+        print(f"| {name} | {words} | {2 << level} | {statistics.median(r['unknowns'] for r in rows):.0f} | "
+              f"{statistics.median(mean):.3f} ({min(mean):.3f} to {max(mean):.3f}) | {largest:.2f} | {told} |")
+
+
 def main():
     folder = sys.argv[1]
-    scan = os.path.join(folder, "liver.nrrd")
+    scan, sheet = (os.path.join(folder, name) for name in ("liver.nrrd", "sheet.nrrd"))
     run("hexscan", "-q", "phantom", "liver", "--spacing", "2", "-o", scan, "--force")
-    for n, offset in enumerate(OFFSETS):
-        run("hexmesh", "-q", "build", scan, "-o", os.path.join(folder, f"{n}.hexmesh"), "--offset", offset, "--material", "*:young_kpa=100,poisson=0.3",
-            "--force")
+    build(folder, [scan])
     print("The phantom of 2 mm, E = 100 kPa, nu = 0.3, small strain; errors against level 0, medians (least to largest) of eight positions of the lattice\n")
     print("| scene | cells | finest [mm] | unknowns | mean error [mm] | largest error [mm] | estimate over mean error |")
     print("|---|---|---|---|---|---|---|")
     for name, scene, radius in SCENES:
         for words, grading in (("alike", "off"), ("graded", "scene")):
-            for level, rows in sorted(levels(folder, scene.format(radius=radius), grading).items(), reverse=True):
-                mean = [r["mean_mm"]["error"] for r in rows]
-                largest = statistics.median(r["max_mm"]["error"] for r in rows)
-                ratio = [r["mean_mm"]["estimate"] / r["mean_mm"]["error"] for r in rows if r["mean_mm"]["estimate"] is not None]
-                told = f"{statistics.median(ratio):.2f} ({min(ratio):.2f} to {max(ratio):.2f})" if ratio else "unknown"
-                print(f"| {name} | {words} | {2 << level} | {statistics.median(r['unknowns'] for r in rows):.0f} | "
-                      f"{statistics.median(mean):.3f} ({min(mean):.3f} to {max(mean):.3f}) | {largest:.2f} | {told} |")
+            tell(name, words, levels(folder, scene.format(radius=radius), grading))
+    name, scene, radius = SCENES[0]
+    for fissure, sizes, gaps_of_cells in FISSURES:
+        run("hexscan", "-q", "phantom", "sheet", "--spacing", "2", *(word for size in sizes.split() for word in ("--set", size)), "-o", sheet, "--force")
+        for gaps in gaps_of_cells:
+            build(folder, [scan, sheet], "--material", "sheet:none", "--gaps", gaps)
+            for words, grading in (("alike", "off"),) + ((("graded", "scene"),) if gaps == "split" else ()):
+                tell(f"{name}, {fissure}", f"{words}, {gaps}", levels(folder, scene.format(radius=radius), grading))
 
 
 main()

@@ -69,7 +69,7 @@ void SharedLevel::build_potential(Elasticity elasticity, std::vector<bool> rotat
   if (!matched_.empty()) add_matches();
 }
 
-/// A cell of the coarser level is known by its first node.
+/// A cell of the coarser level is known by its first node, and by an axis of it where several stand at one index.
 std::vector<bool> SharedLevel::cells_rotated_by(double angle, const SharedLevel& coarser, const Index3& merge,
                                                 Vec u) const {
   coarser.copies_.get(u, coarser.x_);
@@ -77,19 +77,21 @@ std::vector<bool> SharedLevel::cells_rotated_by(double angle, const SharedLevel&
   for (std::size_t c = 0; c < coarser.mesh().num_cells(); ++c) {
     const Mat3 f = coarser.elastic_->mean_gradient(c, coarser.x_);
     if (rotation_angle(polar_decomposition(f).rotation) > angle)
-      flags[3 * Eigen::Index{coarser.mesh().cell_nodes()[c][0]}] = 1;
+      flags[3 * Eigen::Index{coarser.mesh().cell_nodes()[c][0]} + coarser.keys().cells[c].number % 3] = 1;
   }
   const OwnedVec shared = coarser.make_vector();
   coarser.copies_.raise_to(flags, shared);
 
-  std::vector<Key> firsts;
-  for (const Piece::Holder& parent : parents(coarser, merge)) firsts.push_back({parent.cell.index, parent.corners[0]});
-  std::vector<Key> keys = firsts;
+  const std::vector<Piece::Holder> parent_of = parents(coarser, merge);
+  const auto first_node = [](const Piece::Holder& parent) { return Key{parent.cell.index, parent.corners[0]}; };
+  std::vector<Key> keys;
+  for (const Piece::Holder& parent : parent_of) keys.push_back(first_node(parent));
   make_distinct(keys);
   NodeVector values;
   NodeCopies(shared, coarser.nodes().find(keys)).get(shared, values);
   std::vector<bool> rotated;
-  for (const Key& first : firsts) rotated.push_back(values[3 * Eigen::Index{place_of(keys, first)}] > 0);
+  for (const Piece::Holder& parent : parent_of)
+    rotated.push_back(values[3 * Eigen::Index{place_of(keys, first_node(parent))} + parent.cell.number % 3] > 0);
   return rotated;
 }
 

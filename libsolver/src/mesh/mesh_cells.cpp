@@ -212,18 +212,26 @@ std::vector<std::int32_t> MeshCells::elements() const {
 
 std::vector<std::int32_t> holders(const MeshCells& of, const MeshCells& in) {
   const Lattice& lattice = of.lattice();
-  const auto holds = [&](std::int32_t holder, int level, std::int32_t cell) {
-    const auto [above, there] = in.place(hexmesh::as_size(holder));
+  // Neighbours have the same one, or the next.
+  const auto find_near = [&](std::int32_t last, int level, std::int32_t cell) -> std::int32_t {
+    const int above = in.place(hexmesh::as_size(last)).level;
+    if (above < level) return -1;
     const Level &fine = lattice.level(level), &coarse = lattice.level(above);
-    const Index3 low = hexmesh::first_in(fine.cells[hexmesh::as_size(cell)], fine.voxels_per_cell);
-    return coarse.split.owners.voxels.empty() && above >= level &&
-           hexmesh::coarser_index(low, coarse.voxels_per_cell) == coarse.cells[hexmesh::as_size(there)];
+    const Index3 low = hexmesh::first_in(fine.cells[hexmesh::as_size(cell)], fine.voxels_per_cell),
+                 index = hexmesh::coarser_index(low, coarse.voxels_per_cell);
+    for (std::int32_t near = last; near <= last + 1 && hexmesh::as_size(near) < in.size(); ++near) {
+      const auto [its_level, there] = in.place(hexmesh::as_size(near));
+      if (its_level == above && coarse.cells[hexmesh::as_size(there)] == index)
+        return hexmesh::shares_index(coarse.cells, hexmesh::as_size(there)) ? -1 : near;
+    }
+    return -1;
   };
   std::vector<std::int32_t> out;
+  out.reserve(of.size());
   for (std::size_t c = 0; c < of.size(); ++c) {
     const auto [level, cell] = of.place(c);
-    const bool as_before = c > 0 && out.back() >= 0 && holds(out.back(), level, cell);  // of two that are neighbours
-    out.push_back(as_before ? out.back() : in.holder(level, cell));
+    const std::int32_t near = c > 0 && out.back() >= 0 ? find_near(out.back(), level, cell) : -1;
+    out.push_back(near >= 0 ? near : in.holder(level, cell));
   }
   return out;
 }
