@@ -247,9 +247,15 @@ Splitter::Splitter(const Lattice& lattice) {
   const Faces faces(lattice, voxel_at);
   Parts parts(faces, level, voxel_at);
   numbering_ = number_nodes(level.cells);
+  std::vector<std::uint8_t> num_voxels(numbering_.nodes.size());
+  for (const CellNodes& nodes : numbering_.cell_nodes)
+    for (const std::int32_t node : nodes) ++num_voxels[as_size(node)];
   std::vector<NodeGroups> meeting;
-  for (const Index3& node : numbering_.nodes)
-    if (NodeGroups groups(node, voxel_at, faces); groups.count() > 1) meeting.push_back(std::move(groups));
+  for (std::size_t n = 0; n < num_voxels.size(); ++n) {
+    if (num_voxels[n] == 8 && lattice.parting.sliding.empty()) continue;  // all around it hang together
+    if (NodeGroups groups(numbering_.nodes[n], voxel_at, faces); groups.count() > 1)
+      meeting.push_back(std::move(groups));
+  }
   const Contacts contacts(voxel_at, faces, parts, meeting);
   std::vector<std::pair<std::int64_t, std::int32_t>> copies;
   for (NodeGroups& groups : meeting) {
