@@ -73,9 +73,8 @@ std::vector<Piece::Holder> Piece::holders_of(const std::vector<Index3>& voxels) 
   return ask<Holder>(
       all_, voxels, [&](const Index3& voxel) { return layers_.process_of(voxel[2] / layer_voxels); },
       [&](const Index3& voxel) {
-        const auto c =
-            hexmesh::as_size(locator.cell_of_voxel({voxel[0], voxel[1], voxel[2] - piece_->low * layer_voxels}));
-        return Holder{keys_.cells[c], keys_.corners.empty() ? CornerNumbers{} : keys_.corners[c]};
+        const Index3 here = {voxel[0], voxel[1], voxel[2] - piece_->low * layer_voxels};
+        return cell(hexmesh::as_size(locator.cell_of_voxel(here)));
       });
 }
 

@@ -39,6 +39,9 @@ public:
     CornerNumbers corners{};
   };
   std::vector<Holder> holders_of(const std::vector<Index3>& voxels) const;
+  Holder cell(std::size_t number) const {  ///< of the piece
+    return {keys_.cells[number], keys_.corners.empty() ? CornerNumbers{} : keys_.corners[number]};
+  }
   /// Of each cell one of its voxels, in the whole.
   std::vector<Index3> some_voxels() const;
 

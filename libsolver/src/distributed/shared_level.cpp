@@ -6,6 +6,7 @@
 
 #include "constraints/select_points.h"
 #include "core/rotation.h"
+#include "distributed/cell_flags.h"
 #include "distributed/shared_supports.h"
 #include "level/level_problem.h"
 #include "terms/loads.h"
@@ -58,6 +59,7 @@ SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& fil
 void SharedLevel::build_potential(Elasticity elasticity, std::vector<bool> rotating) {
   if (potential_ && elasticity == elasticity_ && rotating.empty()) return;
   elasticity_ = elasticity;
+  rotating_ = rotating;
   auto elastic = make_elastic_cells(
       mesh(), {part_->lattice, level_},
       {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(rotating), false});
@@ -69,30 +71,15 @@ void SharedLevel::build_potential(Elasticity elasticity, std::vector<bool> rotat
   if (!matched_.empty()) add_matches();
 }
 
-/// A cell of the coarser level is known by its first node, and by an axis of it where several stand at one index.
 std::vector<bool> SharedLevel::cells_rotated_by(double angle, const SharedLevel& coarser, const Index3& merge,
                                                 Vec u) const {
   coarser.copies_.get(u, coarser.x_);
-  NodeVector flags = NodeVector::Zero(static_cast<Eigen::Index>(coarser.mesh().num_dofs()));
+  std::vector<bool> rotated;
   for (std::size_t c = 0; c < coarser.mesh().num_cells(); ++c) {
     const Mat3 f = coarser.elastic_->mean_gradient(c, coarser.x_);
-    if (rotation_angle(polar_decomposition(f).rotation) > angle)
-      flags[3 * Eigen::Index{coarser.mesh().cell_nodes()[c][0]} + coarser.keys().cells[c].number % 3] = 1;
+    rotated.push_back(rotation_angle(polar_decomposition(f).rotation) > angle);
   }
-  const OwnedVec shared = coarser.make_vector();
-  coarser.copies_.raise_to(flags, shared);
-
-  const std::vector<Piece::Holder> parent_of = parents(coarser, merge);
-  const auto first_node = [](const Piece::Holder& parent) { return Key{parent.cell.index, parent.corners[0]}; };
-  std::vector<Key> keys;
-  for (const Piece::Holder& parent : parent_of) keys.push_back(first_node(parent));
-  make_distinct(keys);
-  NodeVector values;
-  NodeCopies(shared, coarser.nodes().find(keys)).get(shared, values);
-  std::vector<bool> rotated;
-  for (const Piece::Holder& parent : parent_of)
-    rotated.push_back(values[3 * Eigen::Index{place_of(keys, first_node(parent))} + parent.cell.number % 3] > 0);
-  return rotated;
+  return CellFlags(coarser, rotated).of(parents(coarser, merge));
 }
 
 std::vector<Piece::Holder> SharedLevel::parents(const SharedLevel& coarser, const Index3& merge) const {

@@ -107,6 +107,7 @@ public:
   const hexmesh::Lattice& outline() const noexcept { return outline_; }
   const Piece& piece() const { return *piece_; }
   Elasticity elasticity() const noexcept { return elasticity_; }
+  const std::vector<bool>& rotating() const noexcept { return rotating_; }  ///< of the part; empty = all
 
   const Mesh& mesh() const { return hierarchy_->meshes[0]; }  ///< of the part of this process
   const NodeCopies& copies() const { return copies_; }        ///< of the part's nodes
@@ -162,6 +163,7 @@ private:
   OwnedVec pattern_;
   NodeCopies copies_;  ///< of the part's nodes
   Elasticity elasticity_;
+  std::vector<bool> rotating_;
   std::unique_ptr<Potential> potential_;
   ElasticCells* elastic_ = nullptr;  ///< in the potential
   double rounding_ = 0, energy_rounding_ = 0;

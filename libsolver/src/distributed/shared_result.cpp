@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "distributed/cell_flags.h"
 #include "level/cell_changes.h"
 #include "level/make_result.h"
 #include "terms/make_elastic_cells.h"
@@ -30,9 +31,15 @@ hexmesh::ResultRows result_rows(const SharedLevel& level, Vec u, SolveReport& re
   const std::vector<Index3>& nodes = read.mesh().nodes();
   NodeVector v;
   NodeCopies(u, level.nodes().find(read.keys().nodes)).get(u, v);
-  const auto cells =
-      make_elastic_cells(read.mesh(), {piece, level.level()},
-                         {level.elasticity(), scene.rotation, scene.volumetric, scene.stiffness, {}, false});
+  std::vector<bool> rotating;
+  if (all.sum(level.rotating().size()) > 0) {
+    std::vector<Piece::Holder> of_piece;
+    for (std::size_t c = 0; c < read.mesh().num_cells(); ++c) of_piece.push_back(read.cell(c));
+    rotating = CellFlags(level, level.rotating()).of(of_piece);
+  }
+  const auto cells = make_elastic_cells(
+      read.mesh(), {piece, level.level()},
+      {level.elasticity(), scene.rotation, scene.volumetric, scene.stiffness, std::move(rotating), false});
   const SurfaceShare& share = read.share();
   CellMeasures measures = measure_cells(*cells, v, [&](const Index3& node) { return share.has_node(node); });
   const double checkers = static_cast<double>(measures.checkerboard_nodes);
