@@ -22,6 +22,16 @@ Index3 beside_node(const Index3& node, int place) {
   return voxel;
 }
 
+/// f(number) for the voxels that share a node with one, which is one of them.
+template <class F>
+void for_each_around(const Index3& voxel, const CellLocator& voxel_at, const F& f) {
+  for (int n = 0; n < 27; ++n)
+    if (const std::int32_t there =
+            voxel_at.cell_of_voxel({voxel[0] + n % 3 - 1, voxel[1] + n / 3 % 3 - 1, voxel[2] + n / 9 - 1});
+        there >= 0)
+      f(there);
+}
+
 /// Which faces between voxels hold.
 class Faces {
 public:
@@ -73,12 +83,9 @@ private:
     for (std::size_t v = 0; v < of_voxel.size(); ++v) {
       if (!is_small[v]) continue;
       auto& beside = around[of_voxel[v]];
-      for (int n = 0; n < 27; ++n) {
-        const Index3& at = level.cells[v];
-        const std::int32_t other =
-            voxel_at.cell_of_voxel({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1});
-        if (other >= 0 && of_voxel[as_size(other)] != of_voxel[v]) ++beside[of_voxel[as_size(other)]];
-      }
+      for_each_around(level.cells[v], voxel_at, [&](std::int32_t other) {
+        if (of_voxel[as_size(other)] != of_voxel[v]) ++beside[of_voxel[as_size(other)]];
+      });
     }
     std::map<std::int32_t, std::int32_t> moves_with;
     const auto rest = [&](std::int32_t part) {
@@ -296,11 +303,9 @@ void Splitter::find_crumbs(const std::vector<Index3>& voxels, const CellLocator&
       if (const std::int32_t of = body(static_cast<std::int32_t>(v)); size.contains(of)) f(v, of);
   };
   for_each_of_small_bodies([&](std::size_t v, std::int32_t of) {
-    for (int n = 0; n < 27; ++n) {
-      const std::int32_t other =
-          voxel_at.cell_of_voxel({voxels[v][0] + n % 3 - 1, voxels[v][1] + n / 3 % 3 - 1, voxels[v][2] + n / 9 - 1});
-      if (other >= 0 && body(other) != of) touching.insert(of);
-    }
+    for_each_around(voxels[v], voxel_at, [&](std::int32_t other) {
+      if (body(other) != of) touching.insert(of);
+    });
   });
   for_each_of_small_bodies([&](std::size_t v, std::int32_t of) {
     if (touching.contains(of)) return;

@@ -16,6 +16,9 @@ Mesh KeyedCells::make_mesh(const Index3& low, const Mat3& edges, const Vec3& ori
     for (const Index3& node : numbering.nodes) nodes.push_back(in_whole(node, 0));
     return {std::move(indices), std::move(numbering), edges, origin};
   }
+  const auto corner = [&](std::size_t cell, int a) {
+    return Key{hexmesh::corner_of(cells[cell].index, a), corners[cell][static_cast<std::size_t>(a)]};
+  };
   for (std::size_t c = 0; c < cells.size(); ++c)
     for (int a = 0; a < hexmesh::num_cell_nodes; ++a) nodes.push_back(corner(c, a));
   make_distinct(nodes);

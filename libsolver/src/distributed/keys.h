@@ -45,9 +45,7 @@ struct KeyedCells {
   std::vector<CornerNumbers> corners;  ///< of each cell; empty: each index has one node
   std::vector<Key> nodes;              ///< of the mesh, sorted
 
-  Key corner(std::size_t cell, int a) const {
-    return {hexmesh::corner_of(cells[cell].index, a), corners.empty() ? 0 : corners[cell][static_cast<std::size_t>(a)]};
-  }
+  CornerNumbers corners_of(std::size_t cell) const { return corners.empty() ? CornerNumbers{} : corners[cell]; }
 
   /// Their mesh, whose nodes this sets.
   /// @param low, origin  index and position of the mesh's node (0, 0, 0)

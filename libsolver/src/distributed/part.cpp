@@ -62,7 +62,7 @@ Part take_part(const Processes& all, const hexmesh::LatticeReader& file, const h
   if (outline.parting.any()) {
     const std::vector<Index3> voxels = piece.some_voxels();
     const auto split = journey.send<TravellingSplit>([&](std::size_t c) {
-      return TravellingSplit{keys.corners.empty() ? CornerNumbers{} : keys.corners[first + c], voxels[first + c]};
+      return TravellingSplit{keys.corners_of(first + c), voxels[first + c]};
     });
     for (const std::size_t c : order) {
       out.keys.corners.push_back(split[c].corners);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "distributed/piece.h"
 
-#include "hexmesh/lattice/locator.h"
-
 namespace hexsolver::mpi {
 namespace {
 
@@ -67,29 +65,32 @@ Piece::Piece(const Processes& all, const hexmesh::LatticeReader& file, const hex
       std::make_unique<LayersShare>(all, *piece_, outline.levels[static_cast<std::size_t>(level)].voxels_per_cell[2]);
 }
 
+hexmesh::CellLocator Piece::locator() const {
+  return {lattice().voxels, level().voxels_per_cell, level().cells, level().split.owners};
+}
+
 std::vector<Piece::Holder> Piece::holders_of(const std::vector<Index3>& voxels) const {
   const std::int32_t layer_voxels = level().voxels_per_cell[2];
-  const hexmesh::CellLocator locator(lattice().voxels, level().voxels_per_cell, level().cells, level().split.owners);
+  const hexmesh::CellLocator cells = locator();
   return ask<Holder>(
       all_, voxels, [&](const Index3& voxel) { return layers_.process_of(voxel[2] / layer_voxels); },
       [&](const Index3& voxel) {
         const Index3 here = {voxel[0], voxel[1], voxel[2] - piece_->low * layer_voxels};
-        return cell(hexmesh::as_size(locator.cell_of_voxel(here)));
+        return cell(hexmesh::as_size(cells.cell_of_voxel(here)));
       });
 }
 
 std::vector<Index3> Piece::some_voxels() const {
-  const hexmesh::Level& cells = level();
   const hexmesh::Grid& voxels = lattice().voxels;
-  const hexmesh::CellLocator locator(voxels, cells.voxels_per_cell, cells.cells, cells.split.owners);
+  const hexmesh::CellLocator cells = locator();
   std::vector<bool> has_material(65536);
   for (const hexmesh::LatticeSegment& s : lattice().segments) has_material[s.segment.label] = s.material.has_value();
-  std::vector<Index3> out(cells.cells.size());
+  std::vector<Index3> out(level().cells.size());
   for (std::size_t n = lattice().labels.size(); n-- > 0;)
     if (has_material[lattice().labels[n]]) {
       const Index3 voxel = voxels.index(n);
-      out[hexmesh::as_size(locator.cell_of_voxel(voxel))] = {voxel[0], voxel[1],
-                                                             voxel[2] + piece_->low * cells.voxels_per_cell[2]};
+      out[hexmesh::as_size(cells.cell_of_voxel(voxel))] = {voxel[0], voxel[1],
+                                                           voxel[2] + piece_->low * level().voxels_per_cell[2]};
     }
   return out;
 }

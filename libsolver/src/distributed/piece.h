@@ -7,6 +7,7 @@
 
 #include "distributed/shared_nodes.h"
 #include "hexmesh/file/lattice_reader.h"
+#include "hexmesh/lattice/locator.h"
 #include "mesh/mesh.h"
 #include "selection/selection.h"
 
@@ -39,9 +40,7 @@ public:
     CornerNumbers corners{};
   };
   std::vector<Holder> holders_of(const std::vector<Index3>& voxels) const;
-  Holder cell(std::size_t number) const {  ///< of the piece
-    return {keys_.cells[number], keys_.corners.empty() ? CornerNumbers{} : keys_.corners[number]};
-  }
+  Holder cell(std::size_t number) const { return {keys_.cells[number], keys_.corners_of(number)}; }  ///< of the piece
   /// Of each cell one of its voxels, in the whole.
   std::vector<Index3> some_voxels() const;
 
@@ -51,6 +50,7 @@ public:
 private:
   Piece(const Processes& all, const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline, int level,
         const std::vector<std::uint64_t>& first_rows);
+  hexmesh::CellLocator locator() const;
 
   const Processes& all_;
   int level_;

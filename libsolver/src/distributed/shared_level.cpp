@@ -137,11 +137,10 @@ std::vector<SharedConstraints::Point> SharedLevel::select() {
 }
 
 SharedConstraints::Point SharedLevel::in_piece(const SurfacePoint& p) const {
-  const KeyedCells& keys = piece_->keys();
-  const auto cell = static_cast<std::size_t>(p.cell);
+  const Piece::Holder of = piece_->cell(static_cast<std::size_t>(p.cell));
   SharedConstraints::Point out;
-  out.cell = keys.cells[cell];
-  if (!keys.corners.empty()) out.corners = keys.corners[cell];
+  out.cell = of.cell;
+  out.corners = of.corners;
   NodeWeights::Map(out.weights.data()) = p.weights;
   return out;
 }
