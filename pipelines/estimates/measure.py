@@ -1,6 +1,6 @@
 """Measure the estimates of all scenes; one line of JSON each.
 
-usage: measure.py FOLDER WORD     (WORD: only scenes whose name has it)
+usage: measure.py FOLDER WORD [GRADING]     (WORD: only scenes whose name has it)
 """
 import concurrent.futures
 import json
@@ -16,10 +16,10 @@ def run(*command):
     return subprocess.run(command, capture_output=True, text=True, env=dict(os.environ, OMP_NUM_THREADS="1"))
 
 
-def measure(folder, number, scene):
+def measure(folder, grading, number, scene):
     name, body, materials, tables, law, ratio = scene
     volume, lattice, file, report = (folder / f"{number:02}{end}" for end in (".nrrd", ".hexmesh", ".toml", ".json"))
-    file.write_text(tables)
+    file.write_text(tables.replace("[solve]", f'[solve]\ngrading = "{grading}"', 1))
     told = {"name": name, "body": body.name, "load": name.split(", ", 1)[1], "law": law, "poisson": ratio}
     if body.phantom:
         made = run("hexscan", "-q", "phantom", *body.phantom, "-o", volume, "--force")
@@ -37,10 +37,10 @@ def measure(folder, number, scene):
 
 
 def main():
-    folder, word = pathlib.Path(sys.argv[1]), sys.argv[2]
+    folder, word, grading = pathlib.Path(sys.argv[1]), sys.argv[2], (sys.argv[3:] or ["off"])[0]
     wanted = [(n, s) for n, s in enumerate(scenes.scenes()) if word in s[0]]
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        for row in pool.map(lambda s: measure(folder, *s), wanted):
+        for row in pool.map(lambda s: measure(folder, grading, *s), wanted):
             print(json.dumps(row), flush=True)
             print(row["name"], row.get("failed", ""), file=sys.stderr)
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 
+#include "hexmesh/lattice/embedded_points.h"
 #include "terms/make_elastic_cells.h"
 
 namespace testing_support {
@@ -163,6 +164,19 @@ std::vector<hexsolver::ConstraintPoint> hold_nodes(const Mesh& mesh, const std::
       points.push_back({0, static_cast<std::int32_t>(c), hexmesh::NodeWeights::Unit(a), field(p)});
     }
   return points;
+}
+
+std::vector<Vec3> displacement_inside(const hexmesh::Result& result, const std::vector<Vec3>& places) {
+  std::vector<Vec3> out;
+  const hexmesh::EmbeddedPoints points(hexmesh::locator_of(result), result.cell_nodes, places);
+  points.interpolate({result.displacement.front().data(), 3 * result.displacement.size()}, out);
+  return out;
+}
+
+double mean_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  double sum = 0;
+  for (std::size_t n = 0; n < a.size(); ++n) sum += (a[n] - b[n]).norm();
+  return sum / static_cast<double>(a.size());
 }
 
 }  // namespace testing_support

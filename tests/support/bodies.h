@@ -69,6 +69,10 @@ double error_of_single_precision(const hexsolver::Potential& potential, const he
 /// A random proper rotation.
 Mat3 random_rotation(unsigned seed);
 
+/// Displacements of places inside the cells of a result [mm].
+std::vector<Vec3> displacement_inside(const hexmesh::Result& result, const std::vector<Vec3>& places);
+double mean_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b);
+
 /// Constraint points at all nodes for which `where` holds, displaced by `field`.
 std::vector<hexsolver::ConstraintPoint> hold_nodes(const hexsolver::Mesh& mesh,
                                                    const std::function<bool(const Vec3&)>& where,

@@ -113,6 +113,15 @@ TEST_F(Tools, AnAccuracyEndsAtTheFirstLevelThatIsGoodEnough) {
   EXPECT_EQ(tight.exit_code, 5);
   EXPECT_NE(tight.errors.find("accuracy not reached: the estimated error of level 0 is"), std::string::npos)
       << tight.errors;
+  // Graded cells are halved until it is reached, or what was asked for is not there and the memory is named.
+  const std::string graded = "hexsolve liver.hexmesh liver.toml --set 'solve.grading=\"scene\"' --accuracy ";
+  const CommandResult plan = run(graded + "0.7 --plan");
+  EXPECT_NE(plan.output.find("graded cells are halved for the accuracy on the way"), std::string::npos) << plan.output;
+  ASSERT_EQ(run(graded + "0.7 --report graded.json -o graded.hexresult").exit_code, 0);
+  EXPECT_LE(json::parse(read_text(*folder / "graded.json"))["error_estimate_mm"]["mean"], 0.7);
+  const CommandResult small = run(graded + "0.001 --max-memory 1 -o small.hexresult");
+  EXPECT_EQ(small.exit_code, 5);
+  EXPECT_NE(small.errors.find("MB (--max-memory)"), std::string::npos) << small.errors;
   for (const char* value : {"nan", "inf", "0", "-1"})
     expect_failure(fmt::format("hexsolve liver.hexmesh liver.toml --accuracy {} -o no.hexresult", value), 2,
                    {"expected a number > 0"});

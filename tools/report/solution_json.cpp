@@ -354,6 +354,7 @@ json to_json(const hexsolver::SolvePlan& plan) {
   };
   for (const hexsolver::SolvePlan::Level& l : plan.levels) out["levels"].push_back(of_level(l));
   if (plan.look) out["look"] = of_level(*plan.look);
+  if (plan.finds_cells) out["finds_cells"] = true;
   out["setup_seconds"] = plan.setup_seconds;
   out["seconds"] = plan.seconds();
   out["memory_mb"] = megabytes(plan.bytes);

@@ -7,8 +7,10 @@
 
 #include "equilibrium/local_level.h"
 #include "equilibrium/nested_iteration.h"
+#include "equilibrium/refinement.h"
 #include "equilibrium/rest_level.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/core/memory.h"
 #include "level/grading.h"
 #include "level/islands.h"
 #include "level/make_result.h"
@@ -72,6 +74,19 @@ void add_memory(const Lattice& lattice, const LevelProblem& problem, const Newto
                   {"meshes", problem.hierarchy().bytes()},
                   {"supports", problem.constraints().bytes()},
                   {"multigrid", newton.preconditioner_bytes}};
+}
+
+/// Some cells of a level divided. @throws Error{input} where that would take more memory than is left
+MeshCells divide(const LocalLevel& of, const std::vector<bool>& which) {
+  const LevelProblem& problem = of.problem();
+  MeshCells cells = problem.cells().divided(which);
+  std::size_t bytes = problem.hierarchy().bytes() + problem.constraints().bytes();
+  for (const Potential::Cost& cost : problem.potential().costs()) bytes += cost.bytes;
+  constexpr double with_multigrid = 2;
+  const double growth = static_cast<double>(cells.size()) / static_cast<double>(of.num_cells());
+  hexmesh::expect_memory(static_cast<std::size_t>(with_multigrid * growth * static_cast<double>(bytes)),
+                         fmt::format("level {} divided into {} cells", of.level(), cells.size()));
+  return cells;
 }
 
 /// A report with what a scene says before anything is solved.
@@ -189,6 +204,19 @@ Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int lev
     levels.make = [&](int n, const Scene& of_level) {
       return std::make_unique<LocalLevel>(lattice, of_level, n, matchings, &shapes);
     };
+    if (scene.is_graded()) {
+      const auto divided = [&](const LocalLevel& of, const std::vector<bool>& which) {
+        return std::make_unique<LocalLevel>(divide(of, which), scene, matchings, &shapes);
+      };
+      levels.halve = [=](const LocalLevel& of) {
+        return of.level_of_largest() > 0 ? divided(of, std::vector<bool>(of.num_cells(), true)) : nullptr;
+      };
+      if (scene.asks_accuracy())
+        levels.refine = [=, &scene](const LocalLevel& of, LocalLevel& halved, const NodeVector& u,
+                                    const NodeVector& change) {
+          return divided(of, find_cells_to_divide(of, halved, u, change, scene));
+        };
+    }
     return solve_forward(lattice, scene, level, std::move(levels), std::move(report), progress);
   };
   Outcome outcome =

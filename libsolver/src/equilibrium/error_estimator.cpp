@@ -79,14 +79,14 @@ std::optional<double> ErrorEstimator::error(std::size_t i, const Distance& dista
   std::optional<double> measured;
   Rate rate;
   double by_chance = 0;  // what a step lacks that is shorter than cells can make it
-  if (last > 1 && step > negligible) {
+  if (measures_rates_ && last > 1 && step > negligible) {
     const double before = distance(last - 2, last - 1);
     measured = before > 0 ? step / before : 0;
     rate = {std::clamp(*measured, least_rate, most_rate), cosine_of(before, step, distance(last - 2, last))};
     by_chance = std::clamp(rate_of_chance * before - step, 0.0, step);
   }
   if (i == last) {
-    if (finer > 0 || last < 2 || measured.value_or(0) > most_rate) return {};
+    if (!measures_rates_ || finer > 0 || last < 2 || measured.value_or(0) > most_rate) return {};
     return (step + by_chance) * std::abs(rate.series(0));
   }
   if (finer == 0) return distance(i, last);

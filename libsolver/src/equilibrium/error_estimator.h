@@ -44,11 +44,19 @@ struct LevelMeasures {
 /// them, such as layers thinner than a cell, shows in no difference.
 class ErrorEstimator {
 public:
+  /// @param measures_rates  false: of levels whose cells are not all halved from one to the next, but for the last
+  /// ones,
+  ///                        which say no rate; the usual one, 0.45, stands for it
+  explicit ErrorEstimator(bool measures_rates = true) : measures_rates_(measures_rates) {}
+
   /// A level finer than those before.
   /// @param differences  from each of those before, coarse to fine; nothing: not compared any more. Empty: it does
   ///                     not go on from them
   /// @param finer        levels of the lattice beyond this
   void add(std::vector<std::optional<ElasticCells::Size>> differences, LevelMeasures measures, int finer);
+
+  /// The level added last was only looked at.
+  void forget_last() { known_.pop_back(); }
 
   /// What is known of the levels added; a last one that is not among `levels` was looked at only.
   void write(std::vector<LevelReport>& levels) const;
@@ -64,6 +72,7 @@ private:
   template <class Distance>
   std::optional<double> error(std::size_t i, const Distance& distance, double negligible) const;
 
+  bool measures_rates_;
   std::vector<Known> known_;    ///< coarse to fine, the last ones of all levels added
   std::size_t num_before_ = 0;  ///< levels before these
 };

@@ -18,6 +18,9 @@ public:
              SegmentShapes* shapes = nullptr)
       : problem_(lattice, scene, level, std::move(matchings), shapes) {}
 
+  LocalLevel(MeshCells cells, const Scene& scene, Matchings matchings, SegmentShapes* shapes)
+      : problem_(std::move(cells), scene, std::move(matchings), shapes) {}
+
   const LevelProblem& problem() const noexcept { return problem_; }
   LevelProblem& mutable_problem() noexcept { return problem_; }
 

@@ -1,97 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <fmt/format.h>
-
-#include <array>
-#include <cmath>
-#include <memory>
-#include <optional>
-#include <utility>
-#include <vector>
-
-#include "equilibrium/choose_strain.h"
-#include "equilibrium/equilibrium_level.h"
-#include "hexmesh/core/error.h"
-#include "hexsolver/equilibrium/equilibrium.h"
-#include "level/checks.h"
-#include "level/coarser_levels.h"
-#include "level/make_result.h"
+#include "equilibrium/nested_errors.h"
 
 namespace hexsolver {
-
-/// From the coarsest level to the mechanical one, each from the one before. With an accuracy or a budget it ends at the
-/// first level that is good enough, or the last that there was time for.
-template <EquilibriumLevel Level>
-class NestedIteration {
-public:
-  using Vector = typename Level::Vector;
-  /// What levels are made of.
-  struct Levels {
-    std::vector<std::size_t> num_cells;  ///< of each level of the lattice
-    std::vector<double> mixture;         ///< likewise, see hexmesh::count_mixture()
-    double unseen = 1;                   ///< see unseen_by_cycle()
-    /// A level under a scene. @throws Error{geometry} for selections and missing supports
-    std::function<std::unique_ptr<Level>(int, const Scene&)> make;
-    int finest_there_is = 0;                                           ///< of the levels that make() can make
-    bool looks_beyond_graded = false;                                  ///< at graded cells beyond those of level 0
-    std::function<bool(bool)> agree = [](bool mine) { return mine; };  ///< of what all processes decide alike
-    const Vector* start = nullptr;                                     ///< of the finest: no coarser one is solved
-  };
-
-  /// @param report  with the effects of the scene
-  NestedIteration(Levels levels, const Scene& scene, int finest, SolveReport& report, const SolveProgress& progress)
-      : levels_(std::move(levels)),
-        scene_(scene),
-        coarse_scene_(for_coarser_levels(scene)),
-        first_(levels_.start || has_friction(scene) ? finest : first_nested_level(levels_.num_cells, finest)),
-        finest_(finest),
-        report_(report),
-        progress_(progress) {}
-
-  /// @returns the last level that counts
-  Solved<Level> run();
-
-private:
-  bool estimates_errors() const { return scene_.asks_accuracy() || scene_.error_estimation != ErrorEstimation::off; }
-  bool chooses_cells() const {
-    return scene_.finds_strain && report_.elasticity == Elasticity::corotational && scene_.rotation == Rotation::polar;
-  }
-  std::unique_ptr<Level> make(int level) const {
-    return levels_.make(level, level == finest_ ? scene_ : coarse_scene_);
-  }
-  std::size_t num_cells(int level) const { return levels_.num_cells[static_cast<std::size_t>(level)]; }
-  bool has_time_for(int next) const;
-  bool replaces(const Solved<Level>& next, const Solved<Level>& best);
-  bool carries_less(Solved<Level>& last);
-  /// @param aim  look: for the error of the level before
-  void solve_level(Solved<Level>& next, const Solved<Level>& coarser, Aim aim = Aim::result);
-  void sharpen(Solved<Level>& next, NewtonOptions options);
-  void carry_on(const Solved<Level>& coarser, Solved<Level>& next);
-  void compare(Solved<Level>& next);
-  bool looks_beyond(const Solved<Level>& best) const;
-  void look_beyond(const Solved<Level>& best);
-  void add_look(double seconds);
-  void find_strain();
-  LoadedState<Vector> solve(Level& level, const NewtonOptions& options, std::optional<Vector> start, Aim aim) const;
-  std::optional<double> algebraic_error(const Solved<Level>& solved) const;
-  void add_report(Solved<Level>& now, double seconds);
-  void explain_rotation(const std::string& why, std::optional<bool> active);
-  bool is_accurate() const;
-  void conclude(const Solved<Level>& best, const std::optional<std::string>& refused);
-
-  Levels levels_;
-  const Scene& scene_;
-  Scene coarse_scene_;
-  int first_, finest_;
-  SolveReport& report_;
-  const SolveProgress& progress_;
-  Stopwatch clock_;
-  std::vector<std::string> level_warnings_;  ///< of the last level that counts
-  ErrorEstimator estimator_;
-  std::optional<double> carried_;    ///< part of the load that the last level reached, if it failed
-  double angle_without_effect_ = 0;  ///< of cells that need not rotate, with strain = "auto" [rad]
-};
 
 template <EquilibriumLevel Level>
 Solved<Level> NestedIteration<Level>::run() {
@@ -137,6 +49,17 @@ Solved<Level> NestedIteration<Level>::run() {
     add_report(next, watch.seconds());
     best = std::move(next);
     if (carries_less(best)) break;
+    if (levels_.refine && best.converged() && (best.level->num_cells() >= least_compared || level == finest_)) {
+      try {
+        refine_by_error(best);
+      } catch (const hexmesh::Error& e) {
+        const bool is_of_those_cells =
+            e.kind() == hexmesh::ErrorKind::geometry || e.kind() == hexmesh::ErrorKind::input;
+        if (!is_of_those_cells) throw;
+        report_.warnings.push_back(fmt::format("smaller cells were not solved: {}", e.what()));
+      }
+      break;
+    }
   }
   const std::optional<std::string> refused = why_refused(best, scene_, report_.warnings);
   if (!refused && looks_beyond(best)) look_beyond(best);
@@ -271,109 +194,6 @@ void NestedIteration<Level>::explain_rotation(const std::string& why, std::optio
     if (active) e.active = *active;
     e.why = active ? why : e.why.substr(0, e.why.find("; on level")) + why;
   }
-}
-
-template <EquilibriumLevel Level>
-std::optional<double> NestedIteration<Level>::algebraic_error(const Solved<Level>& solved) const {
-  if (!solved.state.algebraic_error) return {};
-  return levels_.unseen * solved.level->size_in_material(*solved.state.algebraic_error, true).mean;
-}
-
-/// The solutions that were compared with the coarser level, here; those of more than two levels before are left behind.
-template <EquilibriumLevel Level>
-void NestedIteration<Level>::carry_on(const Solved<Level>& coarser, Solved<Level>& next) {
-  constexpr std::size_t most = 2;
-  for (std::size_t n = 0; n < coarser.coarser.size(); ++n) {
-    next.coarser.emplace_back();
-    if (n + most <= coarser.coarser.size() || !coarser.coarser[n]) continue;
-    next.coarser.back() = next.level->make_zero();
-    next.level->prolongate(*coarser.level, *coarser.coarser[n], *next.coarser.back());
-  }
-}
-
-/// Tell the estimator of a level what it differs from those before.
-template <EquilibriumLevel Level>
-void NestedIteration<Level>::compare(Solved<Level>& next) {
-  if (!estimates_errors()) return;
-  std::vector<std::optional<ElasticCells::Size>> differences;
-  if (next.converged())
-    for (std::optional<Vector>& u : next.coarser) {
-      differences.emplace_back();
-      if (!u) continue;
-      Vector change = next.level->make_zero();
-      set_sum(change, next.state.u, -1, *u);
-      differences.back() = next.level->size_in_material(change, false);
-    }
-  for (Effect& e : report_.effects)
-    if (e.kind == EffectKind::error_estimate && !differences.empty()) e.active = true;
-  LevelMeasures measures = next.level->measures(next.state.u);
-  measures.mixture = levels_.mixture[static_cast<std::size_t>(next.level->level())];
-  estimator_.add(std::move(differences), std::move(measures), next.level->level_of_largest());
-}
-
-template <EquilibriumLevel Level>
-void NestedIteration<Level>::add_report(Solved<Level>& now, double seconds) {
-  const Level& level = *now.level;
-  report_.levels.push_back({level.level(), level.num_cells(), level.num_nodes(), seconds, now.state.newton, {}});
-  const std::optional<double> algebraic = algebraic_error(now);
-  now.state.algebraic_error.reset();
-  if (!scene_.asks_accuracy() || report_.levels.size() == 1) compare(now);
-  estimator_.write(report_.levels);
-  report_.levels.back().error.algebraic_mm = algebraic;
-  level.add_effect_seconds(report_);
-}
-
-/// Whether the error of the last level is to be told from the next finer one.
-template <EquilibriumLevel Level>
-bool NestedIteration<Level>::looks_beyond(const Solved<Level>& best) const {
-  if (scene_.is_graded() && finest_ == 0)
-    return best.converged() && best.level->level() == 0 && levels_.looks_beyond_graded;
-  const int needed = finest_level_needed(scene_, levels_.num_cells, finest_);
-  return best.converged() && needed < finest_ && needed >= levels_.finest_there_is;
-}
-
-/// Solve the next finer level, or of graded cells of level 0 them with all but the finest halved, and compare. The
-/// largest cells are halved too. It starts from the solution and ends where that does not lead there soon: load steps
-/// of a body that buckles took six times as long as its solution.
-template <EquilibriumLevel Level>
-void NestedIteration<Level>::look_beyond(const Solved<Level>& best) {
-  const Stopwatch watch;
-  Solved<Level> finer;
-  Scene scene = scene_;
-  scene.coarser_by = best.level->level_of_largest() - finest_ - (finest_ == 0);
-  try {
-    finer.level = levels_.make(std::max(0, finest_ - 1), scene);
-    solve_level(finer, best, Aim::look);
-  } catch (const hexmesh::Error& e) {
-    if (e.kind() != hexmesh::ErrorKind::geometry) throw;  // else of that level alone
-    return;
-  }
-  if (!finer.converged()) return;
-  compare(finer);
-  estimator_.write(report_.levels);
-  add_look(watch.seconds());
-}
-
-template <EquilibriumLevel Level>
-void NestedIteration<Level>::add_look(double seconds) {
-  for (Effect& e : report_.effects)
-    if (e.kind == EffectKind::error_estimate) e.seconds += seconds;
-}
-
-/// A level that is not the finest there is must have cells enough for its differences to mean something, and keep
-/// what is asked with what an estimate may miss.
-template <EquilibriumLevel Level>
-bool NestedIteration<Level>::is_accurate() const {
-  constexpr std::size_t least_cells = 100;
-  const double margin = scene_.is_graded() || !scene_.contacts.empty() ? 3 : 1.5;
-  const LevelReport& last = report_.levels.back();
-  const bool is_finest = last.level == finest_ && !scene_.is_graded();
-  if (!is_finest && last.cells < least_cells) return false;
-  const auto holds = [&](const std::optional<double>& error, const std::optional<double>& asked) {
-    return !asked || (error && (is_finest ? 1 : margin) * *error <= *asked);
-  };
-  return scene_.asks_accuracy() && last.newton.converged && holds(last.error.mean_mm, scene_.accuracy) &&
-         holds(last.error.of_reactions, scene_.reaction_accuracy);
 }
 
 template <EquilibriumLevel Level>

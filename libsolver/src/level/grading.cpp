@@ -110,14 +110,13 @@ std::vector<std::size_t> cells_of_levels(const Lattice& lattice, const Scene& sc
 }
 
 std::size_t cells_beyond(const Lattice& lattice, const Scene& scene, int level) {
-  if (!scene.is_graded() || level > 0 || scene.dynamics || scene.budget ||
-      scene.error_estimation == ErrorEstimation::off)
+  if (!scene.is_graded() || scene.dynamics || scene.is_open_ended() || scene.error_estimation == ErrorEstimation::off)
     return 0;
-  const Distances distances(lattice, find_rough_places(lattice, scene));
-  const int largest = grade(lattice, level, scene.coarser_by, distances).levels().back().level;
-  if (largest == 0) return 0;
-  const std::size_t cells = grade(lattice, level, largest - 1, distances).size();
-  return cells <= most_cells_looked_at || scene.error_estimation == ErrorEstimation::look ? cells : 0;
+  const MeshCells cells = cells_for(lattice, scene, level);
+  const int finest = cells.levels().front().level, largest = cells.levels().back().level;
+  if (largest == 0 || lattice.level(std::max(0, finest - 1)).cells.empty()) return 0;
+  const std::size_t halved = cells.divided(std::vector<bool>(cells.size(), true)).size();
+  return halved <= most_cells_looked_at || scene.error_estimation == ErrorEstimation::look ? halved : 0;
 }
 
 }  // namespace hexsolver

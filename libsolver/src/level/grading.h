@@ -18,8 +18,7 @@ MeshCells cells_for(const hexmesh::Lattice& lattice, const Scene& scene, int lev
 /// How many these are on each level; 0 of levels that the lattice has no cells of.
 std::vector<std::size_t> cells_of_levels(const hexmesh::Lattice& lattice, const Scene& scene);
 
-/// How many cells the error of graded cells of level 0 is told from, which are these with all but the finest halved; 0
-/// where it is not.
+/// How many cells the error of graded ones is told from, which are these all halved; 0 where it is not.
 std::size_t cells_beyond(const hexmesh::Lattice& lattice, const Scene& scene, int level);
 
 }  // namespace hexsolver

@@ -68,10 +68,14 @@ std::size_t coarsest_dofs(const Lattice& lattice, const Scene& scene) {
 
 LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level, Matchings matchings,
                            SegmentShapes* shapes)
-    : cells_(cells_for(lattice, scene, level)),
+    : LevelProblem(cells_for(lattice, scene, level), scene, std::move(matchings), shapes) {}
+
+LevelProblem::LevelProblem(MeshCells cells, const Scene& scene, Matchings matchings, SegmentShapes* shapes)
+    : cells_(std::move(cells)),
       scene_(scene),
       progress_(at_the_end(scene)),
-      hierarchy_(cells_, coarsest_dofs(lattice, scene)) {
+      hierarchy_(cells_, coarsest_dofs(cells_.lattice(), scene)) {
+  const Lattice& lattice = cells_.lattice();
   hierarchy_.in_double = is_of_high_contrast(lattice);
   Selector selector(cells_, mesh());
   std::vector<ConstraintPoint> points = select_points(scene, selector);

@@ -37,6 +37,8 @@ public:
   /// @param shapes     of the lattice under the scene, which this adds to; null: its own
   LevelProblem(const hexmesh::Lattice& lattice, const Scene& scene, int level, Matchings matchings = {},
                SegmentShapes* shapes = nullptr);
+  /// The same with cells of the scene's lattice that are named.
+  LevelProblem(MeshCells cells, const Scene& scene, Matchings matchings = {}, SegmentShapes* shapes = nullptr);
   LevelProblem(const LevelProblem&) = delete;
   LevelProblem& operator=(const LevelProblem&) = delete;
 

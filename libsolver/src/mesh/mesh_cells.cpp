@@ -2,6 +2,7 @@
 #include "mesh/mesh_cells.h"
 
 #include <algorithm>
+#include <unordered_set>
 
 #include "hexmesh/core/error.h"
 #include "hexmesh/lattice/element_tree.h"
@@ -140,6 +141,27 @@ MeshCells MeshCells::coarser() const {
   return out;
 }
 
+MeshCells MeshCells::divided(const std::vector<bool>& which) const {
+  std::vector<std::unordered_set<std::uint64_t>> are_divided(lattice_->levels.size());
+  int finest = levels_.front().level;
+  const int coarsest = levels_.back().level;
+  for (std::size_t c = 0; c < size_; ++c) {
+    auto [level, cell] = place(c);
+    Index3 index = lattice_->level(level).cells[hexmesh::as_size(cell)];
+    if (which[c] && level > 0) {
+      are_divided[hexmesh::as_size(level)].insert(hexmesh::sort_key(index));
+      finest = std::min(finest, level - 1);
+    }
+    while (level < coarsest) {
+      index = hexmesh::coarser_index(index, lattice_->level(++level).merge);
+      if (!are_divided[hexmesh::as_size(level)].insert(hexmesh::sort_key(index)).second) break;
+    }
+  }
+  return {*lattice_, finest, coarsest, [&](int level, const Index3& cell) {
+            return are_divided[hexmesh::as_size(level)].contains(hexmesh::sort_key(cell));
+          }};
+}
+
 std::int32_t MeshCells::number(const OfLevel& of, std::int32_t cell) {
   std::int32_t place = cell;
   if (!of.cells.empty()) {
@@ -251,10 +273,8 @@ hexmesh::Merge merge_into(const MeshCells& fine, const MeshCells& coarse) {
     const auto [level, cell] = fine.place(c);
     merge.is_kept[parent] = coarse.place(parent).level == level;
     const Index3& index = lattice.level(level).cells[hexmesh::as_size(cell)];
-    std::size_t slot = 0;
-    for (std::size_t d = 0; d < 3 && !merge.is_kept[parent]; ++d)
-      slot |= hexmesh::as_size(index[d] % merge.factor[d]) << d;
-    merge.children[parent][slot] = static_cast<std::int32_t>(c);
+    const int slot = merge.is_kept[parent] ? 0 : hexmesh::slot_in_parent(index, merge.factor);
+    merge.children[parent][hexmesh::as_size(slot)] = static_cast<std::int32_t>(c);
   }
   return merge;
 }

@@ -54,6 +54,10 @@ public:
 
   Mesh make_mesh() const;
 
+  /// Those that are to be divided, with all that stand at their index, into the cells of the next finer level that they
+  /// hold; then more, so that cells that touch differ by one level at most. Cells of level 0 stay.
+  MeshCells divided(const std::vector<bool>& which) const;
+
   /// Of cells of several levels: the finest merged into those of the next level. @pre is_graded()
   MeshCells coarser() const;
 

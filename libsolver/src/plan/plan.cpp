@@ -294,14 +294,14 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
   plan.effects = list_effects(scene_at_end(scene));
   const std::vector<std::size_t> num_cells = cells_of_levels(lattice, scene);
   const int first = has_friction(scene) ? level : first_nested_level(num_cells, level);
-  const int look = finest_level_needed(scene, num_cells, level);
+  const int look = scene.is_graded() ? level : finest_level_needed(scene, num_cells, level);
   Trial trial(lattice, scene, first, level, look);
   for (int n = first; n >= level; --n)
     plan.levels.push_back(plan_level(lattice, scene, n, n == level ? trial.to_the_end(n) : trial.as_a_start(n)));
   plan.levels.back().bytes += made.bytes;
   set_seconds(plan, EffectKind::elasticity, plan.seconds());
   if (const std::size_t beyond = cells_beyond(lattice, scene, level); beyond > 0) {
-    const double times = static_cast<double>(beyond) / static_cast<double>(num_cells[0]);
+    const double times = static_cast<double>(beyond) / static_cast<double>(num_cells[static_cast<std::size_t>(level)]);
     SolvePlan::Level& looked_at = plan.look.emplace(plan.levels.back());
     looked_at.seconds = times * trial.to_the_end(level);
     looked_at.cells = beyond;
@@ -332,13 +332,17 @@ double SolvePlan::seconds() const {
   return sum;
 }
 
-SolvePlan plan_solution(const hexmesh::Lattice& whole, const Scene& scene, int level) {
+SolvePlan plan_solution(const hexmesh::Lattice& whole, const Scene& asked, int level) {
+  Scene scene = asked;
+  const bool finds_cells = scene.is_graded() && scene.asks_accuracy();
+  if (finds_cells) scene.grading = Grading::off;
   std::size_t dropped = 0;
   const std::optional<hexmesh::Lattice> rest = without_islands(whole, scene, level, dropped);
   const hexmesh::Lattice& lattice = rest ? *rest : whole;
   SolvePlan plan = scene.dynamics ? plan_motion(lattice, scene, level) : plan_equilibrium(lattice, scene, level);
   constexpr std::size_t program = 24 << 20;
   const std::size_t beside = plan.look ? plan.look->bytes : plan.levels.size() > 1 ? plan.levels.end()[-2].bytes : 0;
+  plan.finds_cells = finds_cells;
   plan.bytes = program + hexmesh::bytes_of(lattice) + plan.levels.back().bytes + beside;
   return plan;
 }

@@ -116,6 +116,27 @@ TEST(ErrorEstimator, DifferencesThatDoNotFallTellNothing) {
   EXPECT_FALSE(estimate({10, 4}, 0, 2)[1].error.mean_mm);  // two levels show no rate
 }
 
+TEST(ErrorEstimator, LevelsWhoseCellsAreNotAllHalvedShowNoRate) {
+  for (const double step : {0.01, 0.3, 2.0}) {
+    ErrorEstimator estimator(false);
+    estimator.add({}, {1, {}}, 4);
+    estimator.add({Size{1, 1}}, {1, {}}, 3);
+    estimator.add({Size{1, 1}, Size{step, step}}, {1, {}}, 2);
+    std::vector<LevelReport> levels(2);
+    estimator.write(levels);
+    const double rest = step * (0.45 + 0.45 * 0.45);
+    EXPECT_NEAR(*levels[1].error.mean_mm, step + rest, 1e-12);
+    EXPECT_NEAR(*levels[0].error.mean_mm, 1 + rest, 1e-12);
+    // The last is forgotten: another level goes on from those before.
+    estimator.forget_last();
+    estimator.add({Size{1, 1}, Size{step, step}}, {1, {}}, 0);
+    levels.resize(3);
+    estimator.write(levels);
+    EXPECT_NEAR(*levels[1].error.mean_mm, step, 1e-12);
+    EXPECT_FALSE(levels[2].error.mean_mm);
+  }
+}
+
 TEST(ErrorEstimator, BeginsAnewWhereALevelDoesNotGoOnFromTheOneBefore) {
   ErrorEstimator estimator;
   estimator.add({}, {1, {}}, 3);

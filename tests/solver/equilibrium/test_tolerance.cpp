@@ -5,7 +5,6 @@
 
 #include "equilibrium/error_estimator.h"
 #include "hexmesh/core/error.h"
-#include "hexmesh/lattice/embedded_points.h"
 #include "hexsolver/equilibrium/equilibrium.h"
 #include "hexsolver/scene/scene_files.h"
 #include "support/bodies.h"
@@ -19,19 +18,11 @@ using namespace testing_support;
 
 /// Displacements in the middle of cells of 2 mm.
 std::vector<Vec3> displacement_inside(const hexmesh::Result& result) {
-  std::vector<Vec3> places, out;
+  std::vector<Vec3> places;
   for (int x = 1; x < 24; x += 2)
     for (int y = 1; y < 8; y += 2)
       for (int z = 1; z < 8; z += 2) places.emplace_back(x - 0.5, y - 0.5, z - 0.5);
-  const hexmesh::EmbeddedPoints points(hexmesh::locator_of(result), result.cell_nodes, places);
-  points.interpolate({result.displacement.front().data(), 3 * result.displacement.size()}, out);
-  return out;
-}
-
-double mean_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
-  double sum = 0;
-  for (std::size_t n = 0; n < a.size(); ++n) sum += (a[n] - b[n]).norm();
-  return sum / static_cast<double>(a.size());
+  return testing_support::displacement_inside(result, places);
 }
 
 struct Case {

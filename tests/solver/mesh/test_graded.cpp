@@ -28,11 +28,23 @@ MeshCells::IsTooLarge at_random(unsigned seed) {
   };
 }
 
+std::vector<bool> some(std::size_t size, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<bool> out(size);
+  for (std::size_t n = 0; n < size; ++n) out[n] = random() % 4 == 0;
+  return out;
+}
+
 struct Case {
   Lattice lattice;
   MeshCells cells;
   explicit Case(Lattice l, unsigned seed, int finest = 0, int coarsest = 3)
       : lattice(std::move(l)), cells(lattice, finest, coarsest, at_random(seed)) {}
+  /// Those of a level divided again and again.
+  Case(Lattice l, unsigned seed, int level, const std::vector<bool>& which)
+      : lattice(std::move(l)), cells(MeshCells(lattice, level).divided(which)) {
+    for (int again = 0; again < 2; ++again) cells = cells.divided(some(cells.size(), seed++));
+  }
   Case(const Case&) = delete;
 };
 
@@ -63,6 +75,10 @@ std::vector<std::unique_ptr<Case>> cases() {
     out.push_back(std::make_unique<Case>(one_material({15, 13, 13}, {1, 1, 1}, ball), seed, 0, 2));
     out.push_back(std::make_unique<Case>(split_body({static_cast<std::int32_t>(seed) - 1, 1, 0}), seed));
     out.push_back(std::make_unique<Case>(split_body({0, static_cast<std::int32_t>(seed), 2}), seed, 1, 3));
+    for (Lattice lattice : {split_body({1, 0, 0}), bitten_ball({0.8, 0.8, 2.5})}) {
+      const std::size_t cells = lattice.level(3).cells.size();
+      out.push_back(std::make_unique<Case>(std::move(lattice), seed, 3, some(cells, seed)));
+    }
   }
   return out;
 }
@@ -128,6 +144,34 @@ TEST(Graded, AllDividedOrNoneIsTheMeshOfALevel) {
     EXPECT_EQ(graded.elements(), lattice.level(level).element);
     EXPECT_EQ(mesh.num_hanging(), 0U);
   }
+}
+
+TEST(Graded, WhatIsDividedIsHalvedAndTheRestIsAsItWas) {
+  for (const auto& c : cases()) {
+    const MeshCells& before = c->cells;
+    const std::vector<bool> which = some(before.size(), 7), all(before.size(), true), none(before.size());
+    EXPECT_EQ(before.divided(none).make_mesh().cells(), before.make_mesh().cells());
+    const MeshCells halved = before.divided(all);
+    const std::vector<std::int32_t> parents = holders(halved, before);
+    for (std::size_t n = 0; n < halved.size(); ++n) {
+      ASSERT_GE(parents[n], 0);
+      const int level = before.place(static_cast<std::size_t>(parents[n])).level;
+      EXPECT_EQ(halved.place(n).level, std::max(0, level - 1));
+    }
+    const MeshCells after = before.divided(which);
+    std::vector<int> level_in(before.size(), -1);
+    const std::vector<std::int32_t> of = holders(after, before);
+    for (std::size_t n = 0; n < after.size(); ++n) level_in[static_cast<std::size_t>(of[n])] = after.place(n).level;
+    for (std::size_t n = 0; n < before.size(); ++n) {
+      const int level = before.place(n).level;
+      EXPECT_LE(level_in[n], which[n] ? std::max(0, level - 1) : level);
+      EXPECT_GE(level_in[n], std::max(0, level - 1));
+    }
+  }
+  const Lattice lattice = bitten_ball({0.8, 0.8, 2.5});
+  const MeshCells coarse(lattice, 2);
+  const Mesh mesh = coarse.divided(std::vector<bool>(coarse.size(), true)).make_mesh();
+  EXPECT_EQ(mesh.cell_nodes(), MeshCells(lattice, 1).make_mesh().cell_nodes());
 }
 
 /// All cells say the same of each node of the finest cells, which is how those hold together.

@@ -59,6 +59,13 @@ NodeNumbering number_parent_nodes(const Merge& merge, std::span<const CellNodes>
 NodeNumbering number_linked_parent_nodes(const Merge& merge, std::span<const CellNodes> cell_nodes,
                                          std::size_t num_nodes);
 
+/// The slot of a child in its parent, by its index.
+constexpr int slot_in_parent(const Index3& child, const Index3& factor) {
+  int slot = 0;
+  for (std::size_t d = 0; d < 3; ++d) slot |= (child[d] % factor[d]) << d;
+  return slot;
+}
+
 /// Weights of the nodes of a parent at node `corner` of its child in `slot`.
 NodeWeights weights_in_parent(int slot, int corner, const Index3& factor);
 

@@ -43,6 +43,7 @@ struct SolvePlan {
   double setup_seconds = 0;     ///< of what the last level is made of before it is solved; else in its seconds
   double seconds() const;       ///< of all
   std::size_t bytes = 0;        ///< of memory, at the peak
+  bool finds_cells = false;     ///< that an accuracy takes, on the way: what is told is of cells alike in their place
 };
 
 /// The levels that would be solved, and how long that would take: coarse levels, up to one of about a second, are
