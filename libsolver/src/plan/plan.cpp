@@ -21,6 +21,7 @@ namespace {
 
 /// Memory that a level takes for each of its cells, as measured (THEORY.md, "Accuracy").
 constexpr double linear_bytes = 900, corotational_bytes = 2100, hyperelastic_bytes = 2600;
+constexpr double graded_per_cell = 1100;  ///< fewer of them share matrices, and nodes hang
 constexpr double pressures_per_cell = 240;
 constexpr double reshaped_per_cell = 13000;  ///< each cell has a model of its own, and points
 constexpr double saved_per_cell = sizeof(RotatedCells<double>) / double(RotatedCells<double>::lanes);
@@ -321,6 +322,7 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
 std::size_t expected_bytes(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
   double per_cell = usual_bytes(scene.elasticity);
   if (scene.saves_memory && has_frames(scene)) per_cell -= saved_per_cell;
+  if (scene.is_graded()) per_cell += graded_per_cell;
   if (needs_braess_sarazin(lattice, scene)) per_cell += pressures_per_cell;
   if (scene.is_reshaped() && scene.elasticity != Elasticity::cauchy) per_cell += reshaped_per_cell;
   return static_cast<std::size_t>(per_cell * static_cast<double>(cells_for(lattice, scene, level).size()));
