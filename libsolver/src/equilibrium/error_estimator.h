@@ -44,9 +44,8 @@ struct LevelMeasures {
 /// them, such as layers thinner than a cell, shows in no difference.
 class ErrorEstimator {
 public:
-  /// @param measures_rates  false: of levels whose cells are not all halved from one to the next, but for the last
-  /// ones,
-  ///                        which say no rate; the usual one, 0.45, stands for it
+  /// @param measures_rates  false: not all cells are halved from level to level, which then show none; the usual rate,
+  ///                        0.45, stands for it
   explicit ErrorEstimator(bool measures_rates = true) : measures_rates_(measures_rates) {}
 
   /// A level finer than those before.

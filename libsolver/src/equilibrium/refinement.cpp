@@ -28,7 +28,7 @@ Dual solve_dual(LocalLevel& level, const NodeVector& state, const NodeVector& fi
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
     if (!problem.islands().empty() && problem.islands()[c]) continue;
     const ElementModel& model = problem.elastic().model(c);
-    const Vec3 mean = Eigen::Map<const Eigen::Matrix<double, 3, 8>>(mesh.gather(c, field).data()) * model.mean_shape;
+    const Vec3 mean = mesh.interpolate(static_cast<std::int32_t>(c), model.mean_shape, field);
     const double size = mean.norm();
     if (!(size > 0)) continue;
     CellVector of_cell;
