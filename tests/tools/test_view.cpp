@@ -14,6 +14,12 @@ class View : public Tools {
 protected:
   static void SetUpTestSuite() {
     Tools::SetUpTestSuite();
+    // One screen for all tests, of whichever number is free; it writes the number when it can be used.
+    ASSERT_EQ(run("{ timeout 600 Xvfb -displayfd 1 -nolisten tcp -screen 0 1280x1024x24 > display 2> display.log & "
+                  "echo $! > screen; for n in $(seq 600); do [ -s display ] && exit 0; sleep 0.1; done; exit 1; }")
+                  .exit_code,
+              0)
+        << read_text(*folder / "display.log");
     write_text(*folder / "held.toml", R"([solve]
 level = 3
 [[fix]]
@@ -21,8 +27,12 @@ name = "right end"
 halfspace = { point_mm = [-65, 0, 0], normal = [-1, 0, 0] }
 )");
   }
+  static void TearDownTestSuite() {
+    run("kill $(cat screen)");
+    Tools::TearDownTestSuite();
+  }
   static CommandResult view(const std::string& arguments) {
-    return run("xvfb-run -a -s '-screen 0 1280x1024x24' timeout 120 hexview " + arguments);
+    return run("DISPLAY=:$(cat display) timeout 120 hexview " + arguments);
   }
   static hexmesh::Canvas picture(const std::string& name) { return hexmesh::read_png(*folder / name); }
 };
