@@ -76,6 +76,15 @@ on = "nodes"
 halfspace = { point_mm = [-40, 0, 0], normal = [-1, 0, 0] }
 by_mm = [0, 0, 10]
 )"},
+                                         std::pair{"bending", R"(
+[solve]
+stiffness = "incompatible"
+supports = "soft"
+[[fix]]
+halfspace = { point_mm = [40, 0, 0], normal = [1, 0, 0] }
+[gravity]
+m_s2 = [0, 3, 5]
+)"},
                                          std::pair{"turned", R"(
 [solve]
 rotation = "edges"

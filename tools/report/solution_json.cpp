@@ -18,6 +18,18 @@ json to_json(const std::optional<double>& value) { return value ? json(*value) :
 
 json to_json(const hexmesh::Vec3& v) { return {v[0], v[1], v[2]}; }
 
+const char* stiffness_name(hexsolver::Stiffness s) {
+  switch (s) {
+    case hexsolver::Stiffness::exact:
+      return "exact";
+    case hexsolver::Stiffness::incompatible:
+      return "incompatible";
+    case hexsolver::Stiffness::uniform:
+      return "uniform";
+  }
+  return "";
+}
+
 }  // namespace
 
 json to_json(const hexsolver::ConditionReport& c) { return {{"name", c.name}, {"points", c.points}, {"kept", c.kept}}; }
@@ -265,7 +277,7 @@ json to_json(const SolveReport& r, const hexsolver::Scene& as_written) {
   out["strain"] = strain_name(r.elasticity);
   out["law"] = law_name(r.elasticity);
   out["pressure_checkerboard_kpa"] = 1e3 * r.pressure_checkerboard;
-  out["stiffness"] = scene.stiffness == hexsolver::Stiffness::exact ? "exact" : "uniform";
+  out["stiffness"] = stiffness_name(scene.stiffness);
   out["volumetric"] = scene.volumetric == hexsolver::Volumetric::mean ? "mean" : "full";
   for (const hexsolver::LevelReport& l : r.levels)
     out["levels"].push_back({{"level", l.level},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexmesh/lattice/element.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <numeric>
 
@@ -36,6 +37,14 @@ CellVector divergence_at(const NodeGradients& g) {
   CellVector d;
   for (int a = 0; a < num_cell_nodes; ++a) d.segment<3>(3 * a) = g.row(a);
   return d;
+}
+
+/// The block of rows a and columns b of mu (grad u : grad u + grad u : grad u^T) + lambda (div u)^2 for shapes of
+/// gradients a and b.
+Mat3 strain_block(const Vec3& a, const Vec3& b, double mu, double lambda) {
+  Mat3 block = mu * b * a.transpose() + lambda * a * b.transpose();
+  block.diagonal().array() += mu * a.dot(b);
+  return block;
 }
 
 double sum(const Element::Weights& w) { return std::accumulate(w.begin(), w.end(), 0.0); }
@@ -89,9 +98,8 @@ Element spread_evenly(const Element& element) {
   return even;
 }
 
-ElementMatrices::ElementMatrices(const Mat3& edges) {
-  const Mat3 inverse = edges.inverse();
-  for (int q = 0; q < num_rule_points; ++q) gradients_[q] = shape_gradients(rule_point(q)) * inverse;
+ElementMatrices::ElementMatrices(const Mat3& edges) : axis_gradients_(edges.inverse()) {
+  for (int q = 0; q < num_rule_points; ++q) gradients_[q] = shape_gradients(rule_point(q)) * axis_gradients_;
 }
 
 CellMatrix ElementMatrices::deviatoric(const Element& element) const {
@@ -102,12 +110,7 @@ CellMatrix ElementMatrices::deviatoric(const Element& element) const {
     if (mu == 0) continue;
     const NodeGradients& g = gradients_[q];
     for (int b = 0; b < num_cell_nodes; ++b)
-      for (int a = 0; a <= b; ++a) {
-        const Vec3 ga = g.row(a), gb = g.row(b);
-        Mat3 block = gb * ga.transpose() - 2.0 / 3.0 * ga * gb.transpose();
-        block.diagonal().array() += ga.dot(gb);
-        k.block<3, 3>(3 * a, 3 * b) += mu * block;
-      }
+      for (int a = 0; a <= b; ++a) k.block<3, 3>(3 * a, 3 * b) += strain_block(g.row(a), g.row(b), mu, -2.0 / 3.0 * mu);
   }
   make_symmetric(k);
   return k;
@@ -120,6 +123,28 @@ CellMatrix ElementMatrices::volumetric(const Element& element) const {
     const CellVector div = divergence_at(gradients_[q]);
     k += element.bulk[q] * div * div.transpose();
   }
+  make_symmetric(k);
+  return k;
+}
+
+CellMatrix ElementMatrices::relaxation(const Element& element, bool counts_dilatation) const {
+  Vec3 centroid = Vec3::Zero();
+  for (int q = 0; q < num_rule_points; ++q) centroid += element.fill[q] * rule_point(q);
+  centroid /= element.volume();
+  Eigen::Matrix<double, 24, 9> coupling = Eigen::Matrix<double, 24, 9>::Zero();
+  Eigen::Matrix<double, 9, 9> modes = Eigen::Matrix<double, 9, 9>::Zero();
+  for (int q = 0; q < num_rule_points; ++q) {
+    const double mu = element.shear[q], lambda = (counts_dilatation ? element.bulk[q] : 0) - 2.0 / 3.0 * mu;
+    const Mat3 of_modes = 2 * (rule_point(q) - centroid).asDiagonal() * axis_gradients_;
+    for (int j = 0; j < 3; ++j) {
+      const Vec3 along = of_modes.row(j);
+      for (int a = 0; a < num_cell_nodes; ++a)
+        coupling.block<3, 3>(3 * a, 3 * j) += strain_block(gradients_[q].row(a), along, mu, lambda);
+      for (int i = j; i < 3; ++i) modes.block<3, 3>(3 * i, 3 * j) += strain_block(of_modes.row(i), along, mu, lambda);
+    }
+  }
+  const Eigen::Matrix<double, 9, 24> relaxed = modes.ldlt().solve(coupling.transpose());
+  CellMatrix k = coupling * relaxed;
   make_symmetric(k);
   return k;
 }

@@ -118,15 +118,17 @@ struct Constraints::Work {
   std::vector<ByAxis<float>>& by_axis(float) { return floats; }
 };
 
-Constraints::Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points)
+Constraints::Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points, bool have_springs)
     : mesh_(mesh), points_(std::move(points)), work_(std::make_unique<Work>()) {
   hold_large_clusters_by_nodes();
   // A patch that is small beside its cells sees little of their turning: fewer directions are left free then.
   constexpr double enough = 0.1, least_cutoff = 0.01;
   const bool has_faces = std::any_of(held_.begin(), held_.end(), [](const ConstraintPoint& p) { return p.area > 0; });
-  for (double cutoff = has_faces ? cutoff_of_faces : cutoff_of_points;; cutoff *= 0.4) {
+  const double first_cutoff = have_springs ? cutoff_of_sprung_faces : has_faces ? cutoff_of_faces : cutoff_of_points;
+  for (double cutoff = first_cutoff;; cutoff *= 0.4) {
     make_clusters(cutoff);
-    if (!has_faces || cutoff < least_cutoff || least_part_of_rigid_motions(mesh, clusters_) >= enough) break;
+    if (!has_faces || have_springs || cutoff < least_cutoff || least_part_of_rigid_motions(mesh, clusters_) >= enough)
+      break;
   }
   Index most_nodes = 0, most_points = 0, num_entries = 0;
   for (const auto& axis : clusters_)
@@ -240,6 +242,18 @@ std::vector<Vec3> Constraints::multipliers(const NodeVector& residual) const {
       for (std::size_t p = 0; p < cluster->points.size(); ++p) forces[cluster->points[p]][axis] = lambda[p];
     }
   return forces;
+}
+
+void Constraints::set_springs(const std::function<double(const ConstraintPoint&)>& stiffness) {
+  for (std::size_t n = 0; n < own_point_.size(); ++n)
+    if (held_[n].area > 0) held_[n].spring = stiffness(held_[n]);
+}
+
+std::vector<Vec3> Constraints::forces(const NodeVector& residual, const NodeVector& u) const {
+  std::vector<Vec3> out = multipliers(residual);
+  for (std::size_t n = 0; n < held_.size(); ++n)
+    if (held_[n].spring > 0) out[n] += held_[n].spring * (held_[n].value - displacement(held_[n], u));
+  return out;
 }
 
 Vec3 Constraints::displacement(const ConstraintPoint& point, const NodeVector& u) const {

@@ -19,6 +19,7 @@ struct ConstraintPoint {
   std::array<bool, 3> axes = {true, true, true};
   double area = 0;          ///< of a face, or a quarter of one, that it stands for [mm^2]; 0: it stands for itself
   bool is_quarter = false;  ///< one of a face's four Gauss points, which come one after the other
+  double spring = 0;        ///< that holds it beside the directions kept (PatchSprings) [N/mm]
 };
 
 /// The same with one point for each face, in its middle.
@@ -65,10 +66,11 @@ public:
 /// points) puts it.
 class Constraints final : public HeldDirections {
 public:
-  static constexpr double cutoff_of_faces = 2.0 / 9, cutoff_of_points = 0.1;
+  static constexpr double cutoff_of_faces = 2.0 / 9, cutoff_of_sprung_faces = 0.5, cutoff_of_points = 0.1;
   static constexpr std::size_t dense_limit = 1000;
 
-  Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points);
+  /// @param have_springs  whether faces will: fewer directions are kept then, whatever turns they see
+  Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points, bool have_springs = false);
   ~Constraints() override;
 
   /// The points asked for.
@@ -95,8 +97,14 @@ public:
   /// Whether d = lift(u) is nothing beside the displacements there are.
   bool hold(const NodeVector& d, const NodeVector& u) const;
 
+  /// Let springs hold points of faces too: `stiffness` of each [N/mm].
+  void set_springs(const std::function<double(const ConstraintPoint&)>& stiffness);
+
   /// The forces on held() that balance the residual r = H^T lambda; shape (num_held) [N].
   std::vector<Vec3> multipliers(const NodeVector& residual) const;
+
+  /// The same and those of springs at u.
+  std::vector<Vec3> forces(const NodeVector& residual, const NodeVector& u) const;
 
   /// H u of a point [mm].
   Vec3 displacement(const ConstraintPoint& point, const NodeVector& u) const;

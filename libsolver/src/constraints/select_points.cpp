@@ -2,6 +2,8 @@
 #include "constraints/select_points.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace hexsolver {
 
@@ -11,7 +13,7 @@ namespace {
 /// only, as planes of symmetry do, for which the centres of a line of faces may stand.
 bool acts_on_area(const Condition& condition, const Scene& scene) {
   const auto& balls = condition.selection.balls;
-  return scene.supports == Supports::area && condition.axes == std::array{true, true, true} &&
+  return scene.supports != Supports::points && condition.axes == std::array{true, true, true} &&
          std::none_of(balls.begin(), balls.end(), [](const Ball& ball) { return ball.radius == 0; });
 }
 
@@ -51,6 +53,13 @@ void add_matched_points(const MatchedPoints& matched, std::vector<ConstraintPoin
   for (const std::vector<SurfacePoint>& of_one : matched)
     for (const SurfacePoint& p : of_one)
       if (p.cell >= 0) points.push_back({0, p.cell, p.weights});
+}
+
+double largest_turning_step(const Scene& scene) {
+  double step = 1;
+  for (const Condition& c : scene.conditions)
+    if (c.turn && c.turn->radians != 0) step = std::min(step, std::numbers::pi / 2 / std::abs(c.turn->radians));
+  return step;
 }
 
 }  // namespace hexsolver

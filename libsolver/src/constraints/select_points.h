@@ -17,6 +17,9 @@ std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selecto
 Vec3 prescribed_displacement(const Scene& scene, const Mesh& mesh, const ConstraintPoint& point,
                              const Progress& progress);
 
+/// How large a part of the load a step may be for what turns: half a turn has two ways there, a quarter one.
+double largest_turning_step(const Scene& scene);
+
 /// What a [[match]] pulls is held by that, as if its points were: for the search of what nothing holds.
 void add_matched_points(const MatchedPoints& matched, std::vector<ConstraintPoint>& points);
 

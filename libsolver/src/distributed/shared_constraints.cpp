@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include "constraints/patch_springs.h"
 #include "constraints/select_points.h"
 #include "distributed/shared_level.h"
 
 namespace hexsolver::mpi {
 SharedConstraints::SharedConstraints(const std::vector<Point>& points, const Scene& scene, const Mat3& edges,
-                                     const Vec3& corner, const SharedNodes& nodes, Vec field) {
+                                     const Vec3& corner, const SharedNodes& nodes, Vec field, bool have_springs) {
   for (const Point& p : points) keys_.cells.push_back(p.cell);
   make_distinct(keys_.cells);
   keys_.corners.resize(keys_.cells.size());
@@ -20,7 +21,7 @@ SharedConstraints::SharedConstraints(const std::vector<Point>& points, const Sce
     to.value = prescribed_displacement(scene, *mesh_, to, {});
     local.push_back(to);
   }
-  constraints_ = std::make_unique<Constraints>(*mesh_, std::move(local));
+  constraints_ = std::make_unique<Constraints>(*mesh_, std::move(local), have_springs);
 
   const std::vector<PetscInt> numbers = nodes.find(keys_.nodes);
   copies_ = NodeCopies(field, numbers);
@@ -34,6 +35,12 @@ void SharedConstraints::prescribe(const Scene& scene, const Progress& progress) 
   for (const ConstraintPoint& p : constraints_->points())
     values.push_back(prescribed_displacement(scene, *mesh_, p, progress));
   constraints_->prescribe(values);
+}
+
+void SharedConstraints::set_springs(const std::vector<double>& stiffness) {
+  constraints_->set_springs([&, first = constraints_->held().data()](const ConstraintPoint& p) {
+    return stiffness[static_cast<std::size_t>(&p - first)];
+  });
 }
 
 NodeVector SharedConstraints::values_of(Vec field) const {
@@ -55,6 +62,57 @@ void SharedConstraints::project(Vec v) const {
   owners_copies_.get(v, values);
   if (!own_.empty()) constraints_->project(values);
   put(values, v);  // by all: PETSc keeps norms of vectors that a process says it has not touched, and others then wait
+}
+
+bool SharedLevel::has_soft_supports() const { return scene_.supports == Supports::soft && level_ > 0; }
+
+/// Each process has the springs in its cells; what all hold has all of them, for reactions.
+void SharedLevel::find_springs() {
+  if (!has_soft_supports()) return;
+  const std::vector<ConstraintPoint>& held = constraints_->local().held();
+  std::vector<double> stiffness(held.size());
+  for (std::size_t n = 0; n < held.size(); ++n) {
+    const std::int32_t cell = own_cell(constraints_->keys().cells[static_cast<std::size_t>(held[n].cell)]);
+    if (cell < 0 || held[n].area == 0) continue;
+    const auto c = static_cast<std::size_t>(cell);
+    stiffness[n] = PatchSprings::stiffness(held[n], elastic_->model(c), mesh().edges(c));
+    sprung_.push_back(held[n]);
+    sprung_.back().cell = cell;
+    sprung_.back().spring = stiffness[n];
+    number_of_sprung_.push_back(n);
+  }
+  all_.add_up(stiffness);
+  constraints_->set_springs(stiffness);
+  potential_->add(std::make_unique<PatchSprings>(mesh(), sprung_));
+}
+
+void SharedLevel::hold_in_part() {
+  const Constraints& constraints = constraints_->local();
+  const KeyedCells& held = constraints_->keys();
+  std::vector<ConstraintPoint> own;
+  for (const ConstraintPoint& p : constraints.held())
+    if (const std::int32_t cell = own_cell(held.cells[static_cast<std::size_t>(p.cell)]); cell >= 0) {
+      own.push_back(p);
+      own.back().cell = cell;
+    }
+  std::vector<PartConstraints::Node> nodes;
+  for (std::size_t n = 0; n < held.nodes.size(); ++n)
+    if (const std::int32_t node = place_of(keys().nodes, held.nodes[n]); node >= 0)
+      nodes.push_back({static_cast<std::int32_t>(n), node, nodes_->owns(nodes_->numbers()[node])});
+  std::vector<std::int32_t> in_whole;
+  if (hierarchy_->is_solved_at_once()) {
+    const std::vector<Index3>& whole = hierarchy_->meshes.back().nodes();
+    const bool has_whole = all_.count() == 1;  // as its part
+    for (const Key& key : held.nodes)
+      in_whole.push_back(
+          has_whole ? place_of(keys().nodes, key)
+                    : static_cast<std::int32_t>(
+                          std::lower_bound(whole.begin(), whole.end(), key.index, hexmesh::i_fastest) - whole.begin()) +
+                          key.number);
+  }
+  held_in_part_ =
+      std::make_unique<PartConstraints>(all_, constraints, constraints_->mesh().cell_nodes(), held.nodes.size(),
+                                        std::move(own), std::move(nodes), std::move(in_whole));
 }
 
 }  // namespace hexsolver::mpi

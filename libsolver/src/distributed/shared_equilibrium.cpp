@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "constraints/select_points.h"
 #include "distributed/shared_equations.h"
 #include "distributed/shared_result.h"
 #include "equilibrium/nested_iteration.h"
@@ -71,7 +72,8 @@ public:
     const OwnedVec gradient = shared_.make_vector();
     shared_.gradient(u, gradient);
     const SharedConstraints& held = shared_.constraints();
-    return {shared_.strain_energy(u), reactions(held.local(), shared_.scene(), held.values_of(gradient))};
+    return {shared_.strain_energy(u),
+            reactions(held.local(), shared_.scene(), held.values_of(u), held.values_of(gradient))};
   }
   ElasticCells::Size size_in_material(const OwnedVec& field, bool /*with_islands*/) const {
     return shared_.size_in_material(field);

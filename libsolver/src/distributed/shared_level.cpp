@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "constraints/patch_springs.h"
 #include "constraints/select_points.h"
 #include "core/rotation.h"
 #include "distributed/cell_flags.h"
@@ -43,7 +44,8 @@ SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& fil
   check_supports(*this, holding);
   add_matches();
   constraints_ = std::make_unique<SharedConstraints>(points_, scene, outline.cell_edges(level), outline.corner(),
-                                                     *nodes_, pattern_);
+                                                     *nodes_, pattern_, has_soft_supports());
+  find_springs();
   hold_in_part();
   check(MatCreateShell(all.comm(), 3 * nodes_->num_own(), 3 * nodes_->num_own(), PETSC_DETERMINE, PETSC_DETERMINE, this,
                        product_.address()));
@@ -69,6 +71,7 @@ void SharedLevel::build_potential(Elasticity elasticity, std::vector<bool> rotat
   potential_ = std::make_unique<Potential>(mesh());
   potential_->add(std::move(elastic));
   if (!matched_.empty()) add_matches();
+  if (!sprung_.empty()) potential_->add(std::make_unique<PatchSprings>(mesh(), sprung_));
 }
 
 std::vector<bool> SharedLevel::cells_rotated_by(double angle, const SharedLevel& coarser, const Index3& merge,
@@ -145,35 +148,6 @@ SharedConstraints::Point SharedLevel::in_piece(const SurfacePoint& p) const {
   return out;
 }
 
-void SharedLevel::hold_in_part() {
-  const Constraints& constraints = constraints_->local();
-  const KeyedCells& held = constraints_->keys();
-  std::vector<ConstraintPoint> own;
-  for (const ConstraintPoint& p : constraints.held())
-    if (const std::int32_t cell = own_cell(held.cells[static_cast<std::size_t>(p.cell)]); cell >= 0) {
-      own.push_back(p);
-      own.back().cell = cell;
-    }
-  std::vector<PartConstraints::Node> nodes;
-  for (std::size_t n = 0; n < held.nodes.size(); ++n)
-    if (const std::int32_t node = place_of(keys().nodes, held.nodes[n]); node >= 0)
-      nodes.push_back({static_cast<std::int32_t>(n), node, nodes_->owns(nodes_->numbers()[node])});
-  std::vector<std::int32_t> in_whole;
-  if (hierarchy_->is_solved_at_once()) {
-    const std::vector<Index3>& whole = hierarchy_->meshes.back().nodes();
-    const bool has_whole = all_.count() == 1;  // as its part
-    for (const Key& key : held.nodes)
-      in_whole.push_back(
-          has_whole ? place_of(keys().nodes, key)
-                    : static_cast<std::int32_t>(
-                          std::lower_bound(whole.begin(), whole.end(), key.index, hexmesh::i_fastest) - whole.begin()) +
-                          key.number);
-  }
-  held_in_part_ =
-      std::make_unique<PartConstraints>(all_, constraints, constraints_->mesh().cell_nodes(), held.nodes.size(),
-                                        std::move(own), std::move(nodes), std::move(in_whole));
-}
-
 void SharedLevel::make_hierarchy(SharedMerges merges) {
   const Lattice& lattice = part_->lattice;
   Mesh part = part_->keys.make_mesh(part_->low, lattice.cell_edges(level_), lattice.corner());
@@ -190,6 +164,8 @@ void SharedLevel::make_hierarchy(SharedMerges merges) {
 
 void SharedLevel::set_progress(const Progress& progress) {
   constraints_->prescribe(scene_, progress);
+  for (std::size_t n = 0; n < sprung_.size(); ++n)
+    sprung_[n].value = constraints_->local().held()[number_of_sprung_[n]].value;
   load_factor_ = progress.fraction;
   for (MatchTerm* m : matches_) m->set_progress(progress);
 }

@@ -38,13 +38,15 @@ public:
   /// @param edges, corner  of the whole level
   /// @param field          a vector of it
   SharedConstraints(const std::vector<Point>& points, const Scene& scene, const Mat3& edges, const Vec3& corner,
-                    const SharedNodes& nodes, Vec field);
+                    const SharedNodes& nodes, Vec field, bool have_springs);
 
   const Constraints& local() const { return *constraints_; }
   const Mesh& mesh() const { return *mesh_; }  ///< of the cells that hold points
   const KeyedCells& keys() const noexcept { return keys_; }
 
   void prescribe(const Scene& scene, const Progress& progress);
+  /// @param stiffness  of each of local().held() [N/mm]
+  void set_springs(const std::vector<double>& stiffness);
   void project(Vec v) const;                            ///< v <- P v
   NodeVector values_of(Vec field) const;                ///< at the nodes of mesh()
   void put(const NodeVector& values, Vec field) const;  ///< into those that this process owns
@@ -144,6 +146,8 @@ private:
   std::vector<SharedConstraints::Point> find_matched(Selector& selector);  ///< @returns these, as if they were held
   void add_matches();
   void hold_in_part();
+  void find_springs();
+  bool has_soft_supports() const;
   /// Of each cell of the part, that of a coarser level in which it is.
   std::vector<Piece::Holder> parents(const SharedLevel& coarser, const Index3& merge) const;
   SharedConstraints::Point in_piece(const SurfacePoint& p) const;  ///< in a cell of the piece
@@ -171,7 +175,9 @@ private:
   double load_factor_ = 1;
 
   Matchings matchings_;
-  MatchedPoints matched_;  ///< in cells of the part
+  std::vector<ConstraintPoint> sprung_;        ///< points with springs, in cells of the part
+  std::vector<std::size_t> number_of_sprung_;  ///< in constraints().local().held()
+  MatchedPoints matched_;                      ///< in cells of the part
   std::vector<MatchTerm*> matches_;
 
   std::vector<SharedConstraints::Point> points_;

@@ -70,7 +70,7 @@ LevelMeasures LocalLevel::measures(const NodeVector& u) {
   NodeVector gradient, magnitude;
   problem_.potential().move_to(u);
   problem_.potential().gradient(u, gradient, magnitude);
-  return {problem_.strain_energy(u), reactions(problem_.constraints(), problem_.scene(), gradient)};
+  return {problem_.strain_energy(u), reactions(problem_.constraints(), problem_.scene(), u, gradient)};
 }
 
 NewtonOutcome LocalLevel::minimize(const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress) {

@@ -16,9 +16,10 @@ std::vector<ConditionReport> report_points(const Constraints& constraints, const
   return out;
 }
 
-std::vector<Vec3> reactions(const Constraints& constraints, const Scene& scene, const NodeVector& gradient) {
+std::vector<Vec3> reactions(const Constraints& constraints, const Scene& scene, const NodeVector& u,
+                            const NodeVector& gradient) {
   std::vector<Vec3> out(scene.conditions.size(), Vec3::Zero());
-  const std::vector<Vec3> forces = constraints.multipliers(gradient);
+  const std::vector<Vec3> forces = constraints.forces(gradient, u);
   for (std::size_t p = 0; p < forces.size(); ++p)
     out[static_cast<std::size_t>(constraints.held()[p].condition)] += forces[p];
   return out;
@@ -34,7 +35,7 @@ void report_constraints(const Constraints& constraints, const Scene& scene, cons
       if (!p.axes[static_cast<std::size_t>(d)]) miss[d] = 0;
     r.misfit_mm = std::max(r.misfit_mm, miss.norm());
   }
-  const std::vector<Vec3> forces = constraints.multipliers(gradient);
+  const std::vector<Vec3> forces = constraints.forces(gradient, u);
   for (std::size_t n = 0; n < forces.size(); ++n) {
     const ConstraintPoint& p = constraints.held()[n];
     ConditionReport& r = report.conditions[static_cast<std::size_t>(p.condition)];

@@ -15,8 +15,9 @@ namespace hexsolver {
 std::vector<ConditionReport> report_points(const Constraints& constraints, const Scene& scene);
 
 /// The force of each condition on the body [N].
-/// @param gradient  whose part along the kept directions they balance
-std::vector<Vec3> reactions(const Constraints& constraints, const Scene& scene, const NodeVector& gradient);
+/// @param gradient  at u, whose part along the kept directions they balance
+std::vector<Vec3> reactions(const Constraints& constraints, const Scene& scene, const NodeVector& u,
+                            const NodeVector& gradient);
 
 /// What conditions hold, and with what forces, into the report.
 /// @param mesh      of the constraints

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 #include "constraints/select_points.h"
 #include "constraints/supports.h"
@@ -85,7 +84,7 @@ LevelProblem::LevelProblem(MeshCells cells, const Scene& scene, Matchings matchi
   add_matched_points(matched, holding);
   find_islands(holding);
   for (ConstraintPoint& p : points) p.value = prescribed_displacement(scene, mesh(), p, progress_);
-  constraints_ = std::make_unique<Constraints>(mesh(), std::move(points));
+  constraints_ = std::make_unique<Constraints>(mesh(), std::move(points), has_soft_supports());
   new_loads_ = make_loads(scene, cells_, mesh(), selector);
   for (const auto& load : new_loads_) loads_.push_back(load.get());
   new_contacts_ = make_contacts(scene, cells_, mesh(), selector, shapes);
@@ -258,7 +257,8 @@ Vec3 LevelProblem::spring_force(const NodeVector& u) const { return springs_ ? s
 double LevelProblem::strain_energy(const NodeVector& u) const { return elastic_->energy(potential_->at_all(u)); }
 
 double LevelProblem::energy_of_springs(const NodeVector& u) const {
-  return (springs_ ? springs_->energy(u) : 0) + (grabs_ ? grabs_->energy(potential_->at_all(u)) : 0);
+  return (springs_ ? springs_->energy(u) : 0) + (grabs_ ? grabs_->energy(potential_->at_all(u)) : 0) +
+         (patch_springs_ ? patch_springs_->energy(potential_->at_all(u)) : 0);
 }
 
 double LevelProblem::contact_energy(const NodeVector& u) const {
@@ -270,6 +270,10 @@ double LevelProblem::contact_energy(const NodeVector& u) const {
 double LevelProblem::work_of_obstacles(const NodeVector& u, const Progress& begin, const Progress& end) const {
   double work = grabs_ ? grabs_->work_of_motion(potential_->at_all(u), begin.time, end.time) : 0;
   for (const PenaltyContact* c : contacts_) work += c->work_of_motion(potential_->at_all(u), begin, end);
+  if (patch_springs_)
+    work += patch_springs_->work_of_motion(potential_->at_all(u), [&](const ConstraintPoint& p) {
+      return Vec3(prescribed_displacement(scene_, mesh(), p, end) - prescribed_displacement(scene_, mesh(), p, begin));
+    });
   return work;
 }
 
@@ -320,13 +324,6 @@ double LevelProblem::largest_load_step() const {
   return step;
 }
 
-double largest_turning_step(const Scene& scene) {
-  double step = 1;
-  for (const Condition& c : scene.conditions)
-    if (c.turn && c.turn->radians != 0) step = std::min(step, std::numbers::pi / 2 / std::abs(c.turn->radians));
-  return step;
-}
-
 /// Springs that are as soft as the loads let them: rounds are few where obstacles and weight are the stiffer.
 std::vector<std::pair<std::int32_t, double>> LevelProblem::carrying_springs() const {
   Vec3 low = mesh().position(0), high = low, force = Vec3::Zero();
@@ -367,6 +364,15 @@ void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rota
 
   potential_ = std::make_unique<Potential>(mesh());
   potential_->add(std::move(elastic));
+  if (has_soft_supports()) {
+    constraints_->set_springs([&](const ConstraintPoint& p) {
+      const auto cell = hexmesh::as_size(p.cell);
+      return PatchSprings::stiffness(p, elastic_->model(cell), mesh().edges(cell));
+    });
+    auto term = std::make_unique<PatchSprings>(mesh(), constraints_->held());
+    patch_springs_ = term.get();
+    potential_->add(std::move(term));
+  }
   if (!springs.empty()) {
     auto term = std::make_unique<GroundSprings>(EffectKind::islands, mesh(), std::move(springs));
     springs_ = term.get();

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "constraints/constraints.h"
+#include "constraints/patch_springs.h"
 #include "hexsolver/report/report.h"
 #include "hexsolver/scene/scene.h"
 #include "level/make_contacts.h"
@@ -80,10 +80,11 @@ public:
   Vec3 spring_force(const NodeVector& u) const;      ///< of what holds the islands [N]
   double strain_energy(const NodeVector& u) const;   ///< [N mm]
   double contact_energy(const NodeVector& u) const;  ///< of obstacles, springs and hands [N mm]
+  bool has_soft_supports() const { return scene_.supports == Supports::soft && cells_.levels().back().level > 0; }
   /// The same with what friction takes in the step, an energy while it lasts [N mm].
   double contact_potential(const NodeVector& u) const;
-  /// What obstacles and hands do to the body on their way, with the forces at u where they are at its begin or end [N
-  /// mm].
+  /// What obstacles, hands and soft supports do to the body on their way, with the forces at u where they are at its
+  /// begin or end [N mm].
   double work_of_obstacles(const NodeVector& u, const Progress& begin, const Progress& end) const;
   /// Take hold of a picture surface around one of its points.
   /// @param hand   the number of that point
@@ -132,7 +133,7 @@ public:
 
 private:
   void set_loads(const Progress& progress);
-  double energy_of_springs(const NodeVector& u) const;  ///< and of hands [N mm]
+  double energy_of_springs(const NodeVector& u) const;  ///< of islands, supports and hands [N mm]
   void balance_lattice();
   void grow_prestress();  ///< with the load, where it is not the lattice that is balanced
   std::vector<std::pair<std::int32_t, double>> carrying_springs() const;
@@ -156,13 +157,11 @@ private:
   std::vector<Mat3> prestretches_;  ///< of the cells; empty: free of stress at rest
   Load* of_lattice_ = nullptr;      ///< what balances the cells there, likewise
   std::unique_ptr<Potential> potential_;
-  ElasticCells* elastic_ = nullptr;         ///< in the potential
-  const GroundSprings* springs_ = nullptr;  ///< likewise, if it has any
-  GroundSprings* carrying_ = nullptr;       ///< likewise
-  Grabs* grabs_ = nullptr;                  ///< likewise
+  ElasticCells* elastic_ = nullptr;              ///< in the potential
+  const GroundSprings* springs_ = nullptr;       ///< likewise, if it has any
+  const PatchSprings* patch_springs_ = nullptr;  ///< likewise
+  GroundSprings* carrying_ = nullptr;            ///< likewise
+  Grabs* grabs_ = nullptr;                       ///< likewise
 };
-
-/// How large a part of the load a step may be for what turns: half a turn has two ways there, a quarter one.
-double largest_turning_step(const Scene& scene);
 
 }  // namespace hexsolver

@@ -65,13 +65,20 @@ SolveTable read_solve(TomlReader table, Scene& scene) {
   if (green_lagrange && scene.volumetric == Volumetric::mean)
     table.fail_at("volumetric",
                   "volumetric = \"mean\" goes with other strains than \"green-lagrange\", expected \"full\"");
-  if (auto v = table.choice<Stiffness>("stiffness", {{"exact", Stiffness::exact}, {"uniform", Stiffness::uniform}}))
+  if (auto v = table.choice<Stiffness>(
+          "stiffness",
+          {{"exact", Stiffness::exact}, {"incompatible", Stiffness::incompatible}, {"uniform", Stiffness::uniform}}))
     scene.stiffness = *v;
+  if (scene.stiffness == Stiffness::incompatible && is_hyperelastic(scene.elasticity))
+    table.fail_at("stiffness",
+                  "stiffness = \"incompatible\" goes with strain = \"cauchy\", \"corotational\" or \"auto\", expected "
+                  "one of them or \"exact\"");
   if (moves && scene.finds_strain && scene.rotation == Rotation::edges)
     table.fail_at("rotation",
                   "rotation = \"edges\" does not go with strain = \"auto\" in a motion, expected one of them");
   read_levels(table, moves, scene);
-  if (auto v = table.choice<Supports>("supports", {{"area", Supports::area}, {"points", Supports::points}}))
+  if (auto v = table.choice<Supports>(
+          "supports", {{"area", Supports::area}, {"soft", Supports::soft}, {"points", Supports::points}}))
     scene.supports = *v;
   if (auto v = table.choice<Grading>("grading", {{"off", Grading::off}, {"scene", Grading::scene}})) scene.grading = *v;
   if (auto v = table.integer("coarser_by", 0, most_levels,

@@ -35,14 +35,16 @@ ElementModel make_element_model(const CellMatrix& stiffness, const CellVector& b
 }  // namespace
 
 ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
-                                const Mat3& edges, Volumetric volumetric) {
+                                const Mat3& edges, Volumetric volumetric, bool bends) {
+  const bool is_mean = volumetric == Volumetric::mean;
   const CellMatrix deviatoric = matrices.deviatoric(element);
   const CellVector divergence = matrices.divergence(element);
   const double volume = element.volume(), bulk = element.total_bulk();
-  return make_element_model(
-      volumetric == Volumetric::mean ? hexmesh::mean_dilatation_stiffness(deviatoric, divergence, bulk, volume)
-                                     : CellMatrix(deviatoric + matrices.volumetric(element)),
-      divergence, matrices.shape(element), volume, hexmesh::shear_of(deviatoric, edges), bulk, volumetric);
+  CellMatrix stiffness = is_mean ? hexmesh::mean_dilatation_stiffness(deviatoric, divergence, bulk, volume)
+                                 : CellMatrix(deviatoric + matrices.volumetric(element));
+  if (bends) stiffness -= matrices.relaxation(element, !is_mean);
+  return make_element_model(stiffness, divergence, matrices.shape(element), volume,
+                            hexmesh::shear_of(deviatoric, edges), bulk, volumetric);
 }
 
 ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::size_t element, const Mat3& edges,

@@ -39,8 +39,9 @@ Mat3 hooke_stress(const ElementModel& model, const Mat3& strain);
 Mat3 cauchy_stress(const Mat3& kirchhoff, double jacobian);
 
 /// @param edges  columns = the cell's edge vectors [mm]
+/// @param bends  whether incompatible modes relax the stiffness
 ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
-                                const Mat3& edges, Volumetric volumetric);
+                                const Mat3& edges, Volumetric volumetric, bool bends = false);
 
 /// The same, to the last digit, from the matrices that the lattice file holds.
 ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::size_t element, const Mat3& edges,

@@ -67,8 +67,9 @@ void add_models(const hexmesh::Lattice& lattice, const OfLevel& of, const Elasti
   if (is_even)
     for (hexmesh::Element& e : elements) e = hexmesh::spread_evenly(e);
   const hexmesh::ElementMatrices matrices(edges);
+  const bool bends = settings.stiffness == Stiffness::incompatible && of.level > 0 && points.empty();
   add([&](std::size_t e, std::size_t) {
-    return make_element_model(matrices, elements[e], edges, settings.volumetric);
+    return make_element_model(matrices, elements[e], edges, settings.volumetric, bends);
   });
   if (points.empty()) return;
   if (is_even)

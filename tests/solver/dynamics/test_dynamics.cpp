@@ -55,7 +55,7 @@ struct Way {
   StepSolver solver;
   int iterations;
   Integrator integrator = Integrator::implicit_euler;
-  bool is_graded = false;
+  bool is_graded = false, is_soft = false;
 };
 void PrintTo(const Way& way, std::ostream* out) { *out << way.name; }
 const Way ways[] = {{"cg_10", StepSolver::cg, 10},
@@ -69,7 +69,9 @@ const Way ways[] = {{"cg_10", StepSolver::cg, 10},
                     {"graded_cg_10", StepSolver::cg, 10, Integrator::implicit_euler, true},
                     {"graded_jacobi_converged", StepSolver::jacobi, 0, Integrator::implicit_euler, true},
                     {"graded_multigrid_2", StepSolver::multigrid, 2, Integrator::implicit_euler, true},
-                    {"graded_bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2, true}};
+                    {"graded_bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2, true},
+                    {"soft_multigrid_2", StepSolver::multigrid, 2, Integrator::implicit_euler, false, true},
+                    {"soft_bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2, false, true}};
 
 class EveryWay : public testing::TestWithParam<Way> {
 protected:
@@ -77,6 +79,7 @@ protected:
     Scene s = moving(step, duration, GetParam().solver, GetParam().iterations);
     s.dynamics->integrator = GetParam().integrator;
     if (GetParam().is_graded) s.grading = Grading::scene;
+    if (GetParam().is_soft) s.supports = Supports::soft, s.stiffness = Stiffness::incompatible;
     return s;
   }
   bool is_bdf2() const { return GetParam().integrator == Integrator::bdf2; }
@@ -157,6 +160,8 @@ TEST_P(EveryWay, ComesToRestWhereTheEquilibriumIs) {
   still.conditions = {held_end({-0.5, 0, 0}, {-1, 0, 0})};
   Scene s = scene(0.02, 10);
   still.grading = s.grading;
+  still.supports = s.supports;
+  still.stiffness = s.stiffness;
   SolveReport report;
   const hexmesh::Result at_rest = solve_equilibrium(lattice, still, 1, report);
   s.gravity = earth;

@@ -3,7 +3,9 @@
 
 #include <Eigen/Dense>
 
+#include "hexsolver/scene/scene_files.h"
 #include "solver/terms/large_deformation.h"
+#include "support/solve.h"
 #include "terms/elastic.h"
 
 namespace test_elastic {
@@ -122,5 +124,32 @@ INSTANTIATE_TEST_SUITE_P(NeoHookean, ElasticLevels,
                          testing::Combine(testing::Values(0, 1, 2),
                                           testing::Values(Elasticity::neo_hookean, Elasticity::stable_neo_hookean),
                                           testing::Values(Volumetric::mean, Volumetric::full)));
+
+/// A bar one or two cells thick that bends under its weight. Trilinear cells shear where they should bend.
+TEST(IncompatibleModes, CellsBendAsTheirVoxelsDo) {
+  for (const auto& [strain, gravity] : {std::pair("cauchy", "0.5"), {"corotational", "4"}}) {
+    const auto volume = make_volume({64, 16, 16}, {1, 1, 1}, [](const Index3&) { return 1; });
+    const Lattice lattice = hexmesh::build_lattice(
+        volume, {{volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0, ""}}, {5, {0, 0, 0}});
+    const auto sinks = [&, strain = strain, gravity = gravity](const char* stiffness, int level) {
+      SolveReport report;
+      const hexmesh::Result result = solve_equilibrium(
+          lattice,
+          parse_scene(std::string("[solve]\ntolerance = 1e-12\nvolumetric = \"full\"\nstrain = \"") + strain +
+                          "\"\nstiffness = \"" + stiffness +
+                          "\"\n[[fix]]\nbox_mm = [-1, -0.4, -1, 16, -1, 16]\n[gravity]\nm_s2 = [0, 0, -" + gravity +
+                          "]\n",
+                      "test", ""),
+          level, report);
+      return -displacement_inside(result, {Vec3(63, 8, 8)})[0][2];
+    };
+    const double exact = sinks("exact", 0);
+    EXPECT_NEAR(sinks("incompatible", 0), exact, 1e-9 * exact) << "voxels are as they were";
+    EXPECT_NEAR(sinks("incompatible", 3), exact, 0.025 * exact) << strain;
+    EXPECT_NEAR(sinks("incompatible", 4), exact, 0.04 * exact) << strain;
+    EXPECT_LT(sinks("exact", 3), 0.9 * exact) << strain;
+    EXPECT_LT(sinks("exact", 4), 0.7 * exact) << strain;
+  }
+}
 
 }  // namespace test_elastic

@@ -64,6 +64,13 @@ public:
   CellMatrix stiffness(const Element& element) const { return deviatoric(element) + volumetric(element); }
   /// b with b . u = int_filled div u dV  [mm^2]
   CellVector divergence(const Element& element) const;
+  /// What incompatible modes take off the stiffness: K_ue K_ee^-1 K_eu for nine modes e, each component of the
+  /// displacement bent along each axis of the cell, (xi_j - c_j)^2 with c the centroid of the filled part, so that
+  /// their mean strain over it is zero and constant stresses do no work in them (Taylor, Beresford, Wilson 1976).
+  /// Positive semi-definite; zero for linear fields of one material.
+  /// @param counts_dilatation  whether their changes of volume store energy where they are (A + volumetric), or their
+  ///                           mean does, which is zero (A)
+  CellMatrix relaxation(const Element& element, bool counts_dilatation) const;
   /// Mean dilatation, K = A + (kappa_mean / V) b b^T  [N/mm]
   CellMatrix mean_dilatation_stiffness(const Element& element) const;
   /// Consistent mass, scalar part: M_ab = int rho N_a N_b dV  [tonne], shape (8, 8)
@@ -77,6 +84,7 @@ public:
 
 private:
   std::array<NodeGradients, num_rule_points> gradients_;  ///< of N_a in patient space [1/mm]
+  Mat3 axis_gradients_;                                   ///< rows: of the cell's coordinates xi_j [1/mm]
 };
 
 }  // namespace hexmesh

@@ -29,14 +29,15 @@ enum class Volumetric {
 
 /// How a cell's stiffness follows from its voxels.
 enum class Stiffness {
-  exact,   ///< K_parent = sum L^T K_child L: soft where a cell is empty
-  uniform  ///< the fill-weighted full cell, for comparison
+  exact,         ///< K_parent = sum L^T K_child L: soft where a cell is empty
+  incompatible,  ///< less what incompatible modes relax, above level 0: cells that bend. Not at points (needs_points)
+  uniform        ///< the fill-weighted full cell, for comparison
 };
 
 /// Whether cells ask for more of their elements than matrices.
 /// @param is_reshaped  whether they may be at rest elsewhere than on the lattice
 inline constexpr bool needs_elements(Elasticity elasticity, Stiffness stiffness, bool is_reshaped) {
-  return is_hyperelastic(elasticity) || stiffness == Stiffness::uniform || is_reshaped;
+  return is_hyperelastic(elasticity) || stiffness != Stiffness::exact || is_reshaped;
 }
 
 }  // namespace hexsolver

@@ -154,6 +154,7 @@ enum class Islands {
 /// What holds of a patch of faces.
 enum class Supports {
   area,   ///< the displacement as a function on its area
+  soft,   ///< likewise above level 0: its mean over what cells see firmly, what varies within them by springs
   points  ///< that of the faces' centres, as in the paper
 };
 

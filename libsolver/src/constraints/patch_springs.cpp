@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "constraints/patch_springs.h"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <numbers>
+
+namespace hexsolver {
+
+double PatchSprings::stiffness(const ConstraintPoint& point, const ElementModel& cell, const Mat3& edges) {
+  const double h = std::cbrt(std::abs(edges.determinant()));
+  const double one_minus_poisson = (3 * cell.bulk + 4 * cell.shear) / (2 * (3 * cell.bulk + cell.shear));
+  const double wavelength = 2 / std::numbers::pi * h;
+  return 2 * std::numbers::pi * cell.shear / (one_minus_poisson * wavelength) * point.area;
+}
+
+PatchSprings::PatchSprings(const Mesh& mesh, const std::vector<ConstraintPoint>& points)
+    : mesh_(mesh), points_(points), hessians_(mesh) {
+  for (const ConstraintPoint& p : points_)
+    if (p.spring > 0) hessians_.add(p.cell, p.weights, p.spring * Mat3::Identity());
+}
+
+double PatchSprings::energy(const NodeVector& u) const {
+  double sum = 0;
+  for (const ConstraintPoint& p : points_)
+    if (p.spring > 0) sum += p.spring / 2 * (mesh_.interpolate(p.cell, p.weights, u) - p.value).squaredNorm();
+  return sum;
+}
+
+double PatchSprings::work_of_motion(const NodeVector& u, const std::function<Vec3(const ConstraintPoint&)>& way) const {
+  double work = 0;
+  for (const ConstraintPoint& p : points_)
+    if (p.spring > 0) work += p.spring * (p.value - mesh_.interpolate(p.cell, p.weights, u)).dot(way(p));
+  return work;
+}
+
+void PatchSprings::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
+  for (const ConstraintPoint& p : points_) {
+    if (p.spring == 0) continue;
+    const CellVector force = spread_to_nodes(p.weights, p.spring * (mesh_.interpolate(p.cell, p.weights, u) - p.value));
+    mesh_.scatter_add(static_cast<std::size_t>(p.cell), force, gradient);
+    mesh_.scatter_add(static_cast<std::size_t>(p.cell), force.cwiseAbs(), magnitude);
+  }
+}
+
+}  // namespace hexsolver

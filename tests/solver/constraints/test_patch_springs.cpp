@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "constraints/patch_springs.h"
+#include "hexsolver/equilibrium/equilibrium.h"
+#include "hexsolver/scene/scene_files.h"
+#include "level/level_problem.h"
+#include "support/bodies.h"
+#include "support/solve.h"
+
+/// solve.supports = "soft": springs on what of a patch cells do not hold firmly.
+namespace test_patch_springs {
+
+using namespace hexsolver;
+using namespace testing_support;
+
+Lattice bar() {
+  return one_material({48, 16, 16}, {1, 1, 1}, [](const Index3&) { return true; });
+}
+
+/// A bar that is held at two patches of one side and pulled at a third.
+Scene pulled(const std::string& solve) {
+  return parse_scene("[solve]\n" + solve + R"(
+[[fix]]
+name = "near"
+point_mm = [9, 7.5, 15.5]
+radius_mm = 5
+[[fix]]
+name = "far"
+point_mm = [44, 8, -0.5]
+radius_mm = 4.2
+[[displace]]
+name = "pulled"
+point_mm = [25, 7, -0.5]
+radius_mm = 4.6
+by_mm = [0, 1, 2]
+)",
+                     "test", "");
+}
+
+TEST(PatchSprings, AreAWaveOfTwoPartsInPiOfTheCell) {
+  // mu = 40 kPa at nu = 0.25; cells of 2 x 4 x 8 mm: pi^2 mu / ((1 - nu) h) for each area.
+  ElementModel cell;
+  cell.shear = 0.04;
+  cell.bulk = 2 * 0.04 * 1.25 / (3 * 0.5);
+  ConstraintPoint point;
+  point.area = 3;
+  const double pi = std::acos(-1.0);
+  EXPECT_NEAR(PatchSprings::stiffness(point, cell, Vec3(2, 4, 8).asDiagonal()), 3 * pi * pi * 0.04 / (0.75 * 4), 1e-14);
+}
+
+TEST(PatchSprings, TheirForcesAreTheDerivativeOfTheirEnergy) {
+  const Lattice lattice = bar();
+  for (const char* grading : {"off", "scene"}) {
+    const Scene scene = pulled(std::string("supports = \"soft\"\ncoarser_by = 1\ngrading = \"") + grading + '"');
+    LevelProblem problem(lattice, scene, 1);
+    problem.build_potential(Elasticity::cauchy, {});
+    const PatchSprings springs(problem.mesh(), problem.constraints().held());
+    const auto dofs = 3 * problem.mesh().num_all_nodes();
+    const NodeVector u = noise(dofs, 1), direction = noise(dofs, 1, 7);
+    NodeVector gradient = NodeVector::Zero(u.size()), magnitude = gradient, product = gradient;
+    springs.add_gradient(u, gradient, magnitude);
+    springs.add_product(direction, product);
+    // Quadratic: central differences are exact but for rounding.
+    const double slope = (springs.energy(u + direction) - springs.energy(u - direction)) / 2;
+    EXPECT_NEAR(gradient.dot(direction), slope, 1e-12 * springs.energy(u));
+    EXPECT_NEAR(product.dot(direction),
+                springs.energy(u + direction) + springs.energy(u - direction) - 2 * springs.energy(u),
+                1e-12 * springs.energy(u));
+    EXPECT_GT(springs.energy(u), 0);
+  }
+}
+
+TEST(PatchSprings, WithReactionsTheyBalanceTheBody) {
+  const Lattice lattice = bar();
+  for (const char* more : {"strain = \"cauchy\"", "strain = \"cauchy\"\ngrading = \"scene\"\ncoarser_by = 1",
+                           "strain = \"corotational\""}) {
+    SolveReport report;
+    solve_equilibrium(lattice, pulled(std::string("supports = \"soft\"\ntolerance = 1e-10\n") + more), 2, report);
+    Vec3 sum = Vec3::Zero();
+    double largest = 0;
+    for (const ConditionReport& c : report.conditions) {
+      sum += c.reaction_n;
+      largest = std::max(largest, c.reaction_n.norm());
+      EXPECT_GT(c.kept, 2U) << "the mean of each patch";
+    }
+    EXPECT_LT(sum.norm(), 1e-8 * largest) << more;
+  }
+}
+
+TEST(PatchSprings, OfLevelZeroThereAreNone) {
+  const Lattice lattice = one_material({12, 6, 6}, {4, 3, 3}, [](const Index3&) { return true; });
+  SolveReport soft, firm;
+  const hexmesh::Result a = solve_equilibrium(lattice, pulled("tolerance = 1e-12\nsupports = \"soft\""), 0, soft),
+                        b = solve_equilibrium(lattice, pulled("tolerance = 1e-12\nsupports = \"area\""), 0, firm);
+  EXPECT_LT(mean_distance(a.displacement, b.displacement), 1e-9) << "where coarser levels began is another place";
+  EXPECT_EQ(soft.kept_directions, firm.kept_directions);
+}
+
+/// What moves a patch stretches its springs: a slow motion has the energy that was given to it.
+TEST(PatchSprings, WhatMovesThemGivesTheBodyEnergy) {
+  const Lattice lattice = bar();
+  for (const char* integrator : {"implicit-euler", "bdf2"}) {
+    const Scene scene = parse_scene(std::string(R"(
+[solve]
+kind = "dynamics"
+supports = "soft"
+stiffness = "incompatible"
+tolerance = 1e-9
+[dynamics]
+step_s = 0.004
+duration_s = 0.3
+output_every = 25
+integrator = ")") + integrator + R"("
+[[fix]]
+point_mm = [9, 7.5, 15.5]
+radius_mm = 5
+[[displace]]
+point_mm = [26, 7, -0.5]
+radius_mm = 4.6
+table = [[0, 0, 0, 0], [0.3, 0, 1, 2]]
+)",
+                                    "test", "");
+    SolveReport report;
+    solve_dynamics(lattice, scene, 2, report);
+    const auto& last = report.motion->rows.back();
+    EXPECT_GT(last.energies.contact, 0.01 * last.energies.total()) << "of the springs";
+    EXPECT_NEAR(last.energies.total(), last.work, 0.05 * last.work) << integrator;
+  }
+}
+
+/// A patch that ends within cells: held firmly it is larger than it is, and the nearest nodes reach beyond it.
+TEST(PatchSprings, PatchesEndWhereTheyEnd) {
+  std::vector<double> soft, firm;
+  for (const Index3& offset : {Index3{0, 0, 0}, Index3{3, 1, 2}, Index3{5, 6, 1}, Index3{2, 7, 4}}) {
+    hexmesh::LatticeOptions options;
+    options.offset = offset;
+    const auto volume = make_volume({48, 16, 16}, {1, 1, 1}, [](const Index3&) { return 1; });
+    const Lattice lattice = hexmesh::build_lattice(
+        volume, {{volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0, ""}}, options);
+    std::vector<Vec3> places;
+    for (int k = 0; k < 16; ++k)
+      for (int j = 0; j < 16; ++j)
+        for (int i = 0; i < 48; ++i) places.emplace_back(i, j, k);
+    const auto displacement = [&](const char* supports, int level) {
+      SolveReport report;
+      return displacement_inside(
+          solve_equilibrium(lattice, pulled(std::string("strain = \"cauchy\"\nsupports = \"") + supports + '"'), level,
+                            report),
+          places);
+    };
+    const std::vector<Vec3> exact = displacement("area", 0);
+    soft.push_back(mean_distance(displacement("soft", 2), exact));
+    firm.push_back(mean_distance(displacement("area", 2), exact));
+  }
+  const auto mean = [](const std::vector<double>& v) { return std::accumulate(v.begin(), v.end(), 0.0) / 4; };
+  EXPECT_LT(mean(soft), 0.8 * mean(firm)) << mean(soft) << " of " << mean(firm);
+  EXPECT_LT(*std::max_element(soft.begin(), soft.end()), *std::max_element(firm.begin(), firm.end()));
+  EXPECT_LT(mean(soft), 0.1);
+}
+
+}  // namespace test_patch_springs
