@@ -96,9 +96,14 @@ void Constraints::make_clusters(double cutoff) {
       continue;
     }
     for (auto& members : split_into_clusters(mesh_, held_, used)) {
-      const bool has_faces =
-          std::any_of(members.begin(), members.end(), [&](std::size_t p) { return held_[p].area > 0; });
-      clusters_[axis].push_back(make_cluster(mesh_, held_, std::move(members), has_faces ? cutoff : cutoff_of_points));
+      const auto any = [&](auto&& f) {
+        return std::any_of(members.begin(), members.end(), [&](std::size_t p) { return f(held_[p]); });
+      };
+      const bool has_faces = any([](const ConstraintPoint&p) { return p.area > 0; }),
+                 is_soft = any([](const ConstraintPoint&p) { return p.is_soft; });
+      for (const std::size_t p : members) held_[p].is_soft = is_soft;
+      const double of_cluster = is_soft ? cutoff_of_soft_faces : has_faces ? cutoff : cutoff_of_points;
+      clusters_[axis].push_back(make_cluster(mesh_, held_, std::move(members), of_cluster));
     }
     done[std::move(used)] = axis;
   }
@@ -118,17 +123,16 @@ struct Constraints::Work {
   std::vector<ByAxis<float>>& by_axis(float) { return floats; }
 };
 
-Constraints::Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points, bool have_springs)
+Constraints::Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points)
     : mesh_(mesh), points_(std::move(points)), work_(std::make_unique<Work>()) {
   hold_large_clusters_by_nodes();
   // A patch that is small beside its cells sees little of their turning: fewer directions are left free then.
   constexpr double enough = 0.1, least_cutoff = 0.01;
   const bool has_faces = std::any_of(held_.begin(), held_.end(), [](const ConstraintPoint& p) { return p.area > 0; });
-  const double first_cutoff = have_springs ? cutoff_of_sprung_faces : has_faces ? cutoff_of_faces : cutoff_of_points;
-  for (double cutoff = first_cutoff;; cutoff *= 0.4) {
+  const bool is_soft = std::any_of(held_.begin(), held_.end(), [](const ConstraintPoint& p) { return p.is_soft; });
+  for (double cutoff = has_faces ? cutoff_of_faces : cutoff_of_points;; cutoff *= 0.4) {
     make_clusters(cutoff);
-    if (!has_faces || have_springs || cutoff < least_cutoff || least_part_of_rigid_motions(mesh, clusters_) >= enough)
-      break;
+    if (!has_faces || is_soft || cutoff < least_cutoff || least_part_of_rigid_motions(mesh, clusters_) >= enough) break;
   }
   Index most_nodes = 0, most_points = 0, num_entries = 0;
   for (const auto& axis : clusters_)
@@ -246,7 +250,7 @@ std::vector<Vec3> Constraints::multipliers(const NodeVector& residual) const {
 
 void Constraints::set_springs(const std::function<double(const ConstraintPoint&)>& stiffness) {
   for (std::size_t n = 0; n < own_point_.size(); ++n)
-    if (held_[n].area > 0) held_[n].spring = stiffness(held_[n]);
+    if (held_[n].is_soft && held_[n].area > 0) held_[n].spring = stiffness(held_[n]);
 }
 
 std::vector<Vec3> Constraints::forces(const NodeVector& residual, const NodeVector& u) const {

@@ -19,7 +19,8 @@ struct ConstraintPoint {
   std::array<bool, 3> axes = {true, true, true};
   double area = 0;          ///< of a face, or a quarter of one, that it stands for [mm^2]; 0: it stands for itself
   bool is_quarter = false;  ///< one of a face's four Gauss points, which come one after the other
-  double spring = 0;        ///< that holds it beside the directions kept (PatchSprings) [N/mm]
+  bool is_soft = false;     ///< of a patch that has springs beside the directions kept (PatchSprings)
+  double spring = 0;        ///< its own [N/mm]
 };
 
 /// The same with one point for each face, in its middle.
@@ -66,11 +67,11 @@ public:
 /// points) puts it.
 class Constraints final : public HeldDirections {
 public:
-  static constexpr double cutoff_of_faces = 2.0 / 9, cutoff_of_sprung_faces = 0.5, cutoff_of_points = 0.1;
+  static constexpr double cutoff_of_faces = 2.0 / 9, cutoff_of_soft_faces = 0.5, cutoff_of_points = 0.1;
   static constexpr std::size_t dense_limit = 1000;
 
-  /// @param have_springs  whether faces will: fewer directions are kept then, whatever turns they see
-  Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points, bool have_springs = false);
+  /// Where one point is soft all that share nodes with it are: fewer directions are kept there.
+  Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points);
   ~Constraints() override;
 
   /// The points asked for.
@@ -97,7 +98,7 @@ public:
   /// Whether d = lift(u) is nothing beside the displacements there are.
   bool hold(const NodeVector& d, const NodeVector& u) const;
 
-  /// Let springs hold points of faces too: `stiffness` of each [N/mm].
+  /// Give soft points their springs: `stiffness` of each [N/mm].
   void set_springs(const std::function<double(const ConstraintPoint&)>& stiffness);
 
   /// The forces on held() that balance the residual r = H^T lambda; shape (num_held) [N].

@@ -2,15 +2,17 @@
 #include "constraints/patch_springs.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 namespace hexsolver {
 
-double PatchSprings::stiffness(const ConstraintPoint& point, const ElementModel& cell, const Mat3& edges) {
-  const double h = std::cbrt(std::abs(edges.determinant()));
+double PatchSprings::stiffness(const ConstraintPoint& point, const ElementModel& cell, const Mat3& edges,
+                               double voxel) {
+  const double h = std::cbrt(std::abs(edges.determinant())), h_0 = std::cbrt(voxel);
   const double one_minus_poisson = (3 * cell.bulk + 4 * cell.shear) / (2 * (3 * cell.bulk + cell.shear));
-  const double wavelength = 2 / std::numbers::pi * h;
+  const double wavelength = std::max(h - h_0, h_0 / 4);
   return 2 * std::numbers::pi * cell.shear / (one_minus_poisson * wavelength) * point.area;
 }
 

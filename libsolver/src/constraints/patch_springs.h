@@ -9,13 +9,16 @@
 namespace hexsolver {
 
 /// What a patch of area A resists by, beside the directions that are kept, W = 1/2 sum_p k_p |H_p u - c_p|^2: what
-/// varies within a cell along the patch is held as softly as the cell would give if it could follow. A half-space
-/// gives way to tractions that alternate with the wavelength l by t / k, k = 2 pi mu / ((1 - nu) l) for each area
-/// (Johnson, Contact Mechanics, 1985, 13.2); l = 2 h / pi, h the cube root of the cell's volume.
+/// varies within a cell along the patch is held as softly as the cell would give if it could follow as its voxels do. A
+/// half-space gives way to tractions that alternate with the wavelength l by t / k, k = 2 pi mu / ((1 - nu) l) for each
+/// area (Johnson, Contact Mechanics, 1985, 13.2); l = h - h_0, the cube roots of the volumes of the cell and of a
+/// voxel, since voxels hold firmly; beside larger cells l = h_0 / 4.
 class PatchSprings final : public Term {
 public:
   /// The spring of a point of a patch in a cell [N/mm].
-  static double stiffness(const ConstraintPoint& point, const ElementModel& cell, const Mat3& edges);
+  /// @param edges  of the cell [mm]
+  /// @param voxel  volume of a voxel of its lattice [mm^3]
+  static double stiffness(const ConstraintPoint& point, const ElementModel& cell, const Mat3& edges, double voxel);
 
   /// @param points  with springs or without, which may come to be prescribed elsewhere; both must outlive this
   PatchSprings(const Mesh& mesh, const std::vector<ConstraintPoint>& points);

@@ -26,7 +26,10 @@ std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selecto
     const std::string what = with_place("condition", condition);
     for (const SurfacePoint& p : selector.select(condition.selection, what)) {
       ConstraintPoint point{static_cast<std::int32_t>(c), p.cell, p.weights, condition.by, condition.axes};
-      if (acts_on_area(condition, scene)) point.area = p.area.norm();
+      if (acts_on_area(condition, scene)) {
+        point.area = p.area.norm();
+        point.is_soft = scene.supports == Supports::soft && selector.level_of(p) > 0;
+      }
       if (point.area == 0 || selector.has_small_faces()) {
         points.push_back(point);
         continue;

@@ -7,7 +7,7 @@
 
 namespace hexsolver::mpi {
 SharedConstraints::SharedConstraints(const std::vector<Point>& points, const Scene& scene, const Mat3& edges,
-                                     const Vec3& corner, const SharedNodes& nodes, Vec field, bool have_springs) {
+                                     const Vec3& corner, const SharedNodes& nodes, Vec field) {
   for (const Point& p : points) keys_.cells.push_back(p.cell);
   make_distinct(keys_.cells);
   keys_.corners.resize(keys_.cells.size());
@@ -15,13 +15,18 @@ SharedConstraints::SharedConstraints(const std::vector<Point>& points, const Sce
   mesh_ = std::make_unique<Mesh>(keys_.make_mesh({0, 0, 0}, edges, corner));
   std::vector<ConstraintPoint> local;
   for (const Point& p : points) {
-    ConstraintPoint to{
-        p.condition, place_of(keys_.cells, p.cell), NodeWeights::Map(p.weights.data()), {}, p.axes, p.area,
-        p.is_quarter};
+    ConstraintPoint to{p.condition,
+                       place_of(keys_.cells, p.cell),
+                       NodeWeights::Map(p.weights.data()),
+                       {},
+                       p.axes,
+                       p.area,
+                       p.is_quarter,
+                       p.is_soft};
     to.value = prescribed_displacement(scene, *mesh_, to, {});
     local.push_back(to);
   }
-  constraints_ = std::make_unique<Constraints>(*mesh_, std::move(local), have_springs);
+  constraints_ = std::make_unique<Constraints>(*mesh_, std::move(local));
 
   const std::vector<PetscInt> numbers = nodes.find(keys_.nodes);
   copies_ = NodeCopies(field, numbers);
@@ -64,18 +69,17 @@ void SharedConstraints::project(Vec v) const {
   put(values, v);  // by all: PETSc keeps norms of vectors that a process says it has not touched, and others then wait
 }
 
-bool SharedLevel::has_soft_supports() const { return scene_.supports == Supports::soft && level_ > 0; }
-
 /// Each process has the springs in its cells; what all hold has all of them, for reactions.
 void SharedLevel::find_springs() {
-  if (!has_soft_supports()) return;
   const std::vector<ConstraintPoint>& held = constraints_->local().held();
+  if (std::none_of(held.begin(), held.end(), [](const ConstraintPoint& p) { return p.is_soft; })) return;
   std::vector<double> stiffness(held.size());
   for (std::size_t n = 0; n < held.size(); ++n) {
     const std::int32_t cell = own_cell(constraints_->keys().cells[static_cast<std::size_t>(held[n].cell)]);
-    if (cell < 0 || held[n].area == 0) continue;
+    if (cell < 0 || !held[n].is_soft || held[n].area == 0) continue;
     const auto c = static_cast<std::size_t>(cell);
-    stiffness[n] = PatchSprings::stiffness(held[n], elastic_->model(c), mesh().edges(c));
+    stiffness[n] =
+        PatchSprings::stiffness(held[n], elastic_->model(c), mesh().edges(c), outline_.voxels.voxel_volume());
     sprung_.push_back(held[n]);
     sprung_.back().cell = cell;
     sprung_.back().spring = stiffness[n];

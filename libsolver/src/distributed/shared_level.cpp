@@ -44,7 +44,7 @@ SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& fil
   check_supports(*this, holding);
   add_matches();
   constraints_ = std::make_unique<SharedConstraints>(points_, scene, outline.cell_edges(level), outline.corner(),
-                                                     *nodes_, pattern_, has_soft_supports());
+                                                     *nodes_, pattern_);
   find_springs();
   hold_in_part();
   check(MatCreateShell(all.comm(), 3 * nodes_->num_own(), 3 * nodes_->num_own(), PETSC_DETERMINE, PETSC_DETERMINE, this,
@@ -109,6 +109,7 @@ std::vector<SharedConstraints::Point> SharedLevel::select() {
     point.axes = p.axes;
     point.area = p.area;
     point.is_quarter = p.is_quarter;
+    point.is_soft = p.is_soft;
     own.push_back(point);
   }
   points_ = all_.gather(own);

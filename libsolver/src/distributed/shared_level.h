@@ -31,14 +31,15 @@ public:
     CornerNumbers corners{};  ///< of the cell
     std::array<double, 8> weights{};
     std::array<bool, 3> axes{};
-    double area = 0;  ///< see ConstraintPoint
+    double area = 0;  ///< see ConstraintPoint, as the next two
     bool is_quarter = false;
+    bool is_soft = false;
   };
 
   /// @param edges, corner  of the whole level
   /// @param field          a vector of it
   SharedConstraints(const std::vector<Point>& points, const Scene& scene, const Mat3& edges, const Vec3& corner,
-                    const SharedNodes& nodes, Vec field, bool have_springs);
+                    const SharedNodes& nodes, Vec field);
 
   const Constraints& local() const { return *constraints_; }
   const Mesh& mesh() const { return *mesh_; }  ///< of the cells that hold points
@@ -147,7 +148,6 @@ private:
   void add_matches();
   void hold_in_part();
   void find_springs();
-  bool has_soft_supports() const;
   /// Of each cell of the part, that of a coarser level in which it is.
   std::vector<Piece::Holder> parents(const SharedLevel& coarser, const Index3& merge) const;
   SharedConstraints::Point in_piece(const SurfacePoint& p) const;  ///< in a cell of the piece

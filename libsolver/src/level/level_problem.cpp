@@ -84,7 +84,7 @@ LevelProblem::LevelProblem(MeshCells cells, const Scene& scene, Matchings matchi
   add_matched_points(matched, holding);
   find_islands(holding);
   for (ConstraintPoint& p : points) p.value = prescribed_displacement(scene, mesh(), p, progress_);
-  constraints_ = std::make_unique<Constraints>(mesh(), std::move(points), has_soft_supports());
+  constraints_ = std::make_unique<Constraints>(mesh(), std::move(points));
   new_loads_ = make_loads(scene, cells_, mesh(), selector);
   for (const auto& load : new_loads_) loads_.push_back(load.get());
   new_contacts_ = make_contacts(scene, cells_, mesh(), selector, shapes);
@@ -365,9 +365,9 @@ void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rota
   potential_ = std::make_unique<Potential>(mesh());
   potential_->add(std::move(elastic));
   if (has_soft_supports()) {
-    constraints_->set_springs([&](const ConstraintPoint& p) {
+    constraints_->set_springs([&, &lattice = cells_.lattice()](const ConstraintPoint& p) {
       const auto cell = hexmesh::as_size(p.cell);
-      return PatchSprings::stiffness(p, elastic_->model(cell), mesh().edges(cell));
+      return PatchSprings::stiffness(p, elastic_->model(cell), mesh().edges(cell), lattice.voxels.voxel_volume());
     });
     auto term = std::make_unique<PatchSprings>(mesh(), constraints_->held());
     patch_springs_ = term.get();

@@ -55,6 +55,9 @@ public:
   /// axis, where integrals of products of shape functions are within 1 %.
   bool has_small_faces() const;
 
+  /// The level of the lattice that the cell of a point is of.
+  int level_of(const SurfacePoint& point) const { return cells_.place(hexmesh::as_size(point.cell)).level; }
+
   /// The weights of the four Gauss points of a face.
   std::array<NodeWeights, 4> gauss_points(const SurfacePoint& face) const;
 

@@ -40,15 +40,20 @@ by_mm = [0, 1, 2]
                      "test", "");
 }
 
-TEST(PatchSprings, AreAWaveOfTwoPartsInPiOfTheCell) {
-  // mu = 40 kPa at nu = 0.25; cells of 2 x 4 x 8 mm: pi^2 mu / ((1 - nu) h) for each area.
+TEST(PatchSprings, AreAHalfSpaceUnderWhatVoxelsSeeAndCellsDoNot) {
+  // mu = 40 kPa at nu = 0.25; cells of 2 x 4 x 8 mm of voxels of 1 x 1 x 1: 2 pi mu / ((1 - nu) (h - h_0)) for each
+  // area.
   ElementModel cell;
   cell.shear = 0.04;
   cell.bulk = 2 * 0.04 * 1.25 / (3 * 0.5);
   ConstraintPoint point;
   point.area = 3;
   const double pi = std::acos(-1.0);
-  EXPECT_NEAR(PatchSprings::stiffness(point, cell, Vec3(2, 4, 8).asDiagonal()), 3 * pi * pi * 0.04 / (0.75 * 4), 1e-14);
+  EXPECT_NEAR(PatchSprings::stiffness(point, cell, Vec3(2, 4, 8).asDiagonal(), 1), 3 * 2 * pi * 0.04 / (0.75 * 3),
+              1e-14);
+  EXPECT_NEAR(PatchSprings::stiffness(point, cell, Vec3(2, 1, 1).asDiagonal(), 2),
+              3 * 2 * pi * 0.04 / (0.75 * std::cbrt(2) / 4), 1e-14)
+      << "of a voxel beside larger cells";
 }
 
 TEST(PatchSprings, TheirForcesAreTheDerivativeOfTheirEnergy) {
