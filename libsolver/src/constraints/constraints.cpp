@@ -85,7 +85,7 @@ void Constraints::hold_large_clusters_by_nodes() {
   }
 }
 
-void Constraints::make_clusters(double cutoff) {
+void Constraints::make_clusters(double part) {
   // Axes with the same points share their clusters.
   std::map<std::vector<std::size_t>, std::size_t> done;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -102,8 +102,10 @@ void Constraints::make_clusters(double cutoff) {
       const bool has_faces = any([](const ConstraintPoint&p) { return p.area > 0; }),
                  is_soft = any([](const ConstraintPoint&p) { return p.is_soft; });
       for (const std::size_t p : members) held_[p].is_soft = is_soft;
-      const double of_cluster = is_soft ? cutoff_of_soft_faces : has_faces ? cutoff : cutoff_of_points;
-      clusters_[axis].push_back(make_cluster(mesh_, held_, std::move(members), of_cluster));
+      const double cutoff = is_soft     ? part * cutoff_of_soft_faces
+                            : has_faces ? part * cutoff_of_faces
+                                        : cutoff_of_points;
+      clusters_[axis].push_back(make_cluster(mesh_, held_, std::move(members), cutoff));
     }
     done[std::move(used)] = axis;
   }
@@ -129,10 +131,10 @@ Constraints::Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points)
   // A patch that is small beside its cells sees little of their turning: fewer directions are left free then.
   constexpr double enough = 0.1, least_cutoff = 0.01;
   const bool has_faces = std::any_of(held_.begin(), held_.end(), [](const ConstraintPoint& p) { return p.area > 0; });
-  const bool is_soft = std::any_of(held_.begin(), held_.end(), [](const ConstraintPoint& p) { return p.is_soft; });
-  for (double cutoff = has_faces ? cutoff_of_faces : cutoff_of_points;; cutoff *= 0.4) {
-    make_clusters(cutoff);
-    if (!has_faces || is_soft || cutoff < least_cutoff || least_part_of_rigid_motions(mesh, clusters_) >= enough) break;
+  for (double part = 1;; part *= 0.4) {
+    make_clusters(part);
+    if (!has_faces || part * cutoff_of_faces < least_cutoff || least_part_of_rigid_motions(mesh, clusters_) >= enough)
+      break;
   }
   Index most_nodes = 0, most_points = 0, num_entries = 0;
   for (const auto& axis : clusters_)

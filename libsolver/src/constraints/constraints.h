@@ -133,7 +133,7 @@ private:
   void for_each_lifted(const NodeVector& u, F&& f) const;
 
   void hold_large_clusters_by_nodes();
-  void make_clusters(double cutoff);
+  void make_clusters(double part);  ///< of the cutoffs of faces
 
   const Mesh& mesh_;
   std::vector<ConstraintPoint> points_, held_;

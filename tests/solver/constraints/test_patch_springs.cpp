@@ -104,6 +104,25 @@ TEST(PatchSprings, OfLevelZeroThereAreNone) {
   EXPECT_EQ(soft.kept_directions, firm.kept_directions);
 }
 
+/// A patch that is small beside its cells, and alone: springs on it would let the body turn.
+TEST(PatchSprings, WhatHoldsAloneHoldsTurnsFirmly) {
+  const Lattice lattice = bar();
+  for (const double radius : {1.7, 2.5}) {
+    SolveReport report;
+    const hexmesh::Result result = solve_equilibrium(
+        lattice,
+        parse_scene("[solve]\nsupports = \"soft\"\nstrain = \"cauchy\"\n[[fix]]\npoint_mm = [-0.5, 8, 8]\n"
+                    "radius_mm = " +
+                        std::to_string(radius) + "\n[gravity]\nm_s2 = [0, 0, -0.1]\n",
+                    "test", ""),
+        2, report);
+    EXPECT_GE(report.kept_directions, 6U);
+    double largest = 0;
+    for (const Vec3& u : result.displacement) largest = std::max(largest, u.norm());
+    EXPECT_LT(report.conditions[0].misfit_mm, 0.1 * largest) << radius;
+  }
+}
+
 /// What moves a patch stretches its springs: a slow motion has the energy that was given to it.
 TEST(PatchSprings, WhatMovesThemGivesTheBodyEnergy) {
   const Lattice lattice = bar();
