@@ -96,11 +96,11 @@ void Constraints::make_clusters(double part) {
       continue;
     }
     for (auto& members : split_into_clusters(mesh_, held_, used)) {
-      const auto any = [&](auto&& f) {
-        return std::any_of(members.begin(), members.end(), [&](std::size_t p) { return f(held_[p]); });
-      };
-      const bool has_faces = any([](const ConstraintPoint&p) { return p.area > 0; }),
-                 is_soft = any([](const ConstraintPoint&p) { return p.is_soft; });
+      bool has_faces = false, is_soft = false;
+      for (const std::size_t p : members) {
+        has_faces = has_faces || held_[p].area > 0;
+        is_soft = is_soft || held_[p].is_soft;
+      }
       for (const std::size_t p : members) held_[p].is_soft = is_soft;
       const double cutoff = is_soft     ? part * cutoff_of_soft_faces
                             : has_faces ? part * cutoff_of_faces
@@ -248,6 +248,10 @@ std::vector<Vec3> Constraints::multipliers(const NodeVector& residual) const {
       for (std::size_t p = 0; p < cluster->points.size(); ++p) forces[cluster->points[p]][axis] = lambda[p];
     }
   return forces;
+}
+
+bool Constraints::are_soft() const {
+  return std::any_of(held_.begin(), held_.end(), [](const ConstraintPoint& p) { return p.is_soft; });
 }
 
 void Constraints::set_springs(const std::function<double(const ConstraintPoint&)>& stiffness) {

@@ -98,6 +98,8 @@ public:
   /// Whether d = lift(u) is nothing beside the displacements there are.
   bool hold(const NodeVector& d, const NodeVector& u) const;
 
+  bool are_soft() const;  ///< some points
+
   /// Give soft points their springs: `stiffness` of each [N/mm].
   void set_springs(const std::function<double(const ConstraintPoint&)>& stiffness);
 

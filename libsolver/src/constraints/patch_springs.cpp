@@ -25,21 +25,21 @@ PatchSprings::PatchSprings(const Mesh& mesh, const std::vector<ConstraintPoint>&
 double PatchSprings::energy(const NodeVector& u) const {
   double sum = 0;
   for (const ConstraintPoint& p : points_)
-    if (p.spring > 0) sum += p.spring / 2 * (mesh_.interpolate(p.cell, p.weights, u) - p.value).squaredNorm();
+    if (p.spring > 0) sum += pull(p, u).squaredNorm() / (2 * p.spring);
   return sum;
 }
 
 double PatchSprings::work_of_motion(const NodeVector& u, const std::function<Vec3(const ConstraintPoint&)>& way) const {
   double work = 0;
   for (const ConstraintPoint& p : points_)
-    if (p.spring > 0) work += p.spring * (p.value - mesh_.interpolate(p.cell, p.weights, u)).dot(way(p));
+    if (p.spring > 0) work += pull(p, u).dot(way(p));
   return work;
 }
 
 void PatchSprings::add_gradient(const NodeVector& u, NodeVector& gradient, NodeVector& magnitude) const {
   for (const ConstraintPoint& p : points_) {
     if (p.spring == 0) continue;
-    const CellVector force = spread_to_nodes(p.weights, p.spring * (mesh_.interpolate(p.cell, p.weights, u) - p.value));
+    const CellVector force = spread_to_nodes(p.weights, -pull(p, u));
     mesh_.scatter_add(static_cast<std::size_t>(p.cell), force, gradient);
     mesh_.scatter_add(static_cast<std::size_t>(p.cell), force.cwiseAbs(), magnitude);
   }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "constraints/constraints.h"
-#include "hexmesh/core/bytes.h"
 #include "terms/elastic.h"
 #include "terms/point_hessians.h"
 
@@ -37,6 +36,10 @@ public:
   std::int32_t shared_hessian(std::size_t cell) const override { return hessians_.shared_hessian(cell); }
 
 private:
+  Vec3 pull(const ConstraintPoint& point, const NodeVector& u) const {  ///< of its spring on the body [N]
+    return point.spring * (point.value - mesh_.interpolate(point.cell, point.weights, u));
+  }
+
   const Mesh& mesh_;
   const std::vector<ConstraintPoint>& points_;
   PointHessians hessians_;

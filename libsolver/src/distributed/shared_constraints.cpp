@@ -71,8 +71,8 @@ void SharedConstraints::project(Vec v) const {
 
 /// Each process has the springs in its cells; what all hold has all of them, for reactions.
 void SharedLevel::find_springs() {
+  if (!constraints_->local().are_soft()) return;
   const std::vector<ConstraintPoint>& held = constraints_->local().held();
-  if (std::none_of(held.begin(), held.end(), [](const ConstraintPoint& p) { return p.is_soft; })) return;
   std::vector<double> stiffness(held.size());
   for (std::size_t n = 0; n < held.size(); ++n) {
     const std::int32_t cell = own_cell(constraints_->keys().cells[static_cast<std::size_t>(held[n].cell)]);

@@ -316,7 +316,7 @@ bool TimeIntegrator::try_substep(double h, Form form) {
   } else {
     difference_.begin_euler(h);
   }
-  if (!problem_.contacts().empty() || problem_.grabs() || problem_.has_soft_supports())
+  if (!problem_.contacts().empty() || problem_.grabs() || problem_.constraints().are_soft())
     problem_.set_progress(now);  // a substep that failed left them ahead
   obstacle_work_ = problem_.work_of_obstacles(u_, now, then);
   problem_.set_progress(then);

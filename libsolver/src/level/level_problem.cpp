@@ -364,7 +364,7 @@ void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rota
 
   potential_ = std::make_unique<Potential>(mesh());
   potential_->add(std::move(elastic));
-  if (has_soft_supports()) {
+  if (constraints_->are_soft()) {
     constraints_->set_springs([&, &lattice = cells_.lattice()](const ConstraintPoint& p) {
       const auto cell = hexmesh::as_size(p.cell);
       return PatchSprings::stiffness(p, elastic_->model(cell), mesh().edges(cell), lattice.voxels.voxel_volume());

@@ -80,7 +80,6 @@ public:
   Vec3 spring_force(const NodeVector& u) const;      ///< of what holds the islands [N]
   double strain_energy(const NodeVector& u) const;   ///< [N mm]
   double contact_energy(const NodeVector& u) const;  ///< of obstacles, springs and hands [N mm]
-  bool has_soft_supports() const { return scene_.supports == Supports::soft && cells_.levels().back().level > 0; }
   /// The same with what friction takes in the step, an energy while it lasts [N mm].
   double contact_potential(const NodeVector& u) const;
   /// What obstacles, hands and soft supports do to the body on their way, with the forces at u where they are at its

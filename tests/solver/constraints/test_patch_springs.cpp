@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "constraints/patch_springs.h"
 #include "hexsolver/equilibrium/equilibrium.h"
