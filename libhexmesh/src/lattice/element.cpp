@@ -127,6 +127,22 @@ CellMatrix ElementMatrices::volumetric(const Element& element) const {
   return k;
 }
 
+ElementMatrices::LinearDilatation ElementMatrices::linear_dilatation(const Element& element,
+                                                                     const Vec3& centroid) const {
+  LinearDilatation out;
+  for (int q = 0; q < num_rule_points; ++q) {
+    const Vec3 from_centroid = rule_point(q) - centroid;
+    out.moments += element.bulk[q] * from_centroid * from_centroid.transpose();
+  }
+  for (int j = 0; j < 3; ++j) {
+    Vec3 low = centroid, high = centroid;  // div u is linear along each axis
+    low[j] = 0, high[j] = 1;
+    out.of_nodes.col(j) = divergence_at((shape_gradients(high) - shape_gradients(low)) * axis_gradients_);
+    out.of_modes.block<3, 1>(3 * j, j) = 2 * axis_gradients_.row(j);
+  }
+  return out;
+}
+
 CellMatrix ElementMatrices::relaxation(const Element& element, bool counts_dilatation) const {
   Vec3 centroid = Vec3::Zero();
   for (int q = 0; q < num_rule_points; ++q) centroid += element.fill[q] * rule_point(q);
@@ -143,8 +159,15 @@ CellMatrix ElementMatrices::relaxation(const Element& element, bool counts_dilat
       for (int i = j; i < 3; ++i) modes.block<3, 3>(3 * i, 3 * j) += strain_block(of_modes.row(i), along, mu, lambda);
     }
   }
+  CellMatrix counted = CellMatrix::Zero();
+  if (!counts_dilatation) {
+    const auto [of_nodes, of_modes, moments] = linear_dilatation(element, centroid);
+    coupling += of_nodes * moments * of_modes.transpose();
+    modes += of_modes * moments * of_modes.transpose();
+    counted = of_nodes * moments * of_nodes.transpose();
+  }
   const Eigen::Matrix<double, 9, 24> relaxed = modes.ldlt().solve(coupling.transpose());
-  CellMatrix k = coupling * relaxed;
+  CellMatrix k = coupling * relaxed - counted;
   make_symmetric(k);
   return k;
 }

@@ -67,9 +67,10 @@ public:
   /// What incompatible modes take off the stiffness: K_ue K_ee^-1 K_eu for nine modes e, each component of the
   /// displacement bent along each axis of the cell, (xi_j - c_j)^2 with c the centroid of the filled part, so that
   /// their mean strain over it is zero and constant stresses do no work in them (Taylor, Beresford, Wilson 1976).
-  /// Positive semi-definite; zero for linear fields of one material.
-  /// @param counts_dilatation  whether their changes of volume store energy where they are (A + volumetric), or their
-  ///                           mean does, which is zero (A)
+  /// Zero for linear fields of one material. Off the mean dilatation less is taken: with modes it counts how the
+  /// dilatation varies linearly in the cell, int kappa (d . (xi - c))^2 dV with d = d(div u)/d(xi) at c, since bending
+  /// whose only strain is a dilatation of mean zero would store nothing.
+  /// @param counts_dilatation  of what it is taken: A + volumetric, or the mean dilatation
   CellMatrix relaxation(const Element& element, bool counts_dilatation) const;
   /// Mean dilatation, K = A + (kappa_mean / V) b b^T  [N/mm]
   CellMatrix mean_dilatation_stiffness(const Element& element) const;
@@ -83,6 +84,14 @@ public:
   NodeWeights mean_shape(const Element& element) const;
 
 private:
+  /// d(div)/d(xi_j) at the centroid = of_nodes^T u + of_modes^T e, and int kappa (xi_i - c_i)(xi_j - c_j) dV.
+  struct LinearDilatation {
+    Eigen::Matrix<double, 24, 3> of_nodes = Eigen::Matrix<double, 24, 3>::Zero();
+    Eigen::Matrix<double, 9, 3> of_modes = Eigen::Matrix<double, 9, 3>::Zero();
+    Mat3 moments = Mat3::Zero();  ///< [N mm]
+  };
+  LinearDilatation linear_dilatation(const Element& element, const Vec3& centroid) const;
+
   std::array<NodeGradients, num_rule_points> gradients_;  ///< of N_a in patient space [1/mm]
   Mat3 axis_gradients_;                                   ///< rows: of the cell's coordinates xi_j [1/mm]
 };
