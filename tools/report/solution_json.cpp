@@ -30,6 +30,18 @@ const char* stiffness_name(hexsolver::Stiffness s) {
   return "";
 }
 
+const char* supports_name(hexsolver::Supports s) {
+  switch (s) {
+    case hexsolver::Supports::area:
+      return "area";
+    case hexsolver::Supports::soft:
+      return "soft";
+    case hexsolver::Supports::points:
+      return "points";
+  }
+  return "";
+}
+
 }  // namespace
 
 json to_json(const hexsolver::ConditionReport& c) { return {{"name", c.name}, {"points", c.points}, {"kept", c.kept}}; }
@@ -278,6 +290,7 @@ json to_json(const SolveReport& r, const hexsolver::Scene& as_written) {
   out["law"] = law_name(r.elasticity);
   out["pressure_checkerboard_kpa"] = 1e3 * r.pressure_checkerboard;
   out["stiffness"] = stiffness_name(scene.stiffness);
+  out["supports"] = supports_name(scene.supports);
   out["volumetric"] = scene.volumetric == hexsolver::Volumetric::mean ? "mean" : "full";
   for (const hexsolver::LevelReport& l : r.levels)
     out["levels"].push_back({{"level", l.level},

@@ -20,7 +20,8 @@ struct ConstraintPoint {
   double area = 0;          ///< of a face, or a quarter of one, that it stands for [mm^2]; 0: it stands for itself
   bool is_quarter = false;  ///< one of a face's four Gauss points, which come one after the other
   bool is_soft = false;     ///< of a patch that has springs beside the directions kept (PatchSprings)
-  double spring = 0;        ///< its own [N/mm]
+  int num_alike = 1;  ///< points in the same place, of conditions that hold one face: the spring is for all of them
+  double spring = 0;  ///< its own [N/mm]
 };
 
 /// The same with one point for each face, in its middle.

@@ -13,7 +13,7 @@ double PatchSprings::stiffness(const ConstraintPoint& point, const ElementModel&
   const double h = std::cbrt(std::abs(edges.determinant())), h_0 = std::cbrt(voxel);
   const double one_minus_poisson = (3 * cell.bulk + 4 * cell.shear) / (2 * (3 * cell.bulk + cell.shear));
   const double wavelength = std::max(h - h_0, h_0 / 4);
-  return 2 * std::numbers::pi * cell.shear / (one_minus_poisson * wavelength) * point.area;
+  return 2 * std::numbers::pi * cell.shear / (one_minus_poisson * wavelength) * point.area / point.num_alike;
 }
 
 PatchSprings::PatchSprings(const Mesh& mesh, const std::vector<ConstraintPoint>& points)

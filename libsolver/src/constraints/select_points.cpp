@@ -17,6 +17,24 @@ bool acts_on_area(const Condition& condition, const Scene& scene) {
          std::none_of(balls.begin(), balls.end(), [](const Ball& ball) { return ball.radius == 0; });
 }
 
+/// Of points of faces how many are in the same place, where some are soft.
+void count_alike(std::vector<ConstraintPoint>& points) {
+  if (std::none_of(points.begin(), points.end(), [](const ConstraintPoint& p) { return p.is_soft; })) return;
+  std::vector<ConstraintPoint*> of_faces;
+  for (ConstraintPoint& p : points)
+    if (p.area > 0) of_faces.push_back(&p);
+  const auto before = [](const ConstraintPoint* a, const ConstraintPoint* b) {
+    if (a->cell != b->cell) return a->cell < b->cell;
+    return std::lexicographical_compare(a->weights.begin(), a->weights.end(), b->weights.begin(), b->weights.end());
+  };
+  std::sort(of_faces.begin(), of_faces.end(), before);
+  for (auto first = of_faces.begin(); first != of_faces.end();) {
+    const auto end = std::upper_bound(first, of_faces.end(), *first, before);
+    for (auto p = first; p != end; ++p) (*p)->num_alike = static_cast<int>(end - first);
+    first = end;
+  }
+}
+
 }  // namespace
 
 std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selector) {
@@ -42,6 +60,7 @@ std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selecto
       }
     }
   }
+  count_alike(points);
   return points;
 }
 

@@ -22,7 +22,8 @@ SharedConstraints::SharedConstraints(const std::vector<Point>& points, const Sce
                        p.axes,
                        p.area,
                        p.is_quarter,
-                       p.is_soft};
+                       p.is_soft,
+                       p.num_alike};
     to.value = prescribed_displacement(scene, *mesh_, to, {});
     local.push_back(to);
   }

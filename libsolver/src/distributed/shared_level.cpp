@@ -110,6 +110,7 @@ std::vector<SharedConstraints::Point> SharedLevel::select() {
     point.area = p.area;
     point.is_quarter = p.is_quarter;
     point.is_soft = p.is_soft;
+    point.num_alike = p.num_alike;
     own.push_back(point);
   }
   points_ = all_.gather(own);

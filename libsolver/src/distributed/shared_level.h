@@ -34,6 +34,7 @@ public:
     double area = 0;  ///< see ConstraintPoint, as the next two
     bool is_quarter = false;
     bool is_soft = false;
+    int num_alike = 1;
   };
 
   /// @param edges, corner  of the whole level

@@ -96,6 +96,22 @@ TEST(PatchSprings, WithReactionsTheyBalanceTheBody) {
   }
 }
 
+TEST(PatchSprings, AFaceOfSeveralConditionsHasOne) {
+  const Lattice lattice = bar();
+  for (const char* grading : {"off", "scene"}) {
+    const Scene once =
+        pulled(std::string("supports = \"soft\"\ntolerance = 1e-11\ncoarser_by = 1\ngrading = \"") + grading + '"');
+    Scene often = once;
+    for (int n = 0; n < 3; ++n) often.conditions.push_back(once.conditions.back());
+    SolveReport a, b;
+    const hexmesh::Result one = solve_equilibrium(lattice, once, 2, a), four = solve_equilibrium(lattice, often, 2, b);
+    EXPECT_LT(mean_distance(one.displacement, four.displacement), 1e-8) << grading;
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t c = 2; c < b.conditions.size(); ++c) sum += b.conditions[c].reaction_n;
+    EXPECT_LT((sum - a.conditions[2].reaction_n).norm(), 1e-6 * sum.norm()) << grading;
+  }
+}
+
 TEST(PatchSprings, OfLevelZeroThereAreNone) {
   const Lattice lattice = one_material({12, 6, 6}, {4, 3, 3}, [](const Index3&) { return true; });
   SolveReport soft, firm;
