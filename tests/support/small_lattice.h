@@ -31,6 +31,8 @@ inline void write_small_result(const std::filesystem::path& path) {
   result.report = "{}";
   result.costs = "{}";
   result.velocity.assign(result.nodes.size(), Vec3(4, 5, 6));
+  result.load.assign(result.nodes.size(), Vec3(0, 0, -1));
+  result.contact_force.assign(result.nodes.size(), Vec3(0, 1, 0));
   ResultWriter writer(path);
   writer.add_step(0.5, {result.displacement,
                         result.velocity,
