@@ -10,6 +10,7 @@
 #include "hexmesh/file/result_file.h"
 #include "hexmesh/lattice/check.h"
 #include "hexmesh/lattice/embedded_points.h"
+#include "hexmesh/lattice/gap_ends.h"
 #include "hexmesh/lattice/locator.h"
 #include "hexmesh/result/result.h"
 #include "hexmesh/warp/displacement_field.h"
@@ -67,31 +68,51 @@ std::size_t count_bodies(const Lattice& lattice, int level) {
   return count;
 }
 
-/// Any field of a coarser level is one of the finer level: cells that share a node agree on it.
-void expect_nested(const Lattice& lattice) {
+/// At each node of a level a field of the next coarser one that is random at its nodes: cells that share a node agree
+/// on it.
+std::vector<double> random_field_of_coarser(const Lattice& lattice, int l) {
   std::mt19937 dice(3);
   std::uniform_real_distribution<double> any(-1, 1);
-  for (int l = 0; l + 1 < lattice.num_levels(); ++l) {
-    const Level &fine = lattice.level(l), &coarse = lattice.level(l + 1);
-    const NodeNumbering of_fine = nodes_of(fine), of_coarse = nodes_of(coarse);
-    std::vector<double> value(of_coarse.nodes.size()), found(of_fine.nodes.size(), 9);
-    for (double& v : value) v = any(dice);
-    const std::vector<std::int32_t> parent = coarser_cells_of(lattice, l, l + 1);
-    for (std::size_t c = 0; c < fine.cells.size(); ++c) {
-      int slot = 0;
-      for (int d = 0; d < 3; ++d) slot |= fine.cells[c][as_size(d)] % coarse.merge[as_size(d)] << d;
-      for (int a = 0; a < 8; ++a) {
-        const NodeWeights weights = weights_in_parent(slot, a, coarse.merge);
-        double here = 0;
-        for (int b = 0; b < 8; ++b) here += weights[b] * value[of_coarse.cell_nodes[parent[c]][b]];
-        double& there = found[of_fine.cell_nodes[c][a]];
-        if (there < 9) {
-          EXPECT_NEAR(there, here, 1e-14) << "level " << l << ", cell " << c;
-        }
-        there = here;
+  const Level &fine = lattice.level(l), &coarse = lattice.level(l + 1);
+  const NodeNumbering of_fine = nodes_of(fine), of_coarse = nodes_of(coarse);
+  std::vector<double> value(of_coarse.nodes.size()), found(of_fine.nodes.size(), 9);
+  for (double& v : value) v = any(dice);
+  const std::vector<std::int32_t> parent = coarser_cells_of(lattice, l, l + 1);
+  for (std::size_t c = 0; c < fine.cells.size(); ++c) {
+    int slot = 0;
+    for (int d = 0; d < 3; ++d) slot |= fine.cells[c][as_size(d)] % coarse.merge[as_size(d)] << d;
+    for (int a = 0; a < 8; ++a) {
+      const NodeWeights weights = weights_in_parent(slot, a, coarse.merge);
+      double here = 0;
+      for (int b = 0; b < 8; ++b) here += weights[b] * value[of_coarse.cell_nodes[parent[c]][b]];
+      double& there = found[of_fine.cell_nodes[c][a]];
+      if (there < 9) {
+        EXPECT_NEAR(there, here, 1e-14) << "level " << l << ", cell " << c;
       }
+      there = here;
     }
   }
+  return found;
+}
+
+/// Any field of a coarser level is one of the finer level.
+void expect_nested(const Lattice& lattice) {
+  for (int l = 0; l + 1 < lattice.num_levels(); ++l) random_field_of_coarser(lattice, l);
+}
+
+/// Which cells of a level move two nodes of the next finer one alike that are at one place: as a random field tells.
+std::vector<bool> cells_that_close(const Lattice& lattice, int level) {
+  const std::vector<double> field = random_field_of_coarser(lattice, level - 1);
+  const NodeNumbering fine = nodes_of(lattice.level(level - 1));
+  std::vector<bool> is_closed(fine.nodes.size()), out(lattice.level(level).cells.size());
+  for (std::size_t n = 0; n < fine.nodes.size(); ++n)
+    for (std::size_t m = n + 1; m < fine.nodes.size() && fine.nodes[m] == fine.nodes[n]; ++m)
+      if (std::abs(field[n] - field[m]) < 1e-13) is_closed[n] = is_closed[m] = true;
+  const std::vector<std::int32_t> parent = coarser_cells_of(lattice, level - 1, level);
+  for (std::size_t c = 0; c < parent.size(); ++c)
+    for (const std::int32_t n : fine.cell_nodes[c])
+      if (is_closed[as_size(n)]) out[as_size(parent[c])] = true;
+  return out;
 }
 
 void expect_checked(const Lattice& lattice) {
@@ -204,6 +225,29 @@ TEST(SplitCells, AFissureStaysOpenAtEveryLevelAndPosition) {
       for (const std::int32_t n : numbering.cell_nodes[a])
         EXPECT_EQ(std::count(numbering.cell_nodes[b].begin(), numbering.cell_nodes[b].end(), n), 0) << "level " << l;
     }
+  }
+}
+
+TEST(SplitCells, GapsEndInCellsThatMoveTwoNodesOfOnePlaceAlike) {
+  const auto oblique = [](const Index3& v) -> std::uint16_t { return v[0] + v[1] == 26 && v[1] > 5 ? 0 : 1; };
+  const std::pair<Index3, std::function<std::uint16_t(const Index3&)>> bodies[] = {
+      {block, fissured}, {{27, 27, 11}, oblique}, {{21, 21, 21}, ragged}};
+  for (const Index3& offset : {Index3{0, 0, 0}, Index3{1, 2, 3}, Index3{2, 3, 1}})
+    for (const auto& [extent, label_of] : bodies) {
+      const Lattice lattice = make(extent, label_of, gaps, offset);
+      std::size_t ends = 0;
+      for (int l = 1; l < lattice.num_levels(); ++l) {
+        const std::vector<bool> found = cells_where_gaps_end(lattice, l);
+        EXPECT_EQ(found, cells_that_close(lattice, l)) << "level " << l;
+        ends += static_cast<std::size_t>(std::count(found.begin(), found.end(), true));
+      }
+      EXPECT_GT(ends, 0U);
+    }
+  const Lattice whole = make(
+      block, [](const Index3&) -> std::uint16_t { return 1; }, gaps);
+  for (int l = 1; l < whole.num_levels(); ++l) {
+    const std::vector<bool> found = cells_where_gaps_end(whole, l);
+    EXPECT_EQ(std::count(found.begin(), found.end(), true), 0);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "level/grading.h"
+#include "support/bodies.h"
 #include "support/experiments.h"
 
 namespace test_graded_cells {
@@ -59,6 +60,29 @@ TEST(GradedCells, TakeAQuarterOfTheUnknownsForAnError) {
   EXPECT_LT(median(fine.dofs), 3100);
   EXPECT_LT(median(fine.error), median(uniform.error));
   EXPECT_LT(3 * median(fine.dofs), 1.5 * median(uniform.dofs));
+}
+
+/// Across a fissure, straight and oblique, whose end lies in large cells unless they are divided there.
+TEST(GradedCells, AreSmallWhereGapsEnd) {
+  for (const int slope : {0, 1})
+    for (const hexmesh::Index3& offset : {hexmesh::Index3{0, 0, 0}, {5, 3, 6}}) {
+      const auto fissured = [slope](const hexmesh::Index3& v) {
+        return v[0] + slope * v[1] == 40 && v[1] > 15 ? 0 : 1;
+      };
+      const Lattice lattice = lattice_of(make_volume({80, 40, 24}, {1, 1, 1}, fissured), 100, 0.3, {0, offset});
+      const Scene scene = with(
+          {beyond("left", {0, 0, 0}, {-1, 0, 0}, Vec3::Zero()), beyond("right", {79, 0, 0}, {1, 0, 0}, {4, 0, 0})});
+      const auto opening = [&](const Scene& s, int level) {
+        const hexmesh::Result result = solve(lattice, s, level).result;
+        const std::vector<Vec3> u =
+            displacement_at(result, {Vec3(36 - slope * 38, 38, 12), Vec3(44 - slope * 38, 38, 12)});
+        return (u[1] - u[0])[0];
+      };
+      const double expected = opening(scene, 0), of_graded = opening(graded(scene), 1);
+      printf("slope %d: opens by %.3f mm, graded cells by %.3f mm, large ones by %.3f mm\n", slope, expected, of_graded,
+             opening(scene, 3));
+      EXPECT_NEAR(of_graded, expected, 0.05 * expected);
+    }
 }
 
 TEST(GradedCells, OfOneLevelAreThatLevel) {

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
+#include <unordered_set>
 
+#include "hexmesh/lattice/gap_ends.h"
 #include "level/coarser_levels.h"
 #include "level/make_contacts.h"
 #include "selection/selection.h"
@@ -85,11 +87,32 @@ private:
   std::unordered_map<std::uint64_t, std::vector<Vec3>> blocks_;  ///< places
 };
 
+/// Indices of cells by level, from the finest of graded cells on: those that close a gap which is open on the next
+/// finer level, or that hold one of these. Not what holds smaller ones: grooves less deep than a quarter of a cell
+/// stay.
+std::vector<std::unordered_set<std::uint64_t>> find_gap_ends(const Lattice& lattice, int finest, int coarsest) {
+  std::vector<std::unordered_set<std::uint64_t>> out(lattice.levels.size());
+  for (int l = finest + 1; l <= coarsest; ++l) {
+    const hexmesh::Level& level = lattice.level(l);
+    const std::vector<bool> is_end = hexmesh::cells_where_gaps_end(lattice, l);
+    for (std::size_t c = 0; c < is_end.size(); ++c) {
+      if (!is_end[c]) continue;
+      out[hexmesh::as_size(l)].insert(hexmesh::sort_key(level.cells[c]));
+      if (l == coarsest) continue;
+      const Index3 holder = hexmesh::coarser_index(level.cells[c], lattice.level(l + 1).merge);
+      out[hexmesh::as_size(l) + 1].insert(hexmesh::sort_key(holder));
+    }
+  }
+  return out;
+}
+
 MeshCells grade(const Lattice& lattice, int level, int coarser_by, const Distances& distances) {
   const int coarsest = std::min(level + coarser_by, lattice.num_levels() - 1);
   const auto size = [&](int l) { return std::cbrt(lattice.cell_size(l).prod()); };
+  const auto gap_ends = find_gap_ends(lattice, level, coarsest);
   return {lattice, level, coarsest, [&](int l, const Index3& cell) {
-            return distances.is_any_within((size(l) - size(level)) / growth, l, cell);
+            return distances.is_any_within((size(l) - size(level)) / growth, l, cell) ||
+                   gap_ends[hexmesh::as_size(l)].contains(hexmesh::sort_key(cell));
           }};
 }
 

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "hexmesh/lattice/lattice.h"
+
+namespace hexmesh {
+
+/// Of each cell of a level, shape (num_cells), whether it closes a gap that is open on the next finer level: nodes of
+/// that level that are at one place but are not the same are moved alike by it, or by it and another.
+/// @pre level > 0; both levels are there
+std::vector<bool> cells_where_gaps_end(const Lattice& lattice, int level);
+
+}  // namespace hexmesh

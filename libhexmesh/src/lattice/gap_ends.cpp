@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/lattice/gap_ends.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace hexmesh {
+namespace {
+
+/// Which corner of a cell is at an index of nodes, if one is.
+std::optional<int> corner_at(const Index3& cell, const Index3& node) {
+  int corner = 0;
+  for (int d = 0; d < 3; ++d) {
+    const std::int32_t upper = node[as_size(d)] - cell[as_size(d)];
+    if (upper < 0 || upper > 1) return std::nullopt;
+    corner |= upper << d;
+  }
+  return corner;
+}
+
+/// Whether two cells move alike at a place on the border of both: all nodes by which they do are of both.
+/// @param place  index of nodes of the next finer level
+bool move_alike(const Level& level, std::int32_t one, std::int32_t other, const Index3& place) {
+  if (one == other) return true;
+  const Index3 &first = level.cells[as_size(one)], &second = level.cells[as_size(other)];
+  const Index3 low = first_in(first, level.merge);
+  for (int corner = 0; corner < 8; ++corner) {
+    const Index3 node = corner_of(first, corner);
+    bool counts = true;
+    for (std::size_t d = 0; d < 3; ++d) {
+      const std::int32_t along = place[d] - low[d];
+      counts = counts && (node[d] > first[d] ? along > 0 : along < level.merge[d]);
+    }
+    if (!counts) continue;
+    const std::optional<int> there = corner_at(second, node);
+    if (!there || level.split.copy(one, corner) != level.split.copy(other, *there)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<bool> cells_where_gaps_end(const Lattice& lattice, int level) {
+  const Level &above = lattice.level(level), &below = lattice.level(level - 1);
+  std::vector<bool> out(above.cells.size());
+  const std::vector<std::int64_t>& corners = below.split.corners;
+  if (corners.empty()) return out;
+  const std::vector<std::int32_t> parents = coarser_cells_of(lattice, level - 1, level);
+  for (std::size_t n = 0; n < corners.size(); ++n) {
+    const auto cell = static_cast<std::size_t>(corners[n] / 8);
+    const Index3 node = corner_of(below.cells[cell], static_cast<int>(corners[n] % 8));
+    for (int corner = 0; corner < 8; ++corner) {
+      Index3 index = node;
+      for (int d = 0; d < 3; ++d) index[as_size(d)] -= corner_bit(corner, d);
+      if (*std::min_element(index.begin(), index.end()) < 0) continue;
+      const auto [first, end] = cells_at(below.cells, index);
+      for (std::int32_t c = first; c < end; ++c)
+        if (below.split.copy(c, corner) != below.split.copies[n] &&
+            move_alike(above, parents[cell], parents[as_size(c)], node))
+          out[as_size(parents[cell])] = out[as_size(parents[as_size(c)])] = true;
+    }
+  }
+  return out;
+}
+
+}  // namespace hexmesh
