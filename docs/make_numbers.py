@@ -333,9 +333,8 @@ def graded():
         told = [r[6] for r in rows_of_markdown("pipelines/graded/table.md") if r[1] == cells and r[6] != "unknown"]
         return " to ".join(str(pick(float(re.findall(r"[0-9.]+", t)[n]) for t in told)) for pick, n in ((min, 1), (max, 2)))
 
-    soft = "bending and soft"
-    return (f"Estimates of graded cells are {least_and_most('graded')} times the true error; across fissures {least_and_most('graded, split')}. Bending and soft: "
-            f"{least_and_most('graded, ' + soft)} and {least_and_most('graded, ' + soft + ', split')}.")
+    return (f"Estimates of graded cells are {least_and_most('graded')} times the true error; across fissures {least_and_most('graded, split')}. Bending: "
+            f"{least_and_most('graded, bending')}, bending and soft: {least_and_most('graded, bending and soft')}.")
 
 
 def fits():
