@@ -46,11 +46,12 @@ std::string read_levels(const std::string& text, SolveOptions& o) {
 void add_options(CLI::App& app, SolveOptions& o) {
   app.add_option("lattice", o.lattice, "Lattice file of hexmesh build; - is standard input")->required();
   app.add_option("scene", o.scene, "Scene file (TOML); - is standard input");
-  CLI::Option* level = app.add_option("--level", o.levels,
-                                      "Mechanical level, 0 = voxels; without it and what the scene says the finest of "
-                                      "at most 20000 cells. FINE:COARSE: "
-                                      "cells of level FINE where supports and forces end and obstacles press, larger "
-                                      "ones up to level COARSE elsewhere");
+  CLI::Option* level =
+      app.add_option("--level", o.levels,
+                     "Mechanical level, 0 = voxels; without it and what the scene says the finest of "
+                     "at most 20000 cells. FINE:COARSE: "
+                     "cells of level FINE where supports, forces and gaps end and obstacles press, larger "
+                     "ones up to level COARSE elsewhere");
   CLI::Option* accuracy = app.add_option(
       "--accuracy", o.accuracy,
       "Solve to the first level whose estimated mean error is at most this, in mm; or reaction=5%: whose "

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <optional>
 
+#include "hexmesh/lattice/merge.h"
+
 namespace hexmesh {
 namespace {
 
@@ -19,20 +21,13 @@ std::optional<int> corner_at(const Index3& cell, const Index3& node) {
 }
 
 /// Whether two cells move alike at a place on the border of both: all nodes by which they do are of both.
-/// @param place  index of nodes of the next finer level
-bool move_alike(const Level& level, std::int32_t one, std::int32_t other, const Index3& place) {
+/// @param weights  of the nodes of the first there
+bool move_alike(const Level& level, std::int32_t one, std::int32_t other, const NodeWeights& weights) {
   if (one == other) return true;
-  const Index3 &first = level.cells[as_size(one)], &second = level.cells[as_size(other)];
-  const Index3 low = first_in(first, level.merge);
   for (int corner = 0; corner < 8; ++corner) {
-    const Index3 node = corner_of(first, corner);
-    bool counts = true;
-    for (std::size_t d = 0; d < 3; ++d) {
-      const std::int32_t along = place[d] - low[d];
-      counts = counts && (node[d] > first[d] ? along > 0 : along < level.merge[d]);
-    }
-    if (!counts) continue;
-    const std::optional<int> there = corner_at(second, node);
+    if (weights[corner] == 0) continue;
+    const std::optional<int> there =
+        corner_at(level.cells[as_size(other)], corner_of(level.cells[as_size(one)], corner));
     if (!there || level.split.copy(one, corner) != level.split.copy(other, *there)) return false;
   }
   return true;
@@ -48,7 +43,10 @@ std::vector<bool> cells_where_gaps_end(const Lattice& lattice, int level) {
   const std::vector<std::int32_t> parents = coarser_cells_of(lattice, level - 1, level);
   for (std::size_t n = 0; n < corners.size(); ++n) {
     const auto cell = static_cast<std::size_t>(corners[n] / 8);
-    const Index3 node = corner_of(below.cells[cell], static_cast<int>(corners[n] % 8));
+    const auto own_corner = static_cast<int>(corners[n] % 8);
+    const Index3 node = corner_of(below.cells[cell], own_corner);
+    const NodeWeights weights =
+        weights_in_parent(slot_in_parent(below.cells[cell], above.merge), own_corner, above.merge);
     for (int corner = 0; corner < 8; ++corner) {
       Index3 index = node;
       for (int d = 0; d < 3; ++d) index[as_size(d)] -= corner_bit(corner, d);
@@ -56,7 +54,7 @@ std::vector<bool> cells_where_gaps_end(const Lattice& lattice, int level) {
       const auto [first, end] = cells_at(below.cells, index);
       for (std::int32_t c = first; c < end; ++c)
         if (below.split.copy(c, corner) != below.split.copies[n] &&
-            move_alike(above, parents[cell], parents[as_size(c)], node))
+            move_alike(above, parents[cell], parents[as_size(c)], weights))
           out[as_size(parents[cell])] = out[as_size(parents[as_size(c)])] = true;
     }
   }

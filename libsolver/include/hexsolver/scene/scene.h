@@ -161,7 +161,7 @@ enum class Supports {
 /// How large the cells of a level are.
 enum class Grading {
   off,   ///< all alike
-  scene  ///< smaller where supports and forces end and obstacles press
+  scene  ///< smaller where supports, forces and gaps end and obstacles press
 };
 
 /// What the error of the last level is estimated from.
