@@ -140,6 +140,7 @@ SCENES = {
     "full volumetric part": ({"solve": {"volumetric": "full"}}, {"level": 1}),
     "uniform stiffness": ({"solve": {"stiffness": "uniform"}}, {"level": 2}),
     "cells that bend, soft supports": ({"solve": {"stiffness": "incompatible", "supports": "soft"}}, {"level": 2}),
+    "condensed cells": ({"solve": {"stiffness": "condensed"}}, {"level": 2}),
     "neo-Hookean": ({"solve": {"law": "neo-hookean"}}, {"level": 2}),
     "voxels": ({"solve": {"error_estimate": "off"}}, {"level": 0}),
     "softer": ({"material": {"liver": {"young_kpa": 1.5}}}, {"level": 2}),

@@ -24,6 +24,8 @@ const char* stiffness_name(hexsolver::Stiffness s) {
       return "exact";
     case hexsolver::Stiffness::incompatible:
       return "incompatible";
+    case hexsolver::Stiffness::condensed:
+      return "condensed";
     case hexsolver::Stiffness::uniform:
       return "uniform";
   }

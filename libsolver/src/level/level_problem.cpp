@@ -92,6 +92,7 @@ LevelProblem::LevelProblem(MeshCells cells, const Scene& scene, Matchings matchi
   expect_embedded(scene, matchings, matched);
   new_matches_ = make_match_terms(scene, matchings, mesh(), matched);
   for (const auto& match : new_matches_) matches_.push_back(match.get());
+  if (scene.stiffness == Stiffness::condensed) acting_ = selector.acting();
   set_loads(progress_);
 }
 
@@ -348,7 +349,7 @@ std::vector<std::pair<std::int32_t, double>> LevelProblem::carrying_springs() co
 void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rotating) {
   auto elastic = make_elastic_cells(mesh(), cells_,
                                     {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness,
-                                     std::move(rotating), scene_.is_reshaped(), scene_.saves_memory});
+                                     std::move(rotating), scene_.is_reshaped(), acting_, scene_.saves_memory});
   elastic_ = elastic.get();
   if (!scene_.prestresses.empty()) {
     prestretches_ = find_prestretches(cells_, scene_.prestresses, *elastic_, elasticity);

@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "hexmesh/core/error.h"
 #include "hexsolver/scene/scene.h"
@@ -60,7 +61,13 @@ Lattice read_lattice_for(const Scene& scene, const std::filesystem::path& path, 
   const bool needs_voxels =
       std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& c) { return c.is_within_body(); });
   const hexmesh::Voxels voxels = needs.pictures || needs_voxels ? hexmesh::Voxels::read : hexmesh::Voxels::left_out;
-  return with_overrides(hexmesh::read_lattice(path, needs.levels, source_of_elements(scene), voxels), scene);
+  std::vector<int> levels = needs.levels;
+  if (scene.stiffness == Stiffness::condensed && !levels.empty()) {  // cells are condensed from their voxels on
+    const int coarsest = *std::max_element(levels.begin(), levels.end());
+    levels.resize(static_cast<std::size_t>(coarsest) + 1);
+    std::iota(levels.begin(), levels.end(), 0);
+  }
+  return with_overrides(hexmesh::read_lattice(path, levels, source_of_elements(scene), voxels), scene);
 }
 
 }  // namespace hexsolver

@@ -65,14 +65,15 @@ SolveTable read_solve(TomlReader table, Scene& scene) {
   if (green_lagrange && scene.volumetric == Volumetric::mean)
     table.fail_at("volumetric",
                   "volumetric = \"mean\" goes with other strains than \"green-lagrange\", expected \"full\"");
-  if (auto v = table.choice<Stiffness>(
-          "stiffness",
-          {{"exact", Stiffness::exact}, {"incompatible", Stiffness::incompatible}, {"uniform", Stiffness::uniform}}))
+  if (auto v = table.choice<Stiffness>("stiffness", {{"exact", Stiffness::exact},
+                                                     {"incompatible", Stiffness::incompatible},
+                                                     {"condensed", Stiffness::condensed},
+                                                     {"uniform", Stiffness::uniform}}))
     scene.stiffness = *v;
-  if (scene.stiffness == Stiffness::incompatible && is_hyperelastic(scene.elasticity))
+  if (is_of_matrices(scene.stiffness) && is_hyperelastic(scene.elasticity))
     table.fail_at("stiffness",
-                  "stiffness = \"incompatible\" goes with strain = \"cauchy\", \"corotational\" or \"auto\", expected "
-                  "one of them or \"exact\"");
+                  "stiffness = \"incompatible\" and \"condensed\" go with strain = \"cauchy\", \"corotational\" or "
+                  "\"auto\", expected one of them or \"exact\"");
   if (moves && scene.finds_strain && scene.rotation == Rotation::edges)
     table.fail_at("rotation",
                   "rotation = \"edges\" does not go with strain = \"auto\" in a motion, expected one of them");

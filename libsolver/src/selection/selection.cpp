@@ -250,10 +250,42 @@ std::vector<Selector::Candidate> Selector::choose_candidates(const Selection& se
   return out;
 }
 
+SurfacePoint Selector::found(const Candidate& candidate) {
+  const Vec3 index = lattice().voxels.continuous_index(candidate.position);
+  if (candidate.area != Vec3::Zero()) {
+    const Vec3 out = lattice().voxels.direction().transpose() * candidate.area.stableNormalized();
+    acting_.push_back({index, index - out / 2, 0.1});
+  } else {
+    acting_.push_back({index, index, 0.6});  // a voxel, or all around a node
+  }
+  return {candidate.embedding.cell, hexmesh::shape_functions(candidate.embedding.local), candidate.area};
+}
+
+std::vector<hexmesh::ActingPoint> Selector::acting() const {
+  const std::vector<Index3>& voxels = lattice().level(0).cells;
+  std::vector<hexmesh::ActingPoint> out;
+  const auto is_before = [](const Index3& a, const Index3& b) {
+    return std::lexicographical_compare(a.rbegin(), a.rend(), b.rbegin(), b.rend());
+  };
+  for (const Acting& a : acting_) {
+    Index3 first, last, v;
+    for (std::size_t d = 0; d < 3; ++d) {
+      first[d] = static_cast<std::int32_t>(std::ceil(a.center[static_cast<Eigen::Index>(d)] - a.reach));
+      last[d] = static_cast<std::int32_t>(std::floor(a.center[static_cast<Eigen::Index>(d)] + a.reach));
+    }
+    for (v[2] = first[2]; v[2] <= last[2]; ++v[2])
+      for (v[1] = first[1]; v[1] <= last[1]; ++v[1])
+        for (v[0] = first[0]; v[0] <= last[0]; ++v[0]) {
+          const auto [begin, end] = std::equal_range(voxels.begin(), voxels.end(), v, is_before);
+          for (auto c = begin; c != end; ++c) out.push_back({static_cast<std::int32_t>(c - voxels.begin()), a.index});
+        }
+  }
+  return out;
+}
+
 std::vector<SurfacePoint> Selector::select(const Selection& selection, const std::string& what) {
   std::vector<SurfacePoint> points;
-  for (const Candidate& c : choose_candidates(selection, what))
-    points.push_back({c.embedding.cell, hexmesh::shape_functions(c.embedding.local), c.area});
+  for (const Candidate& c : choose_candidates(selection, what)) points.push_back(found(c));
   return points;
 }
 
@@ -316,6 +348,8 @@ std::vector<SurfacePoint> Selector::embed(const std::vector<Vec3>& places) {
   if (mesh_.is_graded()) of_finest.emplace(lattice().voxels, finest.voxels_per_cell, finest.cells, finest.split.owners);
   std::vector<SurfacePoint> out;
   for (const Vec3& place : places) {
+    const Vec3 index = lattice().voxels.continuous_index(place);
+    acting_.push_back({index, index, 1});
     Embedding e = (of_finest ? *of_finest : locator()).locate_position(place);
     if (of_finest && e.cell >= 0)
       e = in_cell(cells_.holder(cells_.level(), e.cell), lattice().voxels.continuous_index(place));
@@ -331,14 +365,14 @@ std::vector<SurfacePoint> Selector::centers_of(const std::vector<hexmesh::Expose
   for (const Candidate& c : face_candidates<Candidate>(
            faces, lattice().voxels, [this](const Index3&voxel, const Vec3&index) { return embed(voxel, index); }, false,
            share_))
-    points.push_back({c.embedding.cell, hexmesh::shape_functions(c.embedding.local), c.area});
+    points.push_back(found(c));
   return points;
 }
 
 std::vector<SurfacePoint> Selector::whole_surface() {
   std::vector<SurfacePoint> points;
   for (const Candidate& c : candidates(SurfacePoints::faces, [](const auto&) { return true; }))
-    points.push_back({c.embedding.cell, hexmesh::shape_functions(c.embedding.local), c.area});
+    points.push_back(found(c));
   return points;
 }
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "hexmesh/lattice/condensed_cells.h"
 #include "hexmesh/lattice/locator.h"
 #include "hexsolver/scene/scene.h"
 #include "mesh/mesh_cells.h"
@@ -63,6 +64,10 @@ public:
 
   const SurfaceShare& share() const noexcept { return share_; }
 
+  /// Where all that was found acts, on which voxels.
+  /// @pre level 0 is there
+  std::vector<hexmesh::ActingPoint> acting() const;
+
   /// The centres of all exposed faces.
   std::vector<SurfacePoint> whole_surface();
 
@@ -84,9 +89,17 @@ private:
   hexmesh::Embedding in_cell(std::int32_t cell, const Vec3& voxel_index) const;
   std::vector<Candidate> choose_candidates(const Selection& selection, const std::string& what);
 
+  SurfacePoint found(const Candidate& candidate);
+
+  /// What acts at an index of voxels, on those whose centres are so near along each axis to another.
+  struct Acting {
+    Vec3 index, center;
+    double reach;
+  };
   MeshCells cells_;
   const Mesh& mesh_;
   const SurfaceShare& share_;
+  std::vector<Acting> acting_;
   std::shared_ptr<const hexmesh::SurfaceFaces> faces_;   ///< found when first needed, as the next
   std::unique_ptr<const hexmesh::CellLocator> locator_;  ///< of cells of one level
 };

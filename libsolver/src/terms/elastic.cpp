@@ -55,6 +55,15 @@ ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::si
       matrices.bulk(element), volumetric);
 }
 
+ElementModel condensed(ElementModel model, const hexmesh::CondensedElement& element) {
+  model.set_stiffness(
+      hexmesh::mean_dilatation_stiffness(element.stiffness, element.divergence, element.excess, element.volume));
+  ElementModel::OfCondensed& dilatation = model.dilatation.emplace();
+  dilatation.bulk = element.excess / element.volume;
+  for (int a = 0; a < 8; ++a) dilatation.gradient.row(a) = element.divergence.segment<3>(3 * a) / element.volume;
+  return model;
+}
+
 void ElementModel::set_stiffness(const CellMatrix& k) {
   stiffness = k;
   const auto blocks = hexsolver::mirrored(k);
@@ -190,9 +199,9 @@ const ElasticCells::SingleModels& ElasticCells::single_models() const {
 Dilatation ElasticCells::rotated_dilatation(std::size_t cell, const Mat3& rotation) const {
   const ElementModel& m = model(cell);
   if (!m.mean_dilatation) return {};
-  Dilatation out{CellVector::Zero(), m.bulk, m.volume, m.shear};
-  for (int a = 0; a < 8; ++a)
-    out.divergence.segment<3>(3 * a) = m.volume * rotation * m.mean_gradient.row(a).transpose();
+  Dilatation out{CellVector::Zero(), m.dilatation ? m.dilatation->bulk : m.bulk, m.volume, m.shear};
+  const NodeGradients& gradient = m.dilatation ? m.dilatation->gradient : m.mean_gradient;
+  for (int a = 0; a < 8; ++a) out.divergence.segment<3>(3 * a) = m.volume * rotation * gradient.row(a).transpose();
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/rigid_fit.h"
+#include "hexmesh/lattice/condensed_cells.h"
 #include "hexmesh/lattice/element.h"
 #include "hexmesh/lattice/subcells.h"
 #include "hexsolver/scene/law.h"
@@ -25,7 +26,12 @@ struct ElementModel {
   double volume = 0;                                       ///< of the filled part [mm^3]
   double shear = 0, bulk = 0;                              ///< mean moduli over the filled part [MPa]
   bool mean_dilatation = false;                            ///< K resists change of volume by (bulk / volume) b b^T
-  hexmesh::SubcellMask subcells = 0;                       ///< where the material is; 0 = not known
+  struct OfCondensed {
+    double bulk = 0;         ///< [MPa]
+    NodeGradients gradient;  ///< b / V [1/mm]
+  };
+  std::optional<OfCondensed> dilatation;  ///< of condensed cells: that bulk and b instead
+  hexmesh::SubcellMask subcells = 0;      ///< where the material is; 0 = not known
 
   void set_stiffness(const CellMatrix& k);
   AlikeMatrix<double> alike() const { return {stiffness.data(), mirrored.get()}; }
@@ -42,6 +48,9 @@ Mat3 cauchy_stress(const Mat3& kirchhoff, double jacobian);
 /// @param bends  whether incompatible modes relax the stiffness
 ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
                                 const Mat3& edges, Volumetric volumetric, bool bends = false);
+
+/// The same cell with the stiffness that it has condensed.
+ElementModel condensed(ElementModel model, const hexmesh::CondensedElement& element);
 
 /// The same, to the last digit, from the matrices that the lattice file holds.
 ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::size_t element, const Mat3& edges,

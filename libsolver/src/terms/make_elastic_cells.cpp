@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "terms/make_elastic_cells.h"
 
+#include <map>
+
 #include "hexmesh/lattice/element_tree.h"
 #include "terms/cauchy.h"
 #include "terms/corotational.h"
@@ -80,6 +82,40 @@ void add_models(const hexmesh::Lattice& lattice, const OfLevel& of, const Elasti
     add_quadratures(lattice, of, points);
 }
 
+/// The models of condensed cells, each kind one.
+/// @param models   of the elements
+/// @param element  of each cell, what it is of
+void condense(const MeshCells& cells, const ElasticSettings& settings, std::vector<ElementModel>& models,
+              std::vector<std::int32_t>& element) {
+  std::vector<int> levels;
+  for (const OfLevel& of : cells.levels())
+    if (of.level > 0) levels.push_back(of.level);
+  if (levels.empty()) return;
+  const bool is_mean = settings.volumetric == Volumetric::mean;
+  const std::vector<hexmesh::CondensedLevel> condensed_levels =
+      hexmesh::condense(cells.lattice(), levels, settings.acting,
+                        is_mean ? hexmesh::CondensedDilatation::mean : hexmesh::CondensedDilatation::full);
+  std::vector<ElementModel> out;
+  std::size_t c = 0;
+  auto from = condensed_levels.begin();
+  for (const OfLevel& of : cells.levels()) {
+    const std::size_t end = c + (of.cells.empty() ? cells.lattice().level(of.level).cells.size() : of.cells.size());
+    std::map<std::int32_t, std::int32_t> number;  // of a kind, or of an element at level 0, in `out`
+    for (; c < end; ++c) {
+      const std::int32_t in_level = cells.place(c).cell;
+      const std::int32_t kind = of.level == 0 ? element[c] : from->kind[hexmesh::as_size(in_level)];
+      const auto [entry, is_new] = number.try_emplace(kind, static_cast<std::int32_t>(out.size()));
+      if (is_new) {
+        const ElementModel& model = models[hexmesh::as_size(element[c])];
+        out.push_back(of.level == 0 ? model : condensed(model, from->condensed[hexmesh::as_size(kind)]));
+      }
+      element[c] = entry->second;
+    }
+    if (of.level > 0) ++from;
+  }
+  models = std::move(out);
+}
+
 }  // namespace
 
 std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const MeshCells& cells,
@@ -88,6 +124,7 @@ std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const MeshCel
   std::vector<CellPoints> points(needs_points(settings) ? models.size() : 0);
   for (const OfLevel& of : cells.levels()) add_models(cells.lattice(), of, settings, models, points);
   std::vector<std::int32_t> element = cells.elements();
+  if (settings.stiffness == Stiffness::condensed) condense(cells, settings, models, element);
 
   if (settings.elasticity == Elasticity::cauchy)
     return std::make_unique<CauchyCells>(mesh, std::move(element), std::move(models));

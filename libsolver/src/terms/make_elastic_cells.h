@@ -16,9 +16,10 @@ struct ElasticSettings {
   Rotation rotation = Rotation::polar;
   Volumetric volumetric = Volumetric::mean;
   Stiffness stiffness = Stiffness::exact;
-  std::vector<bool> rotating;  ///< which co-rotational cells rotate; empty = all
-  bool is_reshaped = false;    ///< cells may come to rest elsewhere, see ElasticCells::set_rest()
-  bool saves_memory = false;   ///< co-rotational cells keep frames in single precision only
+  std::vector<bool> rotating;                ///< which co-rotational cells rotate; empty = all
+  bool is_reshaped = false;                  ///< cells may come to rest elsewhere, see ElasticCells::set_rest()
+  std::vector<hexmesh::ActingPoint> acting;  ///< for condensed cells
+  bool saves_memory = false;                 ///< co-rotational cells keep frames in single precision only
 };
 
 /// The elastic energy of cells of a lattice.

@@ -56,22 +56,26 @@ struct Way {
   int iterations;
   Integrator integrator = Integrator::implicit_euler;
   bool is_graded = false, is_soft = false;
+  Stiffness stiffness = Stiffness::exact;
 };
 void PrintTo(const Way& way, std::ostream* out) { *out << way.name; }
-const Way ways[] = {{"cg_10", StepSolver::cg, 10},
-                    {"jacobi_10", StepSolver::jacobi, 10},
-                    {"multigrid_1", StepSolver::multigrid, 1},
-                    {"multigrid_2", StepSolver::multigrid, 2},
-                    {"jacobi_converged", StepSolver::jacobi, 0},
-                    {"multigrid_converged", StepSolver::multigrid, 0},
-                    {"bdf2_jacobi_10", StepSolver::jacobi, 10, Integrator::bdf2},
-                    {"bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2},
-                    {"graded_cg_10", StepSolver::cg, 10, Integrator::implicit_euler, true},
-                    {"graded_jacobi_converged", StepSolver::jacobi, 0, Integrator::implicit_euler, true},
-                    {"graded_multigrid_2", StepSolver::multigrid, 2, Integrator::implicit_euler, true},
-                    {"graded_bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2, true},
-                    {"soft_multigrid_2", StepSolver::multigrid, 2, Integrator::implicit_euler, false, true},
-                    {"soft_bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2, false, true}};
+const Way ways[] = {
+    {"cg_10", StepSolver::cg, 10},
+    {"jacobi_10", StepSolver::jacobi, 10},
+    {"multigrid_1", StepSolver::multigrid, 1},
+    {"multigrid_2", StepSolver::multigrid, 2},
+    {"jacobi_converged", StepSolver::jacobi, 0},
+    {"multigrid_converged", StepSolver::multigrid, 0},
+    {"bdf2_jacobi_10", StepSolver::jacobi, 10, Integrator::bdf2},
+    {"bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2},
+    {"graded_cg_10", StepSolver::cg, 10, Integrator::implicit_euler, true},
+    {"graded_jacobi_converged", StepSolver::jacobi, 0, Integrator::implicit_euler, true},
+    {"graded_multigrid_2", StepSolver::multigrid, 2, Integrator::implicit_euler, true},
+    {"graded_bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2, true},
+    {"soft_multigrid_2", StepSolver::multigrid, 2, Integrator::implicit_euler, false, true, Stiffness::incompatible},
+    {"soft_bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2, false, true, Stiffness::incompatible},
+    {"condensed_multigrid_2", StepSolver::multigrid, 2, Integrator::implicit_euler, false, true, Stiffness::condensed},
+    {"condensed_graded_bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2, true, false, Stiffness::condensed}};
 
 class EveryWay : public testing::TestWithParam<Way> {
 protected:
@@ -79,7 +83,8 @@ protected:
     Scene s = moving(step, duration, GetParam().solver, GetParam().iterations);
     s.dynamics->integrator = GetParam().integrator;
     if (GetParam().is_graded) s.grading = Grading::scene;
-    if (GetParam().is_soft) s.supports = Supports::soft, s.stiffness = Stiffness::incompatible;
+    if (GetParam().is_soft) s.supports = Supports::soft;
+    s.stiffness = GetParam().stiffness;
     return s;
   }
   bool is_bdf2() const { return GetParam().integrator == Integrator::bdf2; }

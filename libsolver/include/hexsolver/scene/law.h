@@ -31,8 +31,14 @@ enum class Volumetric {
 enum class Stiffness {
   exact,         ///< K_parent = sum L^T K_child L: soft where a cell is empty
   incompatible,  ///< less what incompatible modes relax, above level 0: cells that bend. Not at points (needs_points)
+  condensed,     ///< the same with nodes inside cells nearly free, above level 0: at rest, as the voxels let them
   uniform        ///< the fill-weighted full cell, for comparison
 };
+
+/// Whether cells know their stiffness alone, and none of it at points.
+inline constexpr bool is_of_matrices(Stiffness stiffness) {
+  return stiffness == Stiffness::incompatible || stiffness == Stiffness::condensed;
+}
 
 /// Whether cells ask for more of their elements than matrices.
 /// @param is_reshaped  whether they may be at rest elsewhere than on the lattice

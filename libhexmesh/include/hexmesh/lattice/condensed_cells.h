@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "hexmesh/lattice/lattice.h"
+
+namespace hexmesh {
+
+/// A cell in which the nodes of its children move nearly freely, where they are nodes of this cell alone.
+///
+/// With A and b of the children over their nodes, E(u) = 1/2 u^T A u + e / (2 V^2) (b . u)^2: inner nodes, which no
+/// other cell has and on which nothing acts, go `relaxing` of the way from u_0, where the corners put them by trilinear
+/// interpolation, to where E is least. That is linear in the corners, u = T u_corners, and A' = T^T A T, b' = T^T b. It
+/// is again an interpolation that agrees across faces, so that K' is an upper bound of what the voxels resist, and
+/// below K_parent = sum L^T K_child L, which it is without inner nodes. (Derivation: libsolver/THEORY.md, "Condensed
+/// cells".)
+struct CondensedElement {
+  CellMatrix stiffness = CellMatrix::Zero();   ///< A, all but what resists the mean dilatation with `excess` [N/mm]
+  CellVector divergence = CellVector::Zero();  ///< b with b . u = int_filled div u dV [mm^2]
+  double excess = 0;                           ///< e, K = A + e / V^2 b b^T [N mm]
+  double volume = 0;                           ///< V, of the filled part [mm^3]
+};
+
+/// Those of a level.
+struct CondensedLevel {
+  std::vector<std::int32_t> kind;           ///< shape (num_cells)
+  std::vector<std::int32_t> element;        ///< shape (num_kinds), the element that cells of a kind share
+  std::vector<CondensedElement> condensed;  ///< shape (num_kinds)
+};
+
+/// How much of the way inner nodes go. At 1 a corner that little material reaches would have no stiffness at all, but
+/// loads that are handed to it by trilinear interpolation.
+inline constexpr double relaxing = 2.0 / 3;
+
+/// What resists the change of volume of a condensed cell.
+enum class CondensedDilatation : std::uint8_t {
+  mean,  ///< of each voxel's mean dilatation min(kappa, 2/3 mu), so that A is of a Poisson's ratio of 0, and of the
+         ///< cell's what is left
+  full   ///< of the dilatation everywhere, kappa
+};
+
+/// Where a condition or a force acts: nodes by which it does are none of the inner ones.
+struct ActingPoint {
+  std::int32_t voxel = 0;  ///< the cell of level 0 that it acts on
+  Vec3 index;              ///< its place, as a continuous index of the voxels
+};
+
+/// The condensed cells of some levels.
+/// @param levels  ascending, each > 0
+/// @pre all levels up to the last are there
+std::vector<CondensedLevel> condense(const Lattice& lattice, const std::vector<int>& levels,
+                                     const std::vector<ActingPoint>& acting, CondensedDilatation dilatation);
+
+}  // namespace hexmesh

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hexmesh/lattice/condensed_cells.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cstring>
+#include <string_view>
+#include <unordered_map>
+
+#include "hexmesh/lattice/merge.h"
+
+namespace hexmesh {
+namespace {
+
+using Eigen::Index;
+
+constexpr std::uint8_t none = 255;
+
+/// How the children of a parent hang together: what decides, with their kinds, how it condenses.
+struct Pattern {
+  Children children;                  ///< their kinds by slot
+  std::array<std::uint8_t, 64> node;  ///< of corner a in slot s at 8 s + a: number in the parent, in the order met
+  std::uint64_t inner;                ///< bit 8 s + a: whether that is an inner node
+
+  std::string_view bytes() const { return {reinterpret_cast<const char*>(this), sizeof *this}; }
+  bool operator==(const Pattern& other) const { return bytes() == other.bytes(); }
+  struct Hash {
+    std::size_t operator()(const Pattern& p) const { return std::hash<std::string_view>()(p.bytes()); }
+  };
+};
+static_assert(std::has_unique_object_representations_v<Pattern>);
+
+/// The cells of a level as kinds.
+struct Kinds {
+  std::vector<std::int32_t> of_cell;
+  std::vector<Pattern> patterns;      ///< of each kind; of none at level 0
+  std::vector<std::int32_t> element;  ///< of each kind
+};
+
+/// Which parent alone has each node of a level; -1: several have it, or something acts on it.
+std::vector<std::int32_t> owners_of_nodes(const Lattice& lattice, int level, const NodeNumbering& numbering,
+                                          const std::vector<std::int32_t>& parents,
+                                          const std::vector<ActingPoint>& acting) {
+  constexpr std::int32_t nobody = -2;
+  std::vector<std::int32_t> owner(numbering.nodes.size(), nobody);
+  for (std::size_t c = 0; c < numbering.cell_nodes.size(); ++c)
+    for (const std::int32_t node : numbering.cell_nodes[c]) {
+      std::int32_t& o = owner[as_size(node)];
+      if (o != parents[c]) o = o == nobody ? parents[c] : -1;
+    }
+  constexpr double nothing = 1e-9;
+  const Level& of = lattice.level(level);
+  const std::vector<std::int32_t> cell_of = coarser_cells_of(lattice, 0, level);
+  for (const ActingPoint& point : acting) {
+    const std::size_t cell = as_size(cell_of[as_size(point.voxel)]);
+    Vec3 local;
+    for (std::size_t d = 0; d < 3; ++d) {
+      const auto axis = static_cast<Index>(d);
+      local[axis] = (point.index[axis] + 0.5) / of.voxels_per_cell[d] - of.cells[cell][d];
+    }
+    const NodeWeights weights = shape_functions(local);
+    for (std::size_t a = 0; a < 8; ++a)
+      if (std::abs(weights[static_cast<Index>(a)]) > nothing) owner[as_size(numbering.cell_nodes[cell][a])] = -1;
+  }
+  return owner;
+}
+
+/// Whether a corner of a child is one of its parent.
+bool is_corner_of_parent(int slot, int corner, const Index3& merge) {
+  return weights_in_parent(slot, corner, merge).maxCoeff() == 1;
+}
+
+Kinds kinds_of_parents(const Lattice& lattice, int level, const Kinds& finer, const std::vector<ActingPoint>& acting) {
+  const Level &above = lattice.level(level), &below = lattice.level(level - 1);
+  const NodeNumbering numbering = nodes_of(below);
+  const std::vector<std::int32_t> parents = coarser_cells_of(lattice, level - 1, level);
+  const std::vector<std::int32_t> owner = owners_of_nodes(lattice, level - 1, numbering, parents, acting);
+  std::vector<Children> children(above.cells.size());
+  for (Children& of_parent : children) of_parent.fill(-1);
+  for (std::size_t c = 0; c < parents.size(); ++c)
+    children[as_size(parents[c])][as_size(slot_in_parent(below.cells[c], above.merge))] = static_cast<std::int32_t>(c);
+
+  std::uint64_t corners_of_parent = 0;
+  for (int slot = 0; slot < 8; ++slot)
+    for (int corner = 0; corner < 8; ++corner)
+      if (is_corner_of_parent(slot, corner, above.merge)) corners_of_parent |= std::uint64_t{1} << (8 * slot + corner);
+
+  Kinds out;
+  out.of_cell.resize(above.cells.size());
+  std::unordered_map<Pattern, std::int32_t, Pattern::Hash> known;
+  for (std::size_t p = 0; p < children.size(); ++p) {
+    Pattern pattern{{}, {}, 0};
+    pattern.node.fill(none);
+    std::array<std::int32_t, 64> met;
+    std::uint8_t num_met = 0;
+    for (std::size_t slot = 0; slot < 8; ++slot) {
+      const std::int32_t child = children[p][slot];
+      pattern.children[slot] = child < 0 ? -1 : finer.of_cell[as_size(child)];
+      if (child < 0) continue;
+      for (std::size_t a = 0; a < 8; ++a) {
+        const std::int32_t node = numbering.cell_nodes[as_size(child)][a];
+        const auto number =
+            static_cast<std::uint8_t>(std::find(met.begin(), met.begin() + num_met, node) - met.begin());
+        if (number == num_met) met[num_met++] = node;
+        pattern.node[8 * slot + a] = number;
+        const std::uint64_t bit = std::uint64_t{1} << (8 * slot + a);
+        if (owner[as_size(node)] >= 0 && !(corners_of_parent & bit)) pattern.inner |= bit;
+      }
+    }
+    const auto [entry, is_new] = known.try_emplace(pattern, static_cast<std::int32_t>(out.patterns.size()));
+    out.of_cell[p] = entry->second;
+    if (!is_new) continue;
+    out.patterns.push_back(pattern);
+    out.element.push_back(above.element[p]);
+  }
+  return out;
+}
+
+std::vector<CondensedElement> condensed_voxels(const Lattice& lattice, CondensedDilatation dilatation) {
+  const ElementMatrices matrices(lattice.cell_edges(0));
+  const double volume = lattice.voxels.voxel_volume();
+  std::vector<CondensedElement> out;
+  for (const VoxelMaterial& m : lattice.materials) {
+    const Element voxel = full_voxel(m.material, volume);
+    CondensedElement& c = out.emplace_back();
+    c.volume = volume;
+    c.divergence = matrices.divergence(voxel);
+    if (dilatation == CondensedDilatation::full) {
+      c.stiffness = matrices.stiffness(voxel);
+      continue;
+    }
+    const double bulk = voxel.total_bulk(), of_voxel = std::min(bulk, 2.0 / 3 * voxel.total_shear());
+    c.stiffness = mean_dilatation_stiffness(matrices.deviatoric(voxel), c.divergence, of_voxel, volume);
+    c.excess = bulk - of_voxel;
+  }
+  return out;
+}
+
+CondensedElement condensed(const Pattern& pattern, const std::vector<CondensedElement>& finer, const Index3& merge) {
+  // The children's sum over their nodes, and where the corners put these.
+  Index num_nodes = 0;
+  for (const std::uint8_t n : pattern.node)
+    if (n != none) num_nodes = std::max<Index>(num_nodes, n + 1);
+  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(3 * num_nodes, 3 * num_nodes), t = Eigen::MatrixXd::Zero(3 * num_nodes, 24);
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(3 * num_nodes);
+  std::vector<bool> is_inner(static_cast<std::size_t>(num_nodes));
+  CondensedElement out;
+  for (int slot = 0; slot < 8; ++slot) {
+    const std::int32_t child = pattern.children[as_size(slot)];
+    if (child < 0) continue;
+    const CondensedElement& of = finer[as_size(child)];
+    out.excess += of.excess;
+    out.volume += of.volume;
+    const std::uint8_t* node = &pattern.node[as_size(8 * slot)];
+    for (int n = 0; n < 8; ++n) {
+      b.segment<3>(3 * node[n]) += of.divergence.segment<3>(3 * n);
+      for (int m = 0; m < 8; ++m) a.block<3, 3>(3 * node[m], 3 * node[n]) += of.stiffness.block<3, 3>(3 * m, 3 * n);
+      const NodeWeights weights = weights_in_parent(slot, n, merge);
+      for (int corner = 0; corner < 8; ++corner)
+        t.block<3, 3>(3 * node[n], 3 * corner) = weights[corner] * Mat3::Identity();
+      if (pattern.inner >> (8 * slot + n) & 1) is_inner[node[n]] = true;
+    }
+  }
+  std::vector<Index> inner;
+  for (Index n = 0; n < num_nodes; ++n)
+    if (is_inner[static_cast<std::size_t>(n)]) inner.insert(inner.end(), {3 * n, 3 * n + 1, 3 * n + 2});
+  if (!inner.empty()) {
+    const double factor = out.excess / (out.volume * out.volume);
+    const Eigen::VectorXd b_inner = b(inner);
+    Eigen::MatrixXd m = a(inner, inner) + factor * b_inner * b_inner.transpose();
+    constexpr double rounding = 1e-13;
+    m.diagonal().array() += rounding * m.trace() / static_cast<double>(inner.size());
+    const Eigen::MatrixXd force = a(inner, Eigen::all) * t + factor * b_inner * (b.transpose() * t);
+    t(inner, Eigen::all) -= relaxing * m.llt().solve(force);
+  }
+  const CellMatrix k = t.transpose() * a * t;
+  out.stiffness = (k + k.transpose()) / 2;
+  out.divergence = t.transpose() * b;
+  return out;
+}
+
+}  // namespace
+
+std::vector<CondensedLevel> condense(const Lattice& lattice, const std::vector<int>& levels,
+                                     const std::vector<ActingPoint>& acting, CondensedDilatation dilatation) {
+  std::vector<CondensedLevel> out;
+  Kinds kinds{lattice.level(0).element, {}, {}};
+  std::vector<CondensedElement> elements = condensed_voxels(lattice, dilatation);
+  for (int level = 1; level <= (levels.empty() ? 0 : levels.back()); ++level) {
+    kinds = kinds_of_parents(lattice, level, kinds, acting);
+    std::vector<CondensedElement> coarser(kinds.patterns.size());
+    const auto count = static_cast<std::ptrdiff_t>(coarser.size());
+#pragma omp parallel for schedule(dynamic, 16)
+    for (std::ptrdiff_t k = 0; k < count; ++k)
+      coarser[static_cast<std::size_t>(k)] =
+          condensed(kinds.patterns[static_cast<std::size_t>(k)], elements, lattice.level(level).merge);
+    elements = std::move(coarser);
+    if (std::binary_search(levels.begin(), levels.end(), level))
+      out.push_back({kinds.of_cell, kinds.element, elements});
+  }
+  return out;
+}
+
+}  // namespace hexmesh
