@@ -3,10 +3,10 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <cstring>
 #include <string_view>
 #include <unordered_map>
 
+#include "hexmesh/lattice/locator.h"
 #include "hexmesh/lattice/merge.h"
 
 namespace hexmesh {
@@ -38,7 +38,8 @@ struct Kinds {
 };
 
 /// Which parent alone has each node of a level; -1: several have it, or something acts on it.
-std::vector<std::int32_t> owners_of_nodes(const Lattice& lattice, int level, const NodeNumbering& numbering,
+/// @param acting  on cells of that level
+std::vector<std::int32_t> owners_of_nodes(const Level& level, const NodeNumbering& numbering,
                                           const std::vector<std::int32_t>& parents,
                                           const std::vector<ActingPoint>& acting) {
   constexpr std::int32_t nobody = -2;
@@ -49,16 +50,9 @@ std::vector<std::int32_t> owners_of_nodes(const Lattice& lattice, int level, con
       if (o != parents[c]) o = o == nobody ? parents[c] : -1;
     }
   constexpr double nothing = 1e-9;
-  const Level& of = lattice.level(level);
-  const std::vector<std::int32_t> cell_of = coarser_cells_of(lattice, 0, level);
   for (const ActingPoint& point : acting) {
-    const std::size_t cell = as_size(cell_of[as_size(point.voxel)]);
-    Vec3 local;
-    for (std::size_t d = 0; d < 3; ++d) {
-      const auto axis = static_cast<Index>(d);
-      local[axis] = (point.index[axis] + 0.5) / of.voxels_per_cell[d] - of.cells[cell][d];
-    }
-    const NodeWeights weights = shape_functions(local);
+    const std::size_t cell = as_size(point.cell);
+    const NodeWeights weights = shape_functions(local_in_cell(point.index, level.cells[cell], level.voxels_per_cell));
     for (std::size_t a = 0; a < 8; ++a)
       if (std::abs(weights[static_cast<Index>(a)]) > nothing) owner[as_size(numbering.cell_nodes[cell][a])] = -1;
   }
@@ -70,11 +64,12 @@ bool is_corner_of_parent(int slot, int corner, const Index3& merge) {
   return weights_in_parent(slot, corner, merge).maxCoeff() == 1;
 }
 
-Kinds kinds_of_parents(const Lattice& lattice, int level, const Kinds& finer, const std::vector<ActingPoint>& acting) {
-  const Level &above = lattice.level(level), &below = lattice.level(level - 1);
+/// @param parents  of the cells of `below`
+/// @param acting   on these
+Kinds kinds_of_parents(const Level& above, const Level& below, const std::vector<std::int32_t>& parents,
+                       const Kinds& finer, const std::vector<ActingPoint>& acting) {
   const NodeNumbering numbering = nodes_of(below);
-  const std::vector<std::int32_t> parents = coarser_cells_of(lattice, level - 1, level);
-  const std::vector<std::int32_t> owner = owners_of_nodes(lattice, level - 1, numbering, parents, acting);
+  const std::vector<std::int32_t> owner = owners_of_nodes(below, numbering, parents, acting);
   std::vector<Children> children(above.cells.size());
   for (Children& of_parent : children) of_parent.fill(-1);
   for (std::size_t c = 0; c < parents.size(); ++c)
@@ -182,12 +177,14 @@ CondensedElement condensed(const Pattern& pattern, const std::vector<CondensedEl
 }  // namespace
 
 std::vector<CondensedLevel> condense(const Lattice& lattice, const std::vector<int>& levels,
-                                     const std::vector<ActingPoint>& acting, CondensedDilatation dilatation) {
+                                     std::vector<ActingPoint> acting, CondensedDilatation dilatation) {
   std::vector<CondensedLevel> out;
   Kinds kinds{lattice.level(0).element, {}, {}};
   std::vector<CondensedElement> elements = condensed_voxels(lattice, dilatation);
   for (int level = 1; level <= (levels.empty() ? 0 : levels.back()); ++level) {
-    kinds = kinds_of_parents(lattice, level, kinds, acting);
+    const std::vector<std::int32_t> parents = coarser_cells_of(lattice, level - 1, level);
+    kinds = kinds_of_parents(lattice.level(level), lattice.level(level - 1), parents, kinds, acting);
+    for (ActingPoint& point : acting) point.cell = parents[as_size(point.cell)];
     std::vector<CondensedElement> coarser(kinds.patterns.size());
     const auto count = static_cast<std::ptrdiff_t>(coarser.size());
 #pragma omp parallel for schedule(dynamic, 16)

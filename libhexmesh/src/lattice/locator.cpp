@@ -7,6 +7,12 @@
 
 namespace hexmesh {
 
+Vec3 local_in_cell(const Vec3& voxel_index, const Index3& cell, const Index3& voxels_per_cell) {
+  Vec3 local;
+  for (int d = 0; d < 3; ++d) local[d] = (voxel_index[d] + 0.5) / voxels_per_cell[d] - cell[d];
+  return local;
+}
+
 CellLocator::CellLocator(const Grid& voxels, const Index3& voxels_per_cell, std::span<const Index3> cells)
     : voxels_(voxels),
       voxels_per_cell_(voxels_per_cell),
@@ -58,9 +64,7 @@ std::int32_t CellLocator::cell_at(const Index3& c) const {
 }
 
 Embedding CellLocator::embed(std::int32_t cell, const Vec3& voxel_index) const {
-  Embedding e{cell, {}};
-  for (int d = 0; d < 3; ++d) e.local[d] = (voxel_index[d] + 0.5) / voxels_per_cell_[d] - cells_[cell][d];
-  return e;
+  return {cell, local_in_cell(voxel_index, cells_[cell], voxels_per_cell_)};
 }
 
 std::int32_t CellLocator::cell_of_voxel(const Index3& voxel) const {

@@ -77,6 +77,7 @@ LevelProblem::LevelProblem(MeshCells cells, const Scene& scene, Matchings matchi
   const Lattice& lattice = cells_.lattice();
   hierarchy_.in_double = is_of_high_contrast(lattice);
   Selector selector(cells_, mesh());
+  if (scene.stiffness == Stiffness::condensed) selector.note_what_acts();
   std::vector<ConstraintPoint> points = select_points(scene, selector);
   if (matchings.empty()) matchings = make_matchings(scene, lattice);
   std::vector<ConstraintPoint> holding = points;
@@ -92,7 +93,7 @@ LevelProblem::LevelProblem(MeshCells cells, const Scene& scene, Matchings matchi
   expect_embedded(scene, matchings, matched);
   new_matches_ = make_match_terms(scene, matchings, mesh(), matched);
   for (const auto& match : new_matches_) matches_.push_back(match.get());
-  if (scene.stiffness == Stiffness::condensed) acting_ = selector.acting();
+  acting_ = selector.acting();
   set_loads(progress_);
 }
 

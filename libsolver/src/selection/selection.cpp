@@ -210,13 +210,8 @@ Embedding Selector::embed(const Index3& voxel, const Vec3& voxel_index) const {
 
 /// Where a place is in a cell.
 Embedding Selector::in_cell(std::int32_t cell, const Vec3& voxel_index) const {
-  Embedding e{cell, {}};
-  const Index3& size = cells_.lattice_level(hexmesh::as_size(cell)).voxels_per_cell;
-  for (std::size_t d = 0; d < 3; ++d) {
-    const auto axis = static_cast<Eigen::Index>(d);
-    e.local[axis] = (voxel_index[axis] + 0.5) / size[d] - mesh_.cells()[hexmesh::as_size(cell)][d];
-  }
-  return e;
+  const auto c = hexmesh::as_size(cell);
+  return {cell, hexmesh::local_in_cell(voxel_index, mesh_.cells()[c], cells_.lattice_level(c).voxels_per_cell)};
 }
 
 template <class MayCount>
@@ -251,22 +246,21 @@ std::vector<Selector::Candidate> Selector::choose_candidates(const Selection& se
 }
 
 SurfacePoint Selector::found(const Candidate& candidate) {
-  const Vec3 index = lattice().voxels.continuous_index(candidate.position);
-  if (candidate.area != Vec3::Zero()) {
-    const Vec3 out = lattice().voxels.direction().transpose() * candidate.area.stableNormalized();
-    acting_.push_back({index, index - out / 2, 0.1});
-  } else {
-    acting_.push_back({index, index, 0.6});  // a voxel, or all around a node
-  }
+  if (candidate.area == Vec3::Zero())
+    note_acting(candidate.position, 0.6);  // a voxel, or all around a node
+  else
+    note_acting(candidate.position, 0.1, lattice().voxels.direction().transpose() * candidate.area.stableNormalized());
   return {candidate.embedding.cell, hexmesh::shape_functions(candidate.embedding.local), candidate.area};
 }
 
+void Selector::note_acting(const Vec3& position, double reach, const Vec3& out) {
+  if (!notes_acting_) return;
+  const Vec3 index = lattice().voxels.continuous_index(position);
+  acting_.push_back({index, index - out / 2, reach});
+}
+
 std::vector<hexmesh::ActingPoint> Selector::acting() const {
-  const std::vector<Index3>& voxels = lattice().level(0).cells;
   std::vector<hexmesh::ActingPoint> out;
-  const auto is_before = [](const Index3& a, const Index3& b) {
-    return std::lexicographical_compare(a.rbegin(), a.rend(), b.rbegin(), b.rend());
-  };
   for (const Acting& a : acting_) {
     Index3 first, last, v;
     for (std::size_t d = 0; d < 3; ++d) {
@@ -276,8 +270,8 @@ std::vector<hexmesh::ActingPoint> Selector::acting() const {
     for (v[2] = first[2]; v[2] <= last[2]; ++v[2])
       for (v[1] = first[1]; v[1] <= last[1]; ++v[1])
         for (v[0] = first[0]; v[0] <= last[0]; ++v[0]) {
-          const auto [begin, end] = std::equal_range(voxels.begin(), voxels.end(), v, is_before);
-          for (auto c = begin; c != end; ++c) out.push_back({static_cast<std::int32_t>(c - voxels.begin()), a.index});
+          const auto [begin, end] = hexmesh::cells_at(lattice().level(0).cells, v);
+          for (std::int32_t c = begin; c < end; ++c) out.push_back({c, a.index});
         }
   }
   return out;
@@ -348,8 +342,7 @@ std::vector<SurfacePoint> Selector::embed(const std::vector<Vec3>& places) {
   if (mesh_.is_graded()) of_finest.emplace(lattice().voxels, finest.voxels_per_cell, finest.cells, finest.split.owners);
   std::vector<SurfacePoint> out;
   for (const Vec3& place : places) {
-    const Vec3 index = lattice().voxels.continuous_index(place);
-    acting_.push_back({index, index, 1});
+    note_acting(place, 1);
     Embedding e = (of_finest ? *of_finest : locator()).locate_position(place);
     if (of_finest && e.cell >= 0)
       e = in_cell(cells_.holder(cells_.level(), e.cell), lattice().voxels.continuous_index(place));

@@ -64,7 +64,9 @@ public:
 
   const SurfaceShare& share() const noexcept { return share_; }
 
-  /// Where all that was found acts, on which voxels.
+  /// Note from now on where all that is found acts.
+  void note_what_acts() { notes_acting_ = true; }
+  /// That, and on which voxels.
   /// @pre level 0 is there
   std::vector<hexmesh::ActingPoint> acting() const;
 
@@ -90,6 +92,9 @@ private:
   std::vector<Candidate> choose_candidates(const Selection& selection, const std::string& what);
 
   SurfacePoint found(const Candidate& candidate);
+  /// @param reach  as Acting
+  /// @param out    of a face, out of its voxel, along the axes of the voxels
+  void note_acting(const Vec3& position, double reach, const Vec3& out = Vec3::Zero());
 
   /// What acts at an index of voxels, on those whose centres are so near along each axis to another.
   struct Acting {
@@ -99,6 +104,7 @@ private:
   MeshCells cells_;
   const Mesh& mesh_;
   const SurfaceShare& share_;
+  bool notes_acting_ = false;
   std::vector<Acting> acting_;
   std::shared_ptr<const hexmesh::SurfaceFaces> faces_;   ///< found when first needed, as the next
   std::unique_ptr<const hexmesh::CellLocator> locator_;  ///< of cells of one level

@@ -49,12 +49,12 @@ Mat3 cauchy_stress(const Mat3& kirchhoff, double jacobian);
 ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const hexmesh::Element& element,
                                 const Mat3& edges, Volumetric volumetric, bool bends = false);
 
-/// The same cell with the stiffness that it has condensed.
-ElementModel condensed(ElementModel model, const hexmesh::CondensedElement& element);
-
 /// The same, to the last digit, from the matrices that the lattice file holds.
 ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::size_t element, const Mat3& edges,
                                 Volumetric volumetric);
+
+/// A cell's model with the stiffness that it has condensed.
+ElementModel condensed(ElementModel model, const hexmesh::CondensedElement& element);
 
 /// The elastic energy of all cells of one level.
 ///

@@ -12,9 +12,9 @@ namespace hexmesh {
 /// With A and b of the children over their nodes, E(u) = 1/2 u^T A u + e / (2 V^2) (b . u)^2: inner nodes, which no
 /// other cell has and on which nothing acts, go `relaxing` of the way from u_0, where the corners put them by trilinear
 /// interpolation, to where E is least. That is linear in the corners, u = T u_corners, and A' = T^T A T, b' = T^T b. It
-/// is again an interpolation that agrees across faces, so that K' is an upper bound of what the voxels resist, and
-/// below K_parent = sum L^T K_child L, which it is without inner nodes. (Derivation: libsolver/THEORY.md, "Condensed
-/// cells".)
+/// is again an interpolation that agrees across faces: with the dilatation counted in full K' is an upper bound of what
+/// the voxels resist, and below K_parent = sum L^T K_child L, which it is without inner nodes. (Derivation:
+/// libsolver/THEORY.md, "Condensed cells".)
 struct CondensedElement {
   CellMatrix stiffness = CellMatrix::Zero();   ///< A, all but what resists the mean dilatation with `excess` [N/mm]
   CellVector divergence = CellVector::Zero();  ///< b with b . u = int_filled div u dV [mm^2]
@@ -42,14 +42,14 @@ enum class CondensedDilatation : std::uint8_t {
 
 /// Where a condition or a force acts: nodes by which it does are none of the inner ones.
 struct ActingPoint {
-  std::int32_t voxel = 0;  ///< the cell of level 0 that it acts on
-  Vec3 index;              ///< its place, as a continuous index of the voxels
+  std::int32_t cell = 0;  ///< of level 0, on which it acts
+  Vec3 index;             ///< its place, as a continuous index of the voxels
 };
 
 /// The condensed cells of some levels.
 /// @param levels  ascending, each > 0
 /// @pre all levels up to the last are there
 std::vector<CondensedLevel> condense(const Lattice& lattice, const std::vector<int>& levels,
-                                     const std::vector<ActingPoint>& acting, CondensedDilatation dilatation);
+                                     std::vector<ActingPoint> acting, CondensedDilatation dilatation);
 
 }  // namespace hexmesh

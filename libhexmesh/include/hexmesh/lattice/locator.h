@@ -15,6 +15,10 @@ struct Embedding {
   Vec3 local = Vec3::Zero();  ///< position in the cell, [0, 1]^3; outside only for points that no cell holds
 };
 
+/// Where a place is in a cell of its own or of another level, as Embedding::local.
+/// @param voxel_index  continuous voxel index in the lattice's box
+Vec3 local_in_cell(const Vec3& voxel_index, const Index3& cell, const Index3& voxels_per_cell);
+
 /// How far from the material a point may lie and still move with it [mm].
 inline constexpr double embedding_reach = 10;
 
