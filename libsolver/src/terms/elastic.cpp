@@ -58,7 +58,7 @@ ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::si
 ElementModel condensed(ElementModel model, const hexmesh::CondensedElement& element) {
   model.set_stiffness(
       hexmesh::mean_dilatation_stiffness(element.stiffness, element.divergence, element.excess, element.volume));
-  ElementModel::OfCondensed& dilatation = model.dilatation.emplace();
+  DilatationModel& dilatation = model.dilatation.emplace();
   dilatation.bulk = element.excess / element.volume;
   for (int a = 0; a < 8; ++a) dilatation.gradient.row(a) = element.divergence.segment<3>(3 * a) / element.volume;
   return model;

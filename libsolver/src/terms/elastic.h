@@ -17,6 +17,12 @@
 
 namespace hexsolver {
 
+/// How a cell's mean dilatation is resisted, bulk times the filled volume.
+struct DilatationModel {
+  double bulk = 0;         ///< [MPa]
+  NodeGradients gradient;  ///< b / V [1/mm]
+};
+
 /// What cells alike share.
 struct ElementModel {
   CellMatrix stiffness;                                    ///< K [N/mm]
@@ -26,12 +32,8 @@ struct ElementModel {
   double volume = 0;                                       ///< of the filled part [mm^3]
   double shear = 0, bulk = 0;                              ///< mean moduli over the filled part [MPa]
   bool mean_dilatation = false;                            ///< K resists change of volume by (bulk / volume) b b^T
-  struct OfCondensed {
-    double bulk = 0;         ///< [MPa]
-    NodeGradients gradient;  ///< b / V [1/mm]
-  };
-  std::optional<OfCondensed> dilatation;  ///< of condensed cells: that bulk and b instead
-  hexmesh::SubcellMask subcells = 0;      ///< where the material is; 0 = not known
+  std::optional<DilatationModel> dilatation;               ///< of condensed cells: that bulk and b instead
+  hexmesh::SubcellMask subcells = 0;                       ///< where the material is; 0 = not known
 
   void set_stiffness(const CellMatrix& k);
   AlikeMatrix<double> alike() const { return {stiffness.data(), mirrored.get()}; }
