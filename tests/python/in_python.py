@@ -414,7 +414,7 @@ import hextools, numpy as np, sys
 body = hextools.build(np.ones((40, 40, 80), dtype=np.uint8), spacing=(1, 1, 1), materials={1: {"young_kpa": 3, "poisson": 0.49, "density_kg_m3": 1000}})
 scene = {"solve": {"law": "neo-hookean", "error_estimate": "off"}, "fix": [{"name": "end", "halfspace": {"point_mm": [0, 0, 0], "normal": [0, 0, -1]}}], "gravity": {"m_s2": [0, 3, 0]}}
 try:
-    hextools.solve(body, scene, level=0, progress=lambda told: print("step", flush=True))
+    hextools.solve(body, scene, level=0, progress=lambda told: (sys.stdout.write("step\\n"), sys.stdout.flush()))
     print("solved", flush=True)
 except KeyboardInterrupt:
     small = hextools.build(np.ones((4, 4, 8), dtype=np.uint8), materials={1: {"young_kpa": 3, "poisson": 0.4}})
