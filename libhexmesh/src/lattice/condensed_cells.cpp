@@ -131,14 +131,20 @@ std::vector<CondensedElement> condensed_voxels(const Lattice& lattice, Condensed
   return out;
 }
 
+/// With F the forces on inner nodes and M their own matrix, both with what `excess` resists: K' = K_parent -
+/// relaxing (2 - relaxing) F^T M^-1 F.
 CondensedElement condensed(const Pattern& pattern, const std::vector<CondensedElement>& finer, const Index3& merge) {
-  // The children's sum over their nodes, and where the corners put these.
-  Index num_nodes = 0;
-  for (const std::uint8_t n : pattern.node)
-    if (n != none) num_nodes = std::max<Index>(num_nodes, n + 1);
-  Eigen::MatrixXd a = Eigen::MatrixXd::Zero(3 * num_nodes, 3 * num_nodes), t = Eigen::MatrixXd::Zero(3 * num_nodes, 24);
-  Eigen::VectorXd b = Eigen::VectorXd::Zero(3 * num_nodes);
-  std::vector<bool> is_inner(static_cast<std::size_t>(num_nodes));
+  constexpr Index not_inner = -1;
+  std::array<Index, 64> row_of_node;
+  row_of_node.fill(not_inner);
+  Index size = 0;
+  for (std::size_t n = 0; n < 64; ++n)
+    if (pattern.inner >> n & 1 && row_of_node[pattern.node[n]] == not_inner) {
+      row_of_node[pattern.node[n]] = size;
+      size += 3;
+    }
+  Eigen::MatrixXd m = Eigen::MatrixXd::Zero(size, size), force = Eigen::MatrixXd::Zero(size, 24);
+  Eigen::VectorXd b_inner = Eigen::VectorXd::Zero(size);
   CondensedElement out;
   for (int slot = 0; slot < 8; ++slot) {
     const std::int32_t child = pattern.children[as_size(slot)];
@@ -146,31 +152,44 @@ CondensedElement condensed(const Pattern& pattern, const std::vector<CondensedEl
     const CondensedElement& of = finer[as_size(child)];
     out.excess += of.excess;
     out.volume += of.volume;
-    const std::uint8_t* node = &pattern.node[as_size(8 * slot)];
-    for (int n = 0; n < 8; ++n) {
-      b.segment<3>(3 * node[n]) += of.divergence.segment<3>(3 * n);
-      for (int m = 0; m < 8; ++m) a.block<3, 3>(3 * node[m], 3 * node[n]) += of.stiffness.block<3, 3>(3 * m, 3 * n);
-      const NodeWeights weights = weights_in_parent(slot, n, merge);
+    std::array<NodeWeights, 8> weights;  // of the parent's corners in each of the child's
+    for (int a = 0; a < 8; ++a) weights[as_size(a)] = weights_in_parent(slot, a, merge);
+    CellMatrix forces = CellMatrix::Zero();  // on the child's nodes, of where the parent's are
+    for (int a = 0; a < 8; ++a)
       for (int corner = 0; corner < 8; ++corner)
-        t.block<3, 3>(3 * node[n], 3 * corner) = weights[corner] * Mat3::Identity();
-      if (pattern.inner >> (8 * slot + n) & 1) is_inner[node[n]] = true;
+        if (const double w = weights[as_size(a)][corner]; w != 0)
+          forces.middleCols<3>(3 * corner) += w * of.stiffness.middleCols<3>(3 * a);
+    for (int a = 0; a < 8; ++a) {
+      for (int corner = 0; corner < 8; ++corner)
+        if (const double w = weights[as_size(a)][corner]; w != 0) {
+          out.stiffness.middleRows<3>(3 * corner) += w * forces.middleRows<3>(3 * a);
+          out.divergence.segment<3>(3 * corner) += w * of.divergence.segment<3>(3 * a);
+        }
+      const std::uint8_t* node = &pattern.node[as_size(8 * slot)];
+      const Index row = row_of_node[node[a]];
+      if (row == not_inner) continue;
+      force.middleRows<3>(row) += forces.middleRows<3>(3 * a);
+      b_inner.segment<3>(row) += of.divergence.segment<3>(3 * a);
+      for (int other = 0; other < 8; ++other)
+        if (const Index column = row_of_node[node[other]]; column != not_inner)
+          m.block<3, 3>(row, column) += of.stiffness.block<3, 3>(3 * a, 3 * other);
     }
   }
-  std::vector<Index> inner;
-  for (Index n = 0; n < num_nodes; ++n)
-    if (is_inner[static_cast<std::size_t>(n)]) inner.insert(inner.end(), {3 * n, 3 * n + 1, 3 * n + 2});
-  if (!inner.empty()) {
+  if (size > 0) {
     const double factor = out.excess / (out.volume * out.volume);
-    const Eigen::VectorXd b_inner = b(inner);
-    Eigen::MatrixXd m = a(inner, inner) + factor * b_inner * b_inner.transpose();
+    m += factor * b_inner * b_inner.transpose();
+    force += factor * b_inner * out.divergence.transpose();
     constexpr double rounding = 1e-13;
-    m.diagonal().array() += rounding * m.trace() / static_cast<double>(inner.size());
-    const Eigen::MatrixXd force = a(inner, Eigen::all) * t + factor * b_inner * (b.transpose() * t);
-    t(inner, Eigen::all) -= relaxing * m.llt().solve(force);
+    m.diagonal().array() += rounding * m.trace() / static_cast<double>(size);
+    const Eigen::LLT<Eigen::MatrixXd> factors(m);
+    factors.matrixL().solveInPlace(force);
+    factors.matrixL().solveInPlace(b_inner);
+    const CellVector b = out.divergence;
+    out.divergence -= relaxing * force.transpose() * b_inner;
+    out.stiffness -= relaxing * (2 - relaxing) * force.transpose() * force;
+    out.stiffness += factor * (b * b.transpose() - out.divergence * out.divergence.transpose());
   }
-  const CellMatrix k = t.transpose() * a * t;
-  out.stiffness = (k + k.transpose()) / 2;
-  out.divergence = t.transpose() * b;
+  out.stiffness = (out.stiffness + out.stiffness.transpose()).eval() / 2;
   return out;
 }
 
