@@ -150,7 +150,6 @@ TEST_F(HexsolveMpi, WhatIsWrongIsSaidOnceAndLeavesNothing) {
   }
   expect("liver.seg.nrrd liver.toml" + to, 3, "not a readable HDF5 file");
   expect(lattice + "liver.toml --set solve.islands=drop" + to, 3, "not for several processes");
-  expect(lattice + "liver.toml --set solve.stiffness=condensed" + to, 3, "not for several processes");
   write_text(*folder / "unheld.toml",
              "[[displace]]\nby_mm = [1, 0, 0]\naxes = \"x\"\npoint_mm = [0, 0, 0]\nradius_mm = 30\n"
              "max_distance_mm = 100\n");

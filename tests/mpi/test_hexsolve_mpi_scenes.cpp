@@ -85,6 +85,20 @@ halfspace = { point_mm = [40, 0, 0], normal = [1, 0, 0] }
 [gravity]
 m_s2 = [0, 3, 5]
 )"},
+                                         std::pair{"condensed", R"(
+[solve]
+stiffness = "condensed"
+supports = "soft"
+[[fix]]
+halfspace = { point_mm = [40, 0, 0], normal = [1, 0, 0] }
+[[force]]
+newton = [0, 0.2, 0]
+point_mm = [-80, 0, 0]
+radius_mm = 30
+max_distance_mm = 60
+[gravity]
+m_s2 = [0, 3, 5]
+)"},
                                          std::pair{"turned", R"(
 [solve]
 rotation = "edges"
@@ -122,11 +136,10 @@ m_s2 = [0, 2, 0]
 )",
                                                  lattice.corner()[0] + 10, lattice.corner()[0] + 110));
   for (const int level : whole_or<std::vector<int>>({0, 1, 2, 3}, {1, 3}))
-    for (const char* strain : {"corotational", "auto"}) {
-      SCOPED_TRACE(fmt::format("level {}, {}", level, strain));
-      const std::string sharp =
-          fmt::format("split.hexmesh split.toml --level {} --set solve.strain={} --set solve.tolerance=1e-10 --force ",
-                      level, strain);
+    for (const char* cells : {"strain=corotational", "strain=auto", "stiffness=condensed"}) {
+      SCOPED_TRACE(fmt::format("level {}, {}", level, cells));
+      const std::string sharp = fmt::format(
+          "split.hexmesh split.toml --level {} --set solve.{} --set solve.tolerance=1e-10 --force ", level, cells);
       const CommandResult one = run("hexsolve " + sharp + "-o one.hexresult --report one.json");
       ASSERT_EQ(one.exit_code, 0) << one.errors;
       for (const int processes : whole_or<std::vector<int>>({1, 2, 3, 4}, {3})) {

@@ -58,7 +58,7 @@ LatticePiece LatticeReader::read_layers(const Lattice& outline, int number,
   const auto row_of = [&](std::int32_t layer) { return first_rows[layer]; };
   const std::int32_t layer_voxels = voxels_per_cell[2];
 
-  LatticePiece piece{outline, low, begin - low, end - low};
+  LatticePiece piece{outline, low, begin - low, end - low, high - low};
   piece.first_row = row_of(begin);
   piece.first_cell = row_of(begin) - row_of(low);
   piece.num_own_cells = row_of(end) - row_of(begin);

@@ -2,6 +2,8 @@
 #include "distributed/part.h"
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <numeric>
 
 namespace hexsolver::mpi {
@@ -19,25 +21,21 @@ struct TravellingSplit {
   Index3 voxel;
 };
 
-/// Cells that this process has read, to those that get them.
-class Journey {
-public:
-  Journey(const Processes& all, std::vector<int> goes_to) : all_(all), goes_to_(std::move(goes_to)) {}
+/// A kind of condensed cell in numbers.
+using TravellingKind = std::array<double, 24 * 24 + 24 + 2>;
 
-  /// @param value_of  cell -> value
-  template <class T, class ValueOf>
-  std::vector<T> send(const ValueOf& value_of) const {
-    std::vector<std::vector<T>> to(static_cast<std::size_t>(all_.count()));
-    for (std::size_t c = 0; c < goes_to_.size(); ++c) to[static_cast<std::size_t>(goes_to_[c])].push_back(value_of(c));
-    std::vector<T> out;
-    for (const std::vector<T>& from : all_.exchange(to)) out.insert(out.end(), from.begin(), from.end());
-    return out;
-  }
+TravellingKind packed(const hexmesh::CondensedElement& kind) {
+  TravellingKind out;
+  CellMatrix::Map(out.data()) = kind.stiffness;
+  CellVector::Map(&out[24 * 24]) = kind.divergence;
+  out[24 * 24 + 24] = kind.excess;
+  out[24 * 24 + 25] = kind.volume;
+  return out;
+}
 
-private:
-  const Processes& all_;
-  std::vector<int> goes_to_;
-};
+hexmesh::CondensedElement unpacked(const TravellingKind& in) {
+  return {CellMatrix::Map(in.data()), CellVector::Map(&in[24 * 24]), in[24 * 24 + 24], in[24 * 24 + 25]};
+}
 
 }  // namespace
 
@@ -48,25 +46,28 @@ Part take_part(const Processes& all, const hexmesh::LatticeReader& file, const h
   std::vector<Index3> blocks;
   for (std::size_t c = first; c < first + count; ++c)
     blocks.push_back(hexmesh::coarser_index(keys.cells[c].index, block));
-  const Journey journey(all, partition_along_curve(all, blocks));
+  Journey journey(all, partition_along_curve(all, blocks));
   const std::vector<std::int32_t> elements = piece.take_elements_in_file();
-  const auto cells = journey.send<TravellingCell>([&](std::size_t c) {
+  auto cells = journey.send<TravellingCell>([&](std::size_t c) {
     return TravellingCell{keys.cells[first + c], elements[c]};
   });
   std::vector<std::size_t> order(cells.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(),
             [&](std::size_t a, std::size_t b) { return before(cells[a].key, cells[b].key); });
+  journey.arrange(std::move(order));
+  std::sort(cells.begin(), cells.end(),
+            [](const TravellingCell& a, const TravellingCell& b) { return before(a.key, b.key); });
 
-  Part out{{}, {}, {}, outline};
+  Part out{{}, {}, {}, outline, std::move(journey)};
   if (outline.parting.any()) {
     const std::vector<Index3> voxels = piece.some_voxels();
-    const auto split = journey.send<TravellingSplit>([&](std::size_t c) {
+    const auto split = out.journey.send<TravellingSplit>([&](std::size_t c) {
       return TravellingSplit{keys.corners_of(first + c), voxels[first + c]};
     });
-    for (const std::size_t c : order) {
-      out.keys.corners.push_back(split[c].corners);
-      out.voxels.push_back(split[c].voxel);
+    for (const TravellingSplit& s : split) {
+      out.keys.corners.push_back(s.corners);
+      out.voxels.push_back(s.voxel);
     }
   }
   if (!cells.empty()) out.low = cells.front().key.index;
@@ -79,13 +80,41 @@ Part take_part(const Processes& all, const hexmesh::LatticeReader& file, const h
   out.lattice.voxels =
       hexmesh::Grid(whole.extent(), whole.spacing(),
                     whole.position(Vec3(low[0] * size[0], low[1] * size[1], low[2] * size[2])), whole.direction());
-  for (const std::size_t c : order) {
-    const Index3& index = cells[c].key.index;
-    out.keys.cells.push_back(cells[c].key);
-    to.cells.push_back({index[0] - low[0], index[1] - low[1], index[2] - low[2]});
-    to.element.push_back(cells[c].element);
+  for (const auto& [key, element] : cells) {
+    out.keys.cells.push_back(key);
+    to.cells.push_back({key.index[0] - low[0], key.index[1] - low[1], key.index[2] - low[2]});
+    to.element.push_back(element);
   }
   all.all_or_none([&] { file.read_elements(out.lattice, level, to.element); });
+  return out;
+}
+
+hexmesh::CondensedLevel take_condensed(const Processes& all, const Piece& piece, const Part& part,
+                                       const hexmesh::CondensedLevel& of_piece) {
+  // Each process gets the kinds of its cells once from each of those that have read some of them.
+  struct Numbers {
+    std::int32_t from, kind;
+  };
+  const std::size_t first = piece.rows().first_cell;
+  const std::vector<int>& goes_to = part.journey.goes_to();
+  std::vector<std::vector<TravellingKind>> kinds(static_cast<std::size_t>(all.count()));
+  std::vector<std::map<std::int32_t, std::int32_t>> number(kinds.size());
+  for (std::size_t c = 0; c < goes_to.size(); ++c) {
+    const auto to = static_cast<std::size_t>(goes_to[c]);
+    const std::int32_t kind = of_piece.kind[first + c];
+    if (number[to].try_emplace(kind, static_cast<std::int32_t>(kinds[to].size())).second)
+      kinds[to].push_back(packed(of_piece.condensed[hexmesh::as_size(kind)]));
+  }
+  const auto numbers = part.journey.send<Numbers>([&](std::size_t c) {
+    return Numbers{all.rank(), number[static_cast<std::size_t>(goes_to[c])].at(of_piece.kind[first + c])};
+  });
+  hexmesh::CondensedLevel out;
+  std::vector<std::int32_t> first_of;
+  for (const std::vector<TravellingKind>& from : all.exchange(kinds)) {
+    first_of.push_back(static_cast<std::int32_t>(out.condensed.size()));
+    for (const TravellingKind& kind : from) out.condensed.push_back(unpacked(kind));
+  }
+  for (const Numbers& n : numbers) out.kind.push_back(first_of[hexmesh::as_size(n.from)] + n.kind);
   return out;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "distributed/piece.h"
 
+#include <algorithm>
+
 namespace hexsolver::mpi {
 namespace {
 
@@ -67,6 +69,25 @@ Piece::Piece(const Processes& all, const hexmesh::LatticeReader& file, const hex
 
 hexmesh::CellLocator Piece::locator() const {
   return {lattice().voxels, level().voxels_per_cell, level().cells, level().split.owners};
+}
+
+hexmesh::Lattice Piece::with_finer_levels(const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline) const {
+  hexmesh::Lattice out = lattice();
+  for (int n = 0; n < level_; ++n) {
+    std::size_t num_cells = 0;
+    all_.all_or_none([&] { num_cells = file.num_cells(n); });
+    const std::vector<std::uint64_t> first_rows = first_rows_of(all_, file, n, num_cells);
+    const Index3& voxels_per_cell = outline.level(n).voxels_per_cell;
+    const std::int32_t layers = hexmesh::coarser_extent(outline.voxels.extent(), voxels_per_cell)[2];
+    const auto layer = [&](std::int32_t of_piece) {
+      return std::min((piece_->low + of_piece) * level().voxels_per_cell[2] / voxels_per_cell[2], layers);
+    };
+    const std::int32_t end = std::min(piece_->end + margin, piece_->num_layers);
+    all_.all_or_none([&] {
+      out.level(n) = std::move(file.read_layers(outline, n, first_rows, layer(0), layer(end), 0).lattice.level(n));
+    });
+  }
+  return out;
 }
 
 std::vector<Piece::Holder> Piece::holders_of(const std::vector<Index3>& voxels) const {

@@ -41,6 +41,9 @@ public:
   };
   std::vector<Holder> holders_of(const std::vector<Index3>& voxels) const;
   Holder cell(std::size_t number) const { return {keys_.cells[number], keys_.corners_of(number)}; }  ///< of the piece
+  /// The lattice of its layers with all levels up to its own. Called by all processes at once.
+  hexmesh::Lattice with_finer_levels(const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline) const;
+
   /// Of each cell one of its voxels, in the whole.
   std::vector<Index3> some_voxels() const;
 

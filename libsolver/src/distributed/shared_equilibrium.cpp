@@ -197,7 +197,6 @@ void check_is_shareable(const Scene& scene) {
   if (follows(scene)) refuse("[[force]] with follows = true");
   if (scene.loaded) refuse("solve.reference = \"loaded\"");
   if (!scene.prestresses.empty()) refuse("[[prestress]]");
-  if (scene.stiffness == Stiffness::condensed) refuse("solve.stiffness = \"condensed\"");
   if (scene.is_graded()) refuse("solve.grading = \"scene\"");
 }
 

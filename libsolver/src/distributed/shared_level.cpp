@@ -37,12 +37,11 @@ SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& fil
   check(VecCreateMPI(all.comm(), 3 * nodes_->num_own(), 3 * nodes_->num_all(), pattern_.address()));
   check(VecSetBlockSize(pattern_, 3));
   copies_ = NodeCopies(pattern_, nodes_->numbers());
-  build_potential(scene.elasticity, {});
 
   std::vector<SharedConstraints::Point> holding;
   all.all_or_none([&] { holding = select(); });  // what is not found, nobody finds
   check_supports(*this, holding);
-  add_matches();
+  build_potential(scene.elasticity, {});
   constraints_ = std::make_unique<SharedConstraints>(points_, scene, outline.cell_edges(level), outline.corner(),
                                                      *nodes_, pattern_);
   find_springs();
@@ -64,7 +63,7 @@ void SharedLevel::build_potential(Elasticity elasticity, std::vector<bool> rotat
   rotating_ = rotating;
   auto elastic = make_elastic_cells(
       mesh(), {part_->lattice, level_},
-      {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(rotating), false});
+      {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(rotating), false, condense_part()});
   elastic_ = elastic.get();
   rounding_ = std::sqrt(all_.sum(elastic->rounding() * elastic->rounding()));
   energy_rounding_ = all_.sum(elastic->energy_rounding());
@@ -102,6 +101,7 @@ double SharedLevel::diameter() const {
 
 std::vector<SharedConstraints::Point> SharedLevel::select() {
   Selector selector({piece_->lattice(), level_}, piece_->mesh(), piece_->share());
+  if (scene_.stiffness == Stiffness::condensed) selector.note_what_acts();
   std::vector<SharedConstraints::Point> own;
   for (const ConstraintPoint& p : select_points(scene_, selector)) {
     SharedConstraints::Point point = in_piece({p.cell, p.weights, {}});
@@ -138,7 +138,34 @@ std::vector<SharedConstraints::Point> SharedLevel::select() {
   part = scene_;
   part.forces.clear();
   add(make_loads(part, {part_->lattice, level_}, mesh(), selector), mesh(), copies_);
+  acting_ = acting_of_all(selector.acting());
   return holding;
+}
+
+std::vector<Acting> SharedLevel::acting_of_all(const std::vector<Acting>& own) const {
+  const Vec3 low(0, 0, piece_->rows().low * piece_->level().voxels_per_cell[2]);
+  using Numbers = std::array<double, 7>;
+  std::vector<Numbers> in_whole;
+  for (const Acting& a : own) {
+    const Vec3 index = a.index + low, center = a.center + low;
+    in_whole.push_back({index[0], index[1], index[2], center[0], center[1], center[2], a.reach});
+  }
+  std::vector<Acting> out;
+  for (const Numbers& n : all_.gather(in_whole))
+    out.push_back({Vec3(n[0], n[1], n[2]) - low, Vec3(n[3], n[4], n[5]) - low, n[6]});
+  return out;
+}
+
+std::vector<hexmesh::CondensedLevel> SharedLevel::condense_piece() const {
+  if (scene_.stiffness != Stiffness::condensed || level_ == 0) return {};
+  const Lattice layers = piece_->with_finer_levels(file_, outline_);
+  return condense({layers, level_}, scene_, acting_);
+}
+
+std::vector<hexmesh::CondensedLevel> SharedLevel::condense_part() const {
+  std::vector<hexmesh::CondensedLevel> out = condense_piece();
+  for (hexmesh::CondensedLevel& level : out) level = take_condensed(all_, *piece_, *part_, level);
+  return out;
 }
 
 SharedConstraints::Point SharedLevel::in_piece(const SurfacePoint& p) const {

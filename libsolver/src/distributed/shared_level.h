@@ -141,6 +141,9 @@ public:
   /// Of this process's cells, those whose parents on a coarser level are rotated by more than an angle [rad].
   std::vector<bool> cells_rotated_by(double angle, const SharedLevel& coarser, const Index3& merge, Vec u) const;
 
+  /// Of the piece's cells, as condense(); those around its own may miss what holds them on the other side.
+  std::vector<hexmesh::CondensedLevel> condense_piece() const;
+
   ProcessReport holding() const;  ///< what this process holds, without its memory
 
 private:
@@ -153,6 +156,8 @@ private:
   std::vector<Piece::Holder> parents(const SharedLevel& coarser, const Index3& merge) const;
   SharedConstraints::Point in_piece(const SurfacePoint& p) const;  ///< in a cell of the piece
   void make_hierarchy(SharedMerges merges);
+  std::vector<Acting> acting_of_all(const std::vector<Acting>& own) const;
+  std::vector<hexmesh::CondensedLevel> condense_part() const;
   double mean_of_all(double mean) const;  ///< from the mean over the material of each process
 
   const Processes& all_;
@@ -181,6 +186,7 @@ private:
   MatchedPoints matched_;                      ///< in cells of the part
   std::vector<MatchTerm*> matches_;
 
+  std::vector<Acting> acting_;  ///< of all processes, at indices of the piece; for condensed cells alone
   std::vector<SharedConstraints::Point> points_;
   std::unique_ptr<SharedConstraints> constraints_;
   std::unique_ptr<PartConstraints> held_in_part_;

@@ -74,12 +74,11 @@ LevelProblem::LevelProblem(MeshCells cells, const Scene& scene, Matchings matchi
       scene_(scene),
       progress_(at_the_end(scene)),
       hierarchy_(cells_, coarsest_dofs(cells_.lattice(), scene)) {
-  const Lattice& lattice = cells_.lattice();
-  hierarchy_.in_double = is_of_high_contrast(lattice);
+  hierarchy_.in_double = is_of_high_contrast(cells_.lattice());
   Selector selector(cells_, mesh());
   if (scene.stiffness == Stiffness::condensed) selector.note_what_acts();
   std::vector<ConstraintPoint> points = select_points(scene, selector);
-  if (matchings.empty()) matchings = make_matchings(scene, lattice);
+  if (matchings.empty()) matchings = make_matchings(scene, cells_.lattice());
   std::vector<ConstraintPoint> holding = points;
   const MatchedPoints matched = embed(matchings, selector);
   add_matched_points(matched, holding);
@@ -348,9 +347,10 @@ std::vector<std::pair<std::int32_t, double>> LevelProblem::carrying_springs() co
 }
 
 void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rotating) {
-  auto elastic = make_elastic_cells(mesh(), cells_,
-                                    {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness,
-                                     std::move(rotating), scene_.is_reshaped(), acting_, scene_.saves_memory});
+  auto elastic =
+      make_elastic_cells(mesh(), cells_,
+                         {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(rotating),
+                          scene_.is_reshaped(), condense(cells_, scene_, acting_), scene_.saves_memory});
   elastic_ = elastic.get();
   if (!scene_.prestresses.empty()) {
     prestretches_ = find_prestretches(cells_, scene_.prestresses, *elastic_, elasticity);

@@ -143,8 +143,8 @@ private:
   Progress progress_;  ///< of what is prescribed and loaded now
   Hierarchy hierarchy_;
   std::vector<bool> islands_;
-  std::vector<hexmesh::ActingPoint> acting_;  ///< for condensed cells alone
-  std::vector<std::int32_t> carried_;         ///< cells that nothing but obstacles holds, ascending
+  std::vector<Acting> acting_;         ///< for condensed cells alone
+  std::vector<std::int32_t> carried_;  ///< cells that nothing but obstacles holds, ascending
   std::unique_ptr<Constraints> constraints_;
   std::vector<Vec3> prescribed_;                               ///< space for the points of the constraints [mm]
   std::vector<std::unique_ptr<Load>> new_loads_;               ///< until the potential takes them

@@ -259,9 +259,9 @@ void Selector::note_acting(const Vec3& position, double reach, const Vec3& out) 
   acting_.push_back({index, index - out / 2, reach});
 }
 
-std::vector<hexmesh::ActingPoint> Selector::acting() const {
+std::vector<hexmesh::ActingPoint> acting_points(const std::vector<Index3>& voxels, const std::vector<Acting>& acting) {
   std::vector<hexmesh::ActingPoint> out;
-  for (const Acting& a : acting_) {
+  for (const Acting& a : acting) {
     Index3 first, last, v;
     for (std::size_t d = 0; d < 3; ++d) {
       first[d] = static_cast<std::int32_t>(std::ceil(a.center[static_cast<Eigen::Index>(d)] - a.reach));
@@ -270,7 +270,7 @@ std::vector<hexmesh::ActingPoint> Selector::acting() const {
     for (v[2] = first[2]; v[2] <= last[2]; ++v[2])
       for (v[1] = first[1]; v[1] <= last[1]; ++v[1])
         for (v[0] = first[0]; v[0] <= last[0]; ++v[0]) {
-          const auto [begin, end] = hexmesh::cells_at(lattice().level(0).cells, v);
+          const auto [begin, end] = hexmesh::cells_at(voxels, v);
           for (std::int32_t c = begin; c < end; ++c) out.push_back({c, a.index});
         }
   }

@@ -34,6 +34,16 @@ public:
   virtual bool is_first(bool mine) const { return mine; }  ///< of the processes for which it is true
 };
 
+/// What acts at an index of voxels, on those whose centres are so near along each axis to another.
+struct Acting {
+  Vec3 index, center;
+  double reach;
+};
+
+/// On which cells of level 0 that is.
+/// @param voxels  of these, ascending
+std::vector<hexmesh::ActingPoint> acting_points(const std::vector<Index3>& voxels, const std::vector<Acting>& acting);
+
 /// Finds the surface points of one mechanical level that conditions and forces select.
 class Selector {
 public:
@@ -66,9 +76,7 @@ public:
 
   /// Note from now on where all that is found acts.
   void note_what_acts() { notes_acting_ = true; }
-  /// That, and on which voxels.
-  /// @pre level 0 is there
-  std::vector<hexmesh::ActingPoint> acting() const;
+  const std::vector<Acting>& acting() const noexcept { return acting_; }
 
   /// The centres of all exposed faces.
   std::vector<SurfacePoint> whole_surface();
@@ -92,15 +100,10 @@ private:
   std::vector<Candidate> choose_candidates(const Selection& selection, const std::string& what);
 
   SurfacePoint found(const Candidate& candidate);
-  /// @param reach  as Acting
+  /// @param reach  see Acting
   /// @param out    of a face, out of its voxel, along the axes of the voxels
   void note_acting(const Vec3& position, double reach, const Vec3& out = Vec3::Zero());
 
-  /// What acts at an index of voxels, on those whose centres are so near along each axis to another.
-  struct Acting {
-    Vec3 index, center;
-    double reach;
-  };
   MeshCells cells_;
   const Mesh& mesh_;
   const SurfaceShare& share_;

@@ -85,16 +85,9 @@ void add_models(const hexmesh::Lattice& lattice, const OfLevel& of, const Elasti
 /// The models of condensed cells, each kind one.
 /// @param models   of the elements
 /// @param element  of each cell, what it is of
-void condense(const MeshCells& cells, const ElasticSettings& settings, std::vector<ElementModel>& models,
-              std::vector<std::int32_t>& element) {
-  std::vector<int> levels;
-  for (const OfLevel& of : cells.levels())
-    if (of.level > 0) levels.push_back(of.level);
-  if (levels.empty()) return;
-  const bool is_mean = settings.volumetric == Volumetric::mean;
-  const std::vector<hexmesh::CondensedLevel> condensed_levels =
-      hexmesh::condense(cells.lattice(), levels, settings.acting,
-                        is_mean ? hexmesh::CondensedDilatation::mean : hexmesh::CondensedDilatation::full);
+void take_condensed(const MeshCells& cells, const std::vector<hexmesh::CondensedLevel>& condensed_levels,
+                    std::vector<ElementModel>& models, std::vector<std::int32_t>& element) {
+  if (condensed_levels.empty()) return;
   std::vector<ElementModel> out;
   std::size_t c = 0;
   auto from = condensed_levels.begin();
@@ -118,13 +111,25 @@ void condense(const MeshCells& cells, const ElasticSettings& settings, std::vect
 
 }  // namespace
 
+std::vector<hexmesh::CondensedLevel> condense(const MeshCells& cells, const Scene& scene,
+                                              const std::vector<Acting>& acting) {
+  if (scene.stiffness != Stiffness::condensed) return {};
+  std::vector<int> levels;
+  for (const OfLevel& of : cells.levels())
+    if (of.level > 0) levels.push_back(of.level);
+  if (levels.empty()) return {};
+  return hexmesh::condense(
+      cells.lattice(), levels, acting_points(cells.lattice().level(0).cells, acting),
+      scene.volumetric == Volumetric::mean ? hexmesh::CondensedDilatation::mean : hexmesh::CondensedDilatation::full);
+}
+
 std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const MeshCells& cells,
                                                  const ElasticSettings& settings) {
   std::vector<ElementModel> models(cells.num_elements());
   std::vector<CellPoints> points(needs_points(settings) ? models.size() : 0);
   for (const OfLevel& of : cells.levels()) add_models(cells.lattice(), of, settings, models, points);
   std::vector<std::int32_t> element = cells.elements();
-  if (settings.stiffness == Stiffness::condensed) condense(cells, settings, models, element);
+  take_condensed(cells, settings.condensed, models, element);
 
   if (settings.elasticity == Elasticity::cauchy)
     return std::make_unique<CauchyCells>(mesh, std::move(element), std::move(models));

@@ -4,8 +4,9 @@
 #include <memory>
 #include <vector>
 
-#include "hexsolver/scene/law.h"
+#include "hexsolver/scene/scene.h"
 #include "mesh/mesh_cells.h"
+#include "selection/selection.h"
 #include "terms/elastic.h"
 
 namespace hexsolver {
@@ -16,11 +17,16 @@ struct ElasticSettings {
   Rotation rotation = Rotation::polar;
   Volumetric volumetric = Volumetric::mean;
   Stiffness stiffness = Stiffness::exact;
-  std::vector<bool> rotating;                ///< which co-rotational cells rotate; empty = all
-  bool is_reshaped = false;                  ///< cells may come to rest elsewhere, see ElasticCells::set_rest()
-  std::vector<hexmesh::ActingPoint> acting;  ///< for condensed cells
-  bool saves_memory = false;                 ///< co-rotational cells keep frames in single precision only
+  std::vector<bool> rotating;                      ///< which co-rotational cells rotate; empty = all
+  bool is_reshaped = false;                        ///< cells may come to rest elsewhere, see ElasticCells::set_rest()
+  std::vector<hexmesh::CondensedLevel> condensed;  ///< of each level above 0, for condensed cells
+  bool saves_memory = false;                       ///< co-rotational cells keep frames in single precision only
 };
+
+/// What a scene's condensed cells come to, of each level above 0; nothing where its cells are others.
+/// @param acting  what acts on them
+std::vector<hexmesh::CondensedLevel> condense(const MeshCells& cells, const Scene& scene,
+                                              const std::vector<Acting>& acting);
 
 /// The elastic energy of cells of a lattice.
 /// @param mesh  of these cells; must outlive what is returned

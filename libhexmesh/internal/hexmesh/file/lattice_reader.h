@@ -17,11 +17,12 @@ class Reader;
 
 /// Some layers of a level's cells, with others around them: a lattice whose box begins with the lowest of these.
 struct LatticePiece {
-  Lattice lattice;             ///< only `level` has cells; without surface
-  std::int32_t low = 0;        ///< layer k of the piece is layer k + low of the whole
-  std::int32_t begin = 0;      ///< of the layers that it stands for, counted in the piece
-  std::int32_t end = 0;        ///< one past them
-  std::size_t first_cell = 0;  ///< of its own cells, counted in the piece; they lie one after the other
+  Lattice lattice;              ///< only `level` has cells; without surface
+  std::int32_t low = 0;         ///< layer k of the piece is layer k + low of the whole
+  std::int32_t begin = 0;       ///< of the layers that it stands for, counted in the piece
+  std::int32_t end = 0;         ///< one past them
+  std::int32_t num_layers = 0;  ///< of the piece
+  std::size_t first_cell = 0;   ///< of its own cells, counted in the piece; they lie one after the other
   std::size_t num_own_cells = 0;
   std::size_t first_row = 0;  ///< of its own cells in the file
 };
