@@ -334,7 +334,7 @@ def graded():
         return " to ".join(str(pick(float(re.findall(r"[0-9.]+", t)[n]) for t in told)) for pick, n in ((min, 1), (max, 2)))
 
     return (f"Estimates of graded cells are {least_and_most('graded')} times the true error; across fissures {least_and_most('graded, split')}. Bending: "
-            f"{least_and_most('graded, bending')}, condensed: {least_and_most('graded, condensed')}, condensed and soft: {least_and_most('graded, condensed and soft')}.")
+            f"{least_and_most('graded, bending')}, condensed: {least_and_most('graded, condensed')}, soft: {least_and_most('graded, soft')}, condensed and soft: {least_and_most('graded, condensed and soft')}.")
 
 
 def fits():

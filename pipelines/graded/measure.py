@@ -50,8 +50,9 @@ SCENES = [("pulled at patches of 10 mm", (HELD + PULLED).format(radius=10)), ("p
           ("weight, patches of 10 mm", (HELD + WEIGHT).format(radius=10)), ("weight, an end held", END + WEIGHT), ("weight, a third held", THIRD + WEIGHT)]
 ALIKE, GRADED = {"grading": "off"}, {"grading": "scene"}
 BENDING, CONDENSED = {"stiffness": "incompatible"}, {"stiffness": "condensed"}
-SOFT = CONDENSED | {"supports": "soft"}
-KINDS = [(name + words, cells | solve) for words, solve in (("", {}), (", bending", BENDING), (", condensed", CONDENSED), (", condensed and soft", SOFT))
+SOFT = {"supports": "soft"}
+KINDS = [(name + words, cells | solve)
+         for words, solve in (("", {}), (", bending", BENDING), (", condensed", CONDENSED), (", soft", SOFT), (", condensed and soft", CONDENSED | SOFT))
          for name, cells in (("alike", ALIKE), ("graded", GRADED))]
 # A sheet as thick as a voxel that is cut out: half way through the lobe that is pulled, with its sides along voxels and askew.
 CUT = "height=2 length=60 width=60 rotate_y=90"

@@ -164,7 +164,7 @@ std::vector<std::size_t> points_with_axis(const std::vector<ConstraintPoint>& po
 }
 
 std::shared_ptr<const ConstraintCluster> make_cluster(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
-                                                      std::vector<std::size_t> members, double cutoff) {
+                                                      std::vector<std::size_t> members, double cutoff, bool in_mean) {
   auto cluster = std::make_shared<ConstraintCluster>();
   cluster->points = std::move(members);
   scale_rows(points, *cluster);
@@ -172,7 +172,7 @@ std::shared_ptr<const ConstraintCluster> make_cluster(const Mesh& mesh, const st
   const MatrixXd gram = SparseMatrix(cluster->h.transpose()) * cluster->h;
   const VectorXd sizes = sizes_around(mesh, cluster->nodes);
   cluster->kept = sizes.size() > 0 ? kept_scaled_directions(gram, sizes, cutoff) : kept_directions(gram, cutoff);
-  if (needs_uniform_pressure(mesh, points, cluster->points)) hold_uniform_pressure(*cluster);
+  if (in_mean || needs_uniform_pressure(mesh, points, cluster->points)) hold_uniform_pressure(*cluster);
   MatrixXd directions(cluster->h.cols(), cluster->num_directions());
   directions.leftCols(cluster->kept.vectors.cols()) = cluster->kept.vectors;
   if (cluster->pressure_direction.size() > 0) directions.rightCols(1) = cluster->pressure_direction;

@@ -121,8 +121,9 @@ std::vector<std::size_t> points_with_axis(const std::vector<ConstraintPoint>& po
 
 /// @param members  numbers of the points of the cluster
 /// @param cutoff   of directions
+/// @param in_mean  whether the mean displacement of the points is held in any case
 std::shared_ptr<const ConstraintCluster> make_cluster(const Mesh& mesh, const std::vector<ConstraintPoint>& points,
-                                                      std::vector<std::size_t> members, double cutoff);
+                                                      std::vector<std::size_t> members, double cutoff, bool in_mean);
 
 /// Clusters of each axis.
 using ClustersByAxis = std::array<std::vector<std::shared_ptr<const ConstraintCluster>>, 3>;

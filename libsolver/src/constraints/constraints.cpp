@@ -3,6 +3,7 @@
 
 #include <Eigen/IterativeLinearSolvers>
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -85,7 +86,8 @@ void Constraints::hold_large_clusters_by_nodes() {
   }
 }
 
-void Constraints::make_clusters(double part) {
+bool Constraints::make_clusters(double part) {
+  bool some_are_large = false;
   // Axes with the same points share their clusters.
   std::map<std::vector<std::size_t>, std::size_t> done;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -97,18 +99,25 @@ void Constraints::make_clusters(double part) {
     }
     for (auto& members : split_into_clusters(mesh_, held_, used)) {
       bool has_faces = false, is_soft = false;
+      double cells = 0;  // that have faces as large as the patch
       for (const std::size_t p : members) {
         has_faces = has_faces || held_[p].area > 0;
         is_soft = is_soft || held_[p].is_soft;
+        const double face = std::pow(std::abs(mesh_.edges(held_[p].cell).determinant()), 2.0 / 3);
+        cells += held_[p].area / held_[p].num_alike / face;
       }
       for (const std::size_t p : members) held_[p].is_soft = is_soft;
-      const double cutoff = is_soft     ? part * cutoff_of_soft_faces
+      const bool is_large = is_soft && cells >= cells_of_large_patch;
+      some_are_large = some_are_large || is_large;
+      const double cutoff = is_large    ? cutoff_of_large_soft_patches
+                            : is_soft   ? part * cutoff_of_soft_faces
                             : has_faces ? part * cutoff_of_faces
                                         : cutoff_of_points;
-      clusters_[axis].push_back(make_cluster(mesh_, held_, std::move(members), cutoff));
+      clusters_[axis].push_back(make_cluster(mesh_, held_, std::move(members), cutoff, is_large));
     }
     done[std::move(used)] = axis;
   }
+  return some_are_large;
 }
 
 struct Constraints::Work {
@@ -128,11 +137,12 @@ struct Constraints::Work {
 Constraints::Constraints(const Mesh& mesh, std::vector<ConstraintPoint> points)
     : mesh_(mesh), points_(std::move(points)), work_(std::make_unique<Work>()) {
   hold_large_clusters_by_nodes();
-  // A patch that is small beside its cells sees little of their turning: fewer directions are left free then.
+  // A patch that is small beside its cells sees little of their turning: fewer directions are left free then. Springs
+  // of a large one hold that.
   constexpr double enough = 0.1, least_cutoff = 0.01;
   const bool has_faces = std::any_of(held_.begin(), held_.end(), [](const ConstraintPoint& p) { return p.area > 0; });
   for (double part = 1;; part *= 0.4) {
-    make_clusters(part);
+    if (make_clusters(part)) break;
     if (!has_faces || part * cutoff_of_faces < least_cutoff || least_part_of_rigid_motions(mesh, clusters_) >= enough)
       break;
   }

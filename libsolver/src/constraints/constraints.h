@@ -60,15 +60,18 @@ public:
 /// squares: c' = H H^+ c as in the paper (whose two cases of H^+ are printed the wrong way round). Faces count by their
 /// area, so that H^T H is the integral of N^T N over the patch, and their cutoff is 2/9, or less where the kept
 /// directions would lose a rigid motion that the patches hold; for points it is a tenth (THEORY.md, "Constraints on the
-/// embedded surface"). Where
-/// points hold only some axes (sliding plates, planes of symmetry) the direction in which a uniform pressure acts is
-/// held too: a homogeneous stress is then in equilibrium with its supports on every level. Clusters of more than
+/// embedded surface"). Where springs hold the others (PatchSprings) it is a half, or 0.85 of patches of many cells,
+/// whose mean displacement is held as well. Where points hold only some axes (sliding plates, planes of symmetry) that
+/// is held too, the direction in which a uniform pressure acts: a homogeneous stress is then in equilibrium with its
+/// supports on every level. Clusters of more than
 /// `dense_limit` nodes, where the singular vectors are too dear, hold their nodes themselves: those with at least 0.1
 /// of the largest weight sum_p H_pn, each where the affine fit of the prescribed values (plus the mean misfit of its
 /// points) puts it.
 class Constraints final : public HeldDirections {
 public:
-  static constexpr double cutoff_of_faces = 2.0 / 9, cutoff_of_soft_faces = 0.5, cutoff_of_points = 0.1;
+  static constexpr double cutoff_of_faces = 2.0 / 9, cutoff_of_points = 0.1;
+  static constexpr double cutoff_of_soft_faces = 0.5, cutoff_of_large_soft_patches = 0.85;
+  static constexpr double cells_of_large_patch = 16;  ///< at least: its area over that of a cell's face
   static constexpr std::size_t dense_limit = 1000;
 
   /// Where one point is soft all that share nodes with it are: fewer directions are kept there.
@@ -136,7 +139,7 @@ private:
   void for_each_lifted(const NodeVector& u, F&& f) const;
 
   void hold_large_clusters_by_nodes();
-  void make_clusters(double part);  ///< of the cutoffs of faces
+  bool make_clusters(double part);  ///< of the cutoffs of faces; @returns whether some patches are large and soft
 
   const Mesh& mesh_;
   std::vector<ConstraintPoint> points_, held_;

@@ -96,6 +96,21 @@ TEST(PatchSprings, WithReactionsTheyBalanceTheBody) {
   }
 }
 
+/// What acts on a patch of many cells does not go through its springs, which would let it sink in; where cells are as
+/// large as the patch these give way as the body around it would.
+TEST(PatchSprings, TheMeanOfAPatchOfManyCellsIsHeld) {
+  const Lattice lattice = bar();
+  const auto mean_of_pulled = [&](int level) {
+    SolveReport report;
+    const hexmesh::Result result = solve_equilibrium(
+        lattice, pulled("supports = \"soft\"\nstrain = \"cauchy\"\ntolerance = 1e-10"), level, report);
+    const std::vector<Vec3>& u = result.conditions[2].displacement;
+    return Vec3(std::accumulate(u.begin(), u.end(), Vec3(Vec3::Zero())) / static_cast<double>(u.size()));
+  };
+  EXPECT_LT((mean_of_pulled(1) - Vec3(0, 1, 2)).norm(), 1e-8) << "17 faces of cells of 2 mm";
+  EXPECT_GT((mean_of_pulled(2) - Vec3(0, 1, 2)).norm(), 1e-3) << "4 of 4 mm";
+}
+
 TEST(PatchSprings, AFaceOfSeveralConditionsHasOne) {
   const Lattice lattice = bar();
   for (const char* grading : {"off", "scene"}) {
