@@ -161,6 +161,25 @@ m_s2 = [0, 2, 0]
   expect_same(result("one.hexresult"), result("many.hexresult"));
 }
 
+/// More processes than cells: some have none to decide about, whether they rotate or what they condense to.
+TEST_F(HexsolveMpi, ProcessesMayHaveNoCells) {
+  const hexmesh::Lattice lattice = one_material({8, 4, 4}, Vec3(5, 5, 5), [](const hexmesh::Index3&) { return true; });
+  hexmesh::write_lattice(lattice, *folder / "few.hexmesh");
+  write_text(*folder / "few.toml", fmt::format("[[fix]]\nhalfspace = {{ point_mm = [{}, 0, 0], normal = [-1, 0, 0] }}\n"
+                                               "[gravity]\nm_s2 = [0, 9.81, 0]\n",
+                                               lattice.corner()[0] + 4));
+  for (const char* cells : {"strain=auto", "stiffness=condensed"}) {
+    SCOPED_TRACE(cells);
+    const std::string sharp =
+        fmt::format("few.hexmesh few.toml --level 1 --set solve.{} --set solve.tolerance=1e-10 --force ", cells);
+    const CommandResult one = run("hexsolve " + sharp + "-o one.hexresult");
+    ASSERT_EQ(one.exit_code, 0) << one.errors;
+    const CommandResult many = run(mpi(3) + sharp + "-o many.hexresult");
+    ASSERT_EQ(many.exit_code, 0) << many.errors;
+    expect_same(result("one.hexresult"), result("many.hexresult"));
+  }
+}
+
 /// A body that nothing else holds, on a target with a piece of something else.
 TEST_F(HexsolveMpi, TargetsAreMetAsByOne) {
   const CommandResult made = run(

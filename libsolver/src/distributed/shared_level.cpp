@@ -58,7 +58,8 @@ SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& fil
 }
 
 void SharedLevel::build_potential(Elasticity elasticity, std::vector<bool> rotating) {
-  if (potential_ && elasticity == elasticity_ && rotating.empty()) return;
+  // Processes without cells have no flags of cells.
+  if (potential_ && elasticity == elasticity_ && all_.sum(rotating.size()) == 0) return;
   elasticity_ = elasticity;
   rotating_ = rotating;
   auto elastic = make_elastic_cells(
