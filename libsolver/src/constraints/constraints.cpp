@@ -54,6 +54,7 @@ bool all_are_small(const std::vector<ConstraintPoint>& points, std::size_t most)
 /// Replace the points of clusters with too many nodes by the nodes themselves.
 void Constraints::hold_large_clusters_by_nodes() {
   std::vector<std::array<bool, 3>> axes(points_.size(), {false, false, false});
+  std::vector<bool> is_sprung(points_.size());
   std::map<std::int32_t, ConstraintPoint> by_node;
   const bool all_small = all_are_small(points_, dense_limit);
   for (std::size_t p = 0; p < points_.size() && all_small; ++p) axes[p] = points_[p].axes;
@@ -68,9 +69,10 @@ void Constraints::hold_large_clusters_by_nodes() {
       }
       held_nodes_.emplace_back(mesh_, points_, std::move(cluster), axis);
       held_nodes_.back().hold(by_node);
+      for (const std::size_t p : held_nodes_.back().members()) is_sprung[p] = points_[p].is_soft;
     }
   for (std::size_t p = 0; p < points_.size(); ++p) {
-    if (!(axes[p][0] || axes[p][1] || axes[p][2])) continue;
+    if (!(axes[p][0] || axes[p][1] || axes[p][2] || is_sprung[p])) continue;
     own_point_.push_back(p);
     held_.push_back(points_[p]);
     held_.back().axes = axes[p];

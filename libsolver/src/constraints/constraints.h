@@ -65,8 +65,8 @@ public:
 /// is held too, the direction in which a uniform pressure acts: a homogeneous stress is then in equilibrium with its
 /// supports on every level. Clusters of more than
 /// `dense_limit` nodes, where the singular vectors are too dear, hold their nodes themselves: those with at least 0.1
-/// of the largest weight sum_p H_pn, each where the affine fit of the prescribed values (plus the mean misfit of its
-/// points) puts it.
+/// of the largest weight sum_p H_pn (0.85 where springs hold the rest), each where the affine fit of the prescribed
+/// values (plus the mean misfit of its points) puts it.
 class Constraints final : public HeldDirections {
 public:
   static constexpr double cutoff_of_faces = 2.0 / 9, cutoff_of_points = 0.1;
@@ -81,7 +81,8 @@ public:
   /// The points asked for.
   const std::vector<ConstraintPoint>& points() const noexcept { return points_; }
 
-  /// What is held in their place: the points of small clusters, the nodes of large ones.
+  /// What is held in their place: the points of small clusters, the nodes of large ones and points that have springs
+  /// alone.
   const std::vector<ConstraintPoint>& held() const noexcept override { return held_; }
 
   void project(NodeVector& v) const override;

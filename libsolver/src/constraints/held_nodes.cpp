@@ -22,6 +22,7 @@ bool is_corner(const Mesh& mesh, std::int32_t cell, std::int32_t node) {
 HeldNodes::HeldNodes(const Mesh& mesh, const std::vector<ConstraintPoint>& points, std::vector<std::size_t> members,
                      std::size_t axis)
     : mesh_(&mesh), members_(std::move(members)), axis_(axis), fit_(mesh, points, members_) {
+  for (const std::size_t p : members_) is_soft_ = is_soft_ || points[p].is_soft;
   std::map<std::int32_t, Node> nodes;
   for (std::size_t n = 0; n < members_.size(); ++n) {
     const ConstraintPoint& p = points[members_[n]];
@@ -49,9 +50,10 @@ HeldNodes::HeldNodes(const Mesh& mesh, const std::vector<ConstraintPoint>& point
     parts.push_back(sizes.size() > 0 ? of.weight / (sizes[n] * sizes[n]) : of.weight);
   }
   const double largest = *std::max_element(parts.begin(), parts.end());
+  const double cutoff = is_soft_ ? Constraints::cutoff_of_large_soft_patches : Constraints::cutoff_of_points;
   std::size_t n = 0;
   for (auto& [node, of] : nodes)
-    if (parts[n++] >= Constraints::cutoff_of_points * largest) nodes_.emplace_back(node, std::move(of));
+    if (parts[n++] >= cutoff * largest) nodes_.emplace_back(node, std::move(of));
 }
 
 void HeldNodes::hold(std::map<std::int32_t, ConstraintPoint>& held) const {

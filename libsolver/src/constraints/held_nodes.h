@@ -18,6 +18,8 @@ public:
   HeldNodes(const Mesh& mesh, const std::vector<ConstraintPoint>& points, std::vector<std::size_t> members,
             std::size_t axis);
 
+  const std::vector<std::size_t>& members() const noexcept { return members_; }
+
   /// Add the nodes to those that are held, or the axis to those that are.
   void hold(std::map<std::int32_t, ConstraintPoint>& held) const;
 
@@ -38,6 +40,7 @@ private:
   const Mesh* mesh_;
   std::vector<std::size_t> members_;
   std::size_t axis_;
+  bool is_soft_ = false;
   AffineFit fit_;
   std::vector<std::pair<std::int32_t, Node>> nodes_;
 };

@@ -111,6 +111,34 @@ TEST(PatchSprings, TheMeanOfAPatchOfManyCellsIsHeld) {
   EXPECT_GT((mean_of_pulled(2) - Vec3(0, 1, 2)).norm(), 1e-3) << "4 of 4 mm";
 }
 
+/// More than a thousand nodes: those in the middle of the patch are held, springs hold its rim.
+TEST(PatchSprings, LargePatchesEndWhereTheyEnd) {
+  hexmesh::LatticeOptions options;
+  options.offset = {1, 0, 0};
+  const auto volume = make_volume({24, 46, 46}, {1, 1, 1}, [](const Index3&) { return 1; });
+  const Lattice lattice = hexmesh::build_lattice(
+      volume, {{volume.segments[0], hexmesh::material_from_units(100, 0.3, 1000), 0, ""}}, options);
+  std::vector<Vec3> places;
+  for (int k = 0; k < 46; k += 3)
+    for (int j = 0; j < 46; j += 3)
+      for (int i = 0; i < 24; ++i) places.emplace_back(i, j, k);
+  const auto solved = [&](const std::string& supports, int level, SolveReport& report) {
+    const Scene scene = parse_scene("[solve]\nstrain = \"cauchy\"\ntolerance = 1e-10\nsupports = \"" + supports +
+                                        "\"\n[[fix]]\nbox_mm = [-1, 2.6, -1, 46, -1, 46]\n"
+                                        "[[force]]\nnewton = [0.5, 1, 0]\nbox_mm = [23, 24, -1, 46, -1, 46]\n",
+                                    "test", "");
+    return displacement_inside(solve_equilibrium(lattice, scene, level, report), places);
+  };
+  SolveReport exact, soft, firm;
+  const std::vector<Vec3> voxels = solved("area", 0, exact), springs = solved("soft", 1, soft),
+                          nodes = solved("area", 1, firm);
+  EXPECT_GT(firm.kept_directions, 3U * 1000) << "nodes";
+  EXPECT_LT(soft.kept_directions, firm.kept_directions);
+  EXPECT_LT((soft.conditions[0].reaction_n + Vec3(0.5, 1, 0)).norm(), 1e-8);
+  EXPECT_LT(mean_distance(springs, voxels), 0.5 * mean_distance(nodes, voxels))
+      << mean_distance(springs, voxels) << " of " << mean_distance(nodes, voxels);
+}
+
 TEST(PatchSprings, AFaceOfSeveralConditionsHasOne) {
   const Lattice lattice = bar();
   for (const char* grading : {"off", "scene"}) {
