@@ -69,13 +69,15 @@ void Constraints::hold_large_clusters_by_nodes() {
       }
       held_nodes_.emplace_back(mesh_, points_, std::move(cluster), axis);
       held_nodes_.back().hold(by_node);
-      for (const std::size_t p : held_nodes_.back().members()) is_sprung[p] = points_[p].is_soft;
+      if (held_nodes_.back().is_soft())
+        for (const std::size_t p : held_nodes_.back().members()) is_sprung[p] = true;
     }
   for (std::size_t p = 0; p < points_.size(); ++p) {
     if (!(axes[p][0] || axes[p][1] || axes[p][2] || is_sprung[p])) continue;
     own_point_.push_back(p);
     held_.push_back(points_[p]);
     held_.back().axes = axes[p];
+    held_.back().is_soft = held_.back().is_soft || is_sprung[p];
   }
   std::map<std::int32_t, std::size_t> number;
   for (const auto& [node, point] : by_node) {

@@ -19,6 +19,8 @@ public:
             std::size_t axis);
 
   const std::vector<std::size_t>& members() const noexcept { return members_; }
+  /// Whether some of these are: springs hold what of all is not held here.
+  bool is_soft() const noexcept { return is_soft_; }
 
   /// Add the nodes to those that are held, or the axis to those that are.
   void hold(std::map<std::int32_t, ConstraintPoint>& held) const;

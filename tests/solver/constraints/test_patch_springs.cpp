@@ -122,8 +122,9 @@ TEST(PatchSprings, LargePatchesEndWhereTheyEnd) {
   for (int k = 0; k < 46; k += 3)
     for (int j = 0; j < 46; j += 3)
       for (int i = 0; i < 24; ++i) places.emplace_back(i, j, k);
-  const auto solved = [&](const std::string& supports, int level, SolveReport& report) {
-    const Scene scene = parse_scene("[solve]\nstrain = \"cauchy\"\ntolerance = 1e-10\nsupports = \"" + supports +
+  const auto solved = [&](const std::string& supports, int level, SolveReport& report, const char* grading = "off") {
+    const Scene scene = parse_scene("[solve]\nstrain = \"cauchy\"\ntolerance = 1e-10\ncoarser_by = 1\ngrading = \"" +
+                                        std::string(grading) + "\"\nsupports = \"" + supports +
                                         "\"\n[[fix]]\nbox_mm = [-1, 2.6, -1, 46, -1, 46]\n"
                                         "[[force]]\nnewton = [0.5, 1, 0]\nbox_mm = [23, 24, -1, 46, -1, 46]\n",
                                     "test", "");
@@ -137,6 +138,12 @@ TEST(PatchSprings, LargePatchesEndWhereTheyEnd) {
   EXPECT_LT((soft.conditions[0].reaction_n + Vec3(0.5, 1, 0)).norm(), 1e-8);
   EXPECT_LT(mean_distance(springs, voxels), 0.5 * mean_distance(nodes, voxels))
       << mean_distance(springs, voxels) << " of " << mean_distance(nodes, voxels);
+
+  // Voxels at the rim, larger cells in the middle: springs hold what of both is not held.
+  const std::vector<Vec3> graded = solved("soft", 0, soft, "scene");
+  EXPECT_LT((soft.conditions[0].reaction_n + Vec3(0.5, 1, 0)).norm(), 1e-8);
+  EXPECT_LT(mean_distance(graded, voxels), mean_distance(springs, voxels))
+      << mean_distance(graded, voxels) << " of " << mean_distance(springs, voxels);
 }
 
 TEST(PatchSprings, AFaceOfSeveralConditionsHasOne) {
