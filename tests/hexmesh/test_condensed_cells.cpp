@@ -36,6 +36,15 @@ CellMatrix stiffness(const CondensedElement& c) {
   return mean_dilatation_stiffness(c.stiffness, c.divergence, c.excess, c.volume);
 }
 
+/// Of each level, in order.
+std::vector<CondensedLevel> condense(const Lattice& lattice, const std::vector<int>& levels,
+                                     const std::vector<ActingPoint>& acting, CondensedDilatation dilatation) {
+  Condensation condensation(lattice, acting, dilatation);
+  std::vector<CondensedLevel> out;
+  for (const int level : levels) out.push_back(condensation.level(level));
+  return out;
+}
+
 /// In the middle of each, or of each n-th, voxel.
 std::vector<ActingPoint> in_voxels(const Lattice& lattice, std::size_t each = 1) {
   std::vector<ActingPoint> out;
@@ -108,6 +117,29 @@ TEST(CondensedCells, AreSofterThanThePapersAndStoreNothingInRigidMotionsAlone) {
       }
       EXPECT_TRUE(is_any_softer);
     }
+}
+
+TEST(CondensedCells, OfALevelAreTheSameInWhateverOrderTheyAreTaken) {
+  for (const Lattice& lattice : lattices()) {
+    const std::vector<ActingPoint> acting = in_voxels(lattice, 7);
+    const int coarsest = lattice.num_levels() - 1;
+    ASSERT_GE(coarsest, 2);
+    Condensation kept(lattice, acting, CondensedDilatation::mean), taken(lattice, acting, CondensedDilatation::mean);
+    for (const int level : {coarsest, 1, coarsest, 2}) {
+      const CondensedLevel& expected = kept.level(level);
+      const CondensedLevel found = taken.take(level);
+      EXPECT_EQ(found.kind, expected.kind);
+      EXPECT_EQ(found.element, expected.element);
+      ASSERT_EQ(found.condensed.size(), expected.condensed.size());
+      for (std::size_t k = 0; k < found.condensed.size(); ++k) {
+        EXPECT_EQ(found.condensed[k].stiffness, expected.condensed[k].stiffness);
+        EXPECT_EQ(found.condensed[k].divergence, expected.condensed[k].divergence);
+      }
+    }
+    EXPECT_TRUE(kept.is_of(lattice, acting, CondensedDilatation::mean));
+    EXPECT_FALSE(kept.is_of(lattice, in_voxels(lattice), CondensedDilatation::mean));
+    EXPECT_FALSE(kept.is_of(lattice, acting, CondensedDilatation::full));
+  }
 }
 
 TEST(CondensedCells, InnerNodesGoTwoThirdsOfTheWayToWhereEnergyIsLeast) {

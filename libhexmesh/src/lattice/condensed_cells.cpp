@@ -33,7 +33,7 @@ static_assert(std::has_unique_object_representations_v<Pattern>);
 /// The cells of a level as kinds.
 struct Kinds {
   std::vector<std::int32_t> of_cell;
-  std::vector<Pattern> patterns;      ///< of each kind; of none at level 0
+  std::vector<Pattern> patterns;      ///< of each kind
   std::vector<std::int32_t> element;  ///< of each kind
 };
 
@@ -65,9 +65,10 @@ bool is_corner_of_parent(int slot, int corner, const Index3& merge) {
 }
 
 /// @param parents  of the cells of `below`
+/// @param finer    the kinds of these
 /// @param acting   on these
 Kinds kinds_of_parents(const Level& above, const Level& below, const std::vector<std::int32_t>& parents,
-                       const Kinds& finer, const std::vector<ActingPoint>& acting) {
+                       const std::vector<std::int32_t>& finer, const std::vector<ActingPoint>& acting) {
   const NodeNumbering numbering = nodes_of(below);
   const std::vector<std::int32_t> owner = owners_of_nodes(below, numbering, parents, acting);
   std::vector<Children> children(above.cells.size());
@@ -90,7 +91,7 @@ Kinds kinds_of_parents(const Level& above, const Level& below, const std::vector
     std::uint8_t num_met = 0;
     for (std::size_t slot = 0; slot < 8; ++slot) {
       const std::int32_t child = children[p][slot];
-      pattern.children[slot] = child < 0 ? -1 : finer.of_cell[as_size(child)];
+      pattern.children[slot] = child < 0 ? -1 : finer[as_size(child)];
       if (child < 0) continue;
       for (std::size_t a = 0; a < 8; ++a) {
         const std::int32_t node = numbering.cell_nodes[as_size(child)][a];
@@ -111,15 +112,18 @@ Kinds kinds_of_parents(const Level& above, const Level& below, const std::vector
   return out;
 }
 
-std::vector<CondensedElement> condensed_voxels(const Lattice& lattice, CondensedDilatation dilatation) {
+/// Cells of level 0, as they are.
+CondensedLevel condensed_voxels(const Lattice& lattice, CondensedDilatation dilatation) {
   const ElementMatrices matrices(lattice.cell_edges(0));
   const double volume = lattice.voxels.voxel_volume();
-  std::vector<CondensedElement> out;
+  CondensedLevel out{lattice.level(0).element, {}, {}};
   for (const VoxelMaterial& m : lattice.materials) {
     const Element voxel = full_voxel(m.material, volume);
-    CondensedElement& c = out.emplace_back();
+    out.element.push_back(static_cast<std::int32_t>(out.element.size()));
+    CondensedElement& c = out.condensed.emplace_back();
     c.volume = volume;
     c.divergence = matrices.divergence(voxel);
+    for (int a = 0; a < 8; ++a) c.weight.middleRows<3>(3 * a) = matrices.lumped_mass(voxel)[a] * Mat3::Identity();
     if (dilatation == CondensedDilatation::full) {
       c.stiffness = matrices.stiffness(voxel);
       continue;
@@ -145,6 +149,7 @@ CondensedElement condensed(const Pattern& pattern, const std::vector<CondensedEl
     }
   Eigen::MatrixXd m = Eigen::MatrixXd::Zero(size, size), force = Eigen::MatrixXd::Zero(size, 24);
   Eigen::VectorXd b_inner = Eigen::VectorXd::Zero(size);
+  Eigen::MatrixX3d weight = Eigen::MatrixX3d::Zero(size, 3);
   CondensedElement out;
   for (int slot = 0; slot < 8; ++slot) {
     const std::int32_t child = pattern.children[as_size(slot)];
@@ -164,12 +169,14 @@ CondensedElement condensed(const Pattern& pattern, const std::vector<CondensedEl
         if (const double w = weights[as_size(a)][corner]; w != 0) {
           out.stiffness.middleRows<3>(3 * corner) += w * forces.middleRows<3>(3 * a);
           out.divergence.segment<3>(3 * corner) += w * of.divergence.segment<3>(3 * a);
+          out.weight.middleRows<3>(3 * corner) += w * of.weight.middleRows<3>(3 * a);
         }
       const std::uint8_t* node = &pattern.node[as_size(8 * slot)];
       const Index row = row_of_node[node[a]];
       if (row == not_inner) continue;
       force.middleRows<3>(row) += forces.middleRows<3>(3 * a);
       b_inner.segment<3>(row) += of.divergence.segment<3>(3 * a);
+      weight.middleRows<3>(row) += of.weight.middleRows<3>(3 * a);
       for (int other = 0; other < 8; ++other)
         if (const Index column = row_of_node[node[other]]; column != not_inner)
           m.block<3, 3>(row, column) += of.stiffness.block<3, 3>(3 * a, 3 * other);
@@ -184,9 +191,11 @@ CondensedElement condensed(const Pattern& pattern, const std::vector<CondensedEl
     const Eigen::LLT<Eigen::MatrixXd> factors(m);
     factors.matrixL().solveInPlace(force);
     factors.matrixL().solveInPlace(b_inner);
+    factors.matrixL().solveInPlace(weight);
     const CellVector b = out.divergence;
     out.divergence -= relaxing * force.transpose() * b_inner;
     out.stiffness -= relaxing * (2 - relaxing) * force.transpose() * force;
+    out.weight -= relaxing * (2 - relaxing) * force.transpose() * weight;
     out.stiffness += factor * (b * b.transpose() - out.divergence * out.divergence.transpose());
   }
   out.stiffness = (out.stiffness + out.stiffness.transpose()).eval() / 2;
@@ -195,25 +204,45 @@ CondensedElement condensed(const Pattern& pattern, const std::vector<CondensedEl
 
 }  // namespace
 
-std::vector<CondensedLevel> condense(const Lattice& lattice, const std::vector<int>& levels,
-                                     std::vector<ActingPoint> acting, CondensedDilatation dilatation) {
-  std::vector<CondensedLevel> out;
-  Kinds kinds{lattice.level(0).element, {}, {}};
-  std::vector<CondensedElement> elements = condensed_voxels(lattice, dilatation);
-  for (int level = 1; level <= (levels.empty() ? 0 : levels.back()); ++level) {
-    const std::vector<std::int32_t> parents = coarser_cells_of(lattice, level - 1, level);
-    kinds = kinds_of_parents(lattice.level(level), lattice.level(level - 1), parents, kinds, acting);
-    for (ActingPoint& point : acting) point.cell = parents[as_size(point.cell)];
-    std::vector<CondensedElement> coarser(kinds.patterns.size());
-    const auto count = static_cast<std::ptrdiff_t>(coarser.size());
+Condensation::Condensation(const Lattice& lattice, std::vector<ActingPoint> acting, CondensedDilatation dilatation)
+    : lattice_(&lattice),
+      acting_(std::move(acting)),
+      dilatation_(dilatation),
+      levels_{condensed_voxels(lattice, dilatation)} {}
+
+bool Condensation::is_of(const Lattice& lattice, const std::vector<ActingPoint>& acting,
+                         CondensedDilatation dilatation) const {
+  return lattice_ == &lattice && dilatation_ == dilatation && acting_ == acting;
+}
+
+const CondensedLevel& Condensation::level(int level) {
+  while (levels_.size() <= as_size(level)) {
+    const int n = static_cast<int>(levels_.size());
+    const Level& above = lattice_->level(n);
+    const CondensedLevel& finer = levels_.back();
+    std::vector<ActingPoint> acting = acting_;
+    if (n > 1) {
+      const std::vector<std::int32_t> holders = coarser_cells_of(*lattice_, 0, n - 1);
+      for (ActingPoint& point : acting) point.cell = holders[as_size(point.cell)];
+    }
+    Kinds kinds =
+        kinds_of_parents(above, lattice_->level(n - 1), coarser_cells_of(*lattice_, n - 1, n), finer.kind, acting);
+    CondensedLevel out{std::move(kinds.of_cell), std::move(kinds.element),
+                       std::vector<CondensedElement>(kinds.patterns.size())};
+    const auto count = static_cast<std::ptrdiff_t>(kinds.patterns.size());
 #pragma omp parallel for schedule(dynamic, 16)
     for (std::ptrdiff_t k = 0; k < count; ++k)
-      coarser[static_cast<std::size_t>(k)] =
-          condensed(kinds.patterns[static_cast<std::size_t>(k)], elements, lattice.level(level).merge);
-    elements = std::move(coarser);
-    if (std::binary_search(levels.begin(), levels.end(), level))
-      out.push_back({kinds.of_cell, kinds.element, elements});
+      out.condensed[static_cast<std::size_t>(k)] =
+          condensed(kinds.patterns[static_cast<std::size_t>(k)], finer.condensed, above.merge);
+    levels_.push_back(std::move(out));
   }
+  return levels_[as_size(level)];
+}
+
+CondensedLevel Condensation::take(int level) {
+  this->level(level);
+  CondensedLevel out = std::move(levels_[as_size(level)]);
+  levels_.resize(as_size(level));
   return out;
 }
 

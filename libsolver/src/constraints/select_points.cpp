@@ -46,7 +46,7 @@ std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selecto
       ConstraintPoint point{static_cast<std::int32_t>(c), p.cell, p.weights, condition.by, condition.axes};
       if (acts_on_area(condition, scene)) {
         point.area = p.area.norm();
-        point.is_soft = scene.supports == Supports::soft && selector.level_of(p) > 0;
+        point.is_soft = point.area > 0 && scene.supports == Supports::soft && selector.level_of(p) > 0;
       }
       if (point.area == 0 || selector.has_small_faces()) {
         points.push_back(point);

@@ -22,7 +22,7 @@ struct TravellingSplit {
 };
 
 /// A kind of condensed cell in numbers.
-using TravellingKind = std::array<double, 24 * 24 + 24 + 2>;
+using TravellingKind = std::array<double, 24 * 24 + 24 + 2 + 24 * 3>;
 
 TravellingKind packed(const hexmesh::CondensedElement& kind) {
   TravellingKind out;
@@ -30,11 +30,13 @@ TravellingKind packed(const hexmesh::CondensedElement& kind) {
   CellVector::Map(&out[24 * 24]) = kind.divergence;
   out[24 * 24 + 24] = kind.excess;
   out[24 * 24 + 25] = kind.volume;
+  hexmesh::CellWeight::Map(&out[24 * 24 + 26]) = kind.weight;
   return out;
 }
 
 hexmesh::CondensedElement unpacked(const TravellingKind& in) {
-  return {CellMatrix::Map(in.data()), CellVector::Map(&in[24 * 24]), in[24 * 24 + 24], in[24 * 24 + 25]};
+  return {CellMatrix::Map(in.data()), CellVector::Map(&in[24 * 24]), in[24 * 24 + 24], in[24 * 24 + 25],
+          hexmesh::CellWeight::Map(&in[24 * 24 + 26])};
 }
 
 }  // namespace

@@ -47,12 +47,12 @@ private:
 }  // namespace
 
 Piece::Piece(const Processes& all, const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline, int level,
-             std::size_t num_cells)
-    : Piece(all, file, outline, level, first_rows_of(all, file, level, num_cells)) {}
+             std::size_t num_cells, std::int32_t margin)
+    : Piece(all, file, outline, level, first_rows_of(all, file, level, num_cells), margin) {}
 
 Piece::Piece(const Processes& all, const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline, int level,
-             const std::vector<std::uint64_t>& first_rows)
-    : all_(all), level_(level), layers_(all, first_rows) {
+             const std::vector<std::uint64_t>& first_rows, std::int32_t margin)
+    : all_(all), level_(level), margin_(margin), layers_(all, first_rows) {
   all.all_or_none([&] {
     piece_ = file.read_layers(outline, level, first_rows, layers_.begin(all.rank()), layers_.end(all.rank()), margin);
   });
@@ -82,7 +82,7 @@ hexmesh::Lattice Piece::with_finer_levels(const hexmesh::LatticeReader& file, co
     const auto layer = [&](std::int32_t of_piece) {
       return std::min((piece_->low + of_piece) * level().voxels_per_cell[2] / voxels_per_cell[2], layers);
     };
-    const std::int32_t end = std::min(piece_->end + margin, piece_->num_layers);
+    const std::int32_t end = std::min(piece_->end + margin_, piece_->num_layers);
     all_.all_or_none([&] {
       out.level(n) = std::move(file.read_layers(outline, n, first_rows, layer(0), layer(end), 0).lattice.level(n));
     });

@@ -17,12 +17,11 @@ namespace hexsolver::mpi {
 /// these. Indices are the piece's; in_whole() are the level's.
 class Piece {
 public:
-  /// Layers around those that a piece stands for: what cells and nodes of these touch.
-  static constexpr std::int32_t margin = 1;
-
   /// Called by all processes at once; all must outlive this.
+  /// @param margin  layers around those that the piece stands for: 1 has what cells and nodes of these touch, 2 what
+  ///                makes those the same as in the whole, where nodes that one cell alone has count
   Piece(const Processes& all, const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline, int level,
-        std::size_t num_cells);
+        std::size_t num_cells, std::int32_t margin = 1);
   Piece(const Piece&) = delete;
   Piece& operator=(const Piece&) = delete;
 
@@ -52,11 +51,12 @@ public:
 
 private:
   Piece(const Processes& all, const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline, int level,
-        const std::vector<std::uint64_t>& first_rows);
+        const std::vector<std::uint64_t>& first_rows, std::int32_t margin);
   hexmesh::CellLocator locator() const;
 
   const Processes& all_;
   int level_;
+  std::int32_t margin_;
   Layers layers_;
   std::optional<hexmesh::LatticePiece> piece_;
   KeyedCells keys_;

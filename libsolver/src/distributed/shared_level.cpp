@@ -29,7 +29,8 @@ SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& fil
       elasticity_(scene.elasticity),
       matchings_(std::move(matchings)) {
   all.all_or_none([&] { num_cells_ = file.num_cells(level); });
-  piece_ = std::make_unique<Piece>(all, file, outline, level, num_cells_);
+  piece_ =
+      std::make_unique<Piece>(all, file, outline, level, num_cells_, scene.stiffness == Stiffness::condensed ? 2 : 1);
   const SharedMerges merges = merges_of_parts(outline.cell_size(level), num_cells_, all.count());
   part_.emplace(take_part(all, file, outline, level, *piece_, merges.block));
   make_hierarchy(merges);
@@ -62,10 +63,11 @@ void SharedLevel::build_potential(Elasticity elasticity, std::vector<bool> rotat
   if (potential_ && elasticity == elasticity_ && all_.sum(rotating.size()) == 0) return;
   elasticity_ = elasticity;
   rotating_ = rotating;
-  auto elastic = make_elastic_cells(
-      mesh(), {part_->lattice, level_},
-      {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(rotating), false, condense_part()});
+  auto elastic = make_elastic_cells(mesh(), {part_->lattice, level_},
+                                    elastic_settings(scene_, elasticity, std::move(rotating), condense_part()));
   elastic_ = elastic.get();
+  if (scene_.stiffness == Stiffness::condensed && scene_.gravity != Vec3::Zero())
+    loads_.back() = forces_of(*make_weight(scene_.gravity, {part_->lattice, level_}, *elastic), mesh(), copies_);
   rounding_ = std::sqrt(all_.sum(elastic->rounding() * elastic->rounding()));
   energy_rounding_ = all_.sum(elastic->energy_rounding());
   potential_ = std::make_unique<Potential>(mesh());
@@ -124,13 +126,7 @@ std::vector<SharedConstraints::Point> SharedLevel::select() {
   holding.insert(holding.end(), matched.begin(), matched.end());
 
   const auto add = [&](const std::vector<std::unique_ptr<Load>>& loads, const Mesh& mesh, const NodeCopies& copies) {
-    const NodeVector rest = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
-    for (const auto& load : loads) {
-      NodeVector gradient = rest, magnitude = rest;
-      load->add_gradient(rest, gradient, magnitude);
-      loads_.push_back(make_vector());
-      copies.add_to(-gradient, loads_.back());
-    }
+    for (const auto& load : loads) loads_.push_back(forces_of(*load, mesh, copies));
   };
   Scene part = scene_;
   part.gravity = Vec3::Zero();
@@ -143,24 +139,34 @@ std::vector<SharedConstraints::Point> SharedLevel::select() {
   return holding;
 }
 
+OwnedVec SharedLevel::forces_of(const Load& load, const Mesh& mesh, const NodeCopies& copies) const {
+  const NodeVector rest = NodeVector::Zero(static_cast<Eigen::Index>(mesh.num_dofs()));
+  NodeVector gradient = rest, magnitude = rest;
+  load.add_gradient(rest, gradient, magnitude);
+  OwnedVec out = make_vector();
+  copies.add_to(-gradient, out);
+  return out;
+}
+
 std::vector<Acting> SharedLevel::acting_of_all(const std::vector<Acting>& own) const {
   const Vec3 low(0, 0, piece_->rows().low * piece_->level().voxels_per_cell[2]);
-  using Numbers = std::array<double, 7>;
+  using Numbers = std::array<double, 8>;
   std::vector<Numbers> in_whole;
   for (const Acting& a : own) {
     const Vec3 index = a.index + low, center = a.center + low;
-    in_whole.push_back({index[0], index[1], index[2], center[0], center[1], center[2], a.reach});
+    in_whole.push_back({index[0], index[1], index[2], center[0], center[1], center[2], a.reach, a.in_all ? 1.0 : 0.0});
   }
   std::vector<Acting> out;
   for (const Numbers& n : all_.gather(in_whole))
-    out.push_back({Vec3(n[0], n[1], n[2]) - low, Vec3(n[3], n[4], n[5]) - low, n[6]});
+    out.push_back({Vec3(n[0], n[1], n[2]) - low, Vec3(n[3], n[4], n[5]) - low, n[6], n[7] != 0});
   return out;
 }
 
 std::vector<hexmesh::CondensedLevel> SharedLevel::condense_piece() const {
   if (scene_.stiffness != Stiffness::condensed || level_ == 0) return {};
   const Lattice layers = piece_->with_finer_levels(file_, outline_);
-  return condense({layers, level_}, scene_, acting_);
+  std::optional<hexmesh::Condensation> of_layers;
+  return condense({layers, level_}, scene_, acting_, of_layers);
 }
 
 std::vector<hexmesh::CondensedLevel> SharedLevel::condense_part() const {

@@ -17,6 +17,7 @@
 #include "hexsolver/scene/scene.h"
 #include "level/balance.h"
 #include "terms/elastic.h"
+#include "terms/load.h"
 #include "terms/match_term.h"
 #include "terms/potential.h"
 
@@ -141,12 +142,14 @@ public:
   /// Of this process's cells, those whose parents on a coarser level are rotated by more than an angle [rad].
   std::vector<bool> cells_rotated_by(double angle, const SharedLevel& coarser, const Index3& merge, Vec u) const;
 
-  /// Of the piece's cells, as condense(); those around its own may miss what holds them on the other side.
+  /// Of the piece's cells, as condense(); those of its outermost layers may miss what holds them on the other side.
   std::vector<hexmesh::CondensedLevel> condense_piece() const;
 
   ProcessReport holding() const;  ///< what this process holds, without its memory
 
 private:
+  /// What a load exerts at rest on a mesh's nodes.
+  OwnedVec forces_of(const Load& load, const Mesh& mesh, const NodeCopies& copies) const;
   std::vector<SharedConstraints::Point> select();                          ///< @returns all that hold the body
   std::vector<SharedConstraints::Point> find_matched(Selector& selector);  ///< @returns these, as if they were held
   void add_matches();

@@ -37,9 +37,9 @@ hexmesh::ResultRows result_rows(const SharedLevel& level, Vec u, SolveReport& re
     for (std::size_t c = 0; c < read.mesh().num_cells(); ++c) of_piece.push_back(read.cell(c));
     rotating = CellFlags(level, level.rotating()).of(of_piece);
   }
-  const auto cells = make_elastic_cells(read.mesh(), {piece, level.level()},
-                                        {level.elasticity(), scene.rotation, scene.volumetric, scene.stiffness,
-                                         std::move(rotating), false, level.condense_piece()});
+  const auto cells =
+      make_elastic_cells(read.mesh(), {piece, level.level()},
+                         elastic_settings(scene, level.elasticity(), std::move(rotating), level.condense_piece()));
   const SurfaceShare& share = read.share();
   CellMeasures measures = measure_cells(*cells, v, [&](const Index3& node) { return share.has_node(node); });
   const double checkers = static_cast<double>(measures.checkerboard_nodes);

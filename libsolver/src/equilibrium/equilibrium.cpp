@@ -200,13 +200,13 @@ Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int lev
       begin = to_field(*start);
       levels.start = &begin;
     }
-    SegmentShapes shapes;
+    const auto shared = std::make_shared<SharedFindings>();
     levels.make = [&](int n, const Scene& of_level) {
-      return std::make_unique<LocalLevel>(lattice, of_level, n, matchings, &shapes);
+      return std::make_unique<LocalLevel>(lattice, of_level, n, matchings, shared);
     };
     if (scene.is_graded()) {
-      const auto divided = [&](const LocalLevel& of, const std::vector<bool>& which) {
-        return std::make_unique<LocalLevel>(divide(of, which), scene, matchings, &shapes);
+      const auto divided = [&, shared](const LocalLevel& of, const std::vector<bool>& which) {
+        return std::make_unique<LocalLevel>(divide(of, which), scene, matchings, shared);
       };
       levels.halve = [=](const LocalLevel& of) {
         return of.level_of_largest() > 0 ? divided(of, std::vector<bool>(of.num_cells(), true)) : nullptr;

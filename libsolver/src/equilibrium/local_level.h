@@ -13,13 +13,13 @@ class LocalLevel {
 public:
   using Vector = NodeVector;
 
-  /// @param matchings, shapes  see LevelProblem
+  /// @param matchings, shared  see LevelProblem
   LocalLevel(const hexmesh::Lattice& lattice, const Scene& scene, int level, Matchings matchings = {},
-             SegmentShapes* shapes = nullptr)
-      : problem_(lattice, scene, level, std::move(matchings), shapes) {}
+             std::shared_ptr<SharedFindings> shared = {})
+      : problem_(lattice, scene, level, std::move(matchings), std::move(shared)) {}
 
-  LocalLevel(MeshCells cells, const Scene& scene, Matchings matchings, SegmentShapes* shapes)
-      : problem_(std::move(cells), scene, std::move(matchings), shapes) {}
+  LocalLevel(MeshCells cells, const Scene& scene, Matchings matchings, std::shared_ptr<SharedFindings> shared)
+      : problem_(std::move(cells), scene, std::move(matchings), std::move(shared)) {}
 
   const LevelProblem& problem() const noexcept { return problem_; }
   LevelProblem& mutable_problem() noexcept { return problem_; }

@@ -66,15 +66,18 @@ std::size_t coarsest_dofs(const Lattice& lattice, const Scene& scene) {
 }
 
 LevelProblem::LevelProblem(const Lattice& lattice, const Scene& scene, int level, Matchings matchings,
-                           SegmentShapes* shapes)
-    : LevelProblem(cells_for(lattice, scene, level), scene, std::move(matchings), shapes) {}
+                           std::shared_ptr<SharedFindings> shared)
+    : LevelProblem(cells_for(lattice, scene, level), scene, std::move(matchings), std::move(shared)) {}
 
-LevelProblem::LevelProblem(MeshCells cells, const Scene& scene, Matchings matchings, SegmentShapes* shapes)
+LevelProblem::LevelProblem(MeshCells cells, const Scene& scene, Matchings matchings,
+                           std::shared_ptr<SharedFindings> shared)
     : cells_(std::move(cells)),
       scene_(scene),
       progress_(at_the_end(scene)),
-      hierarchy_(cells_, coarsest_dofs(cells_.lattice(), scene)) {
+      hierarchy_(cells_, coarsest_dofs(cells_.lattice(), scene)),
+      shared_(std::move(shared)) {
   hierarchy_.in_double = is_of_high_contrast(cells_.lattice());
+  SharedFindings own;
   Selector selector(cells_, mesh());
   if (scene.stiffness == Stiffness::condensed) selector.note_what_acts();
   std::vector<ConstraintPoint> points = select_points(scene, selector);
@@ -87,7 +90,7 @@ LevelProblem::LevelProblem(MeshCells cells, const Scene& scene, Matchings matchi
   constraints_ = std::make_unique<Constraints>(mesh(), std::move(points));
   new_loads_ = make_loads(scene, cells_, mesh(), selector);
   for (const auto& load : new_loads_) loads_.push_back(load.get());
-  new_contacts_ = make_contacts(scene, cells_, mesh(), selector, shapes);
+  new_contacts_ = make_contacts(scene, cells_, mesh(), selector, (shared_ ? *shared_ : own).shapes);
   for (const auto& contact : new_contacts_) contacts_.push_back(contact.get());
   expect_embedded(scene, matchings, matched);
   new_matches_ = make_match_terms(scene, matchings, mesh(), matched);
@@ -347,10 +350,10 @@ std::vector<std::pair<std::int32_t, double>> LevelProblem::carrying_springs() co
 }
 
 void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rotating) {
-  auto elastic =
-      make_elastic_cells(mesh(), cells_,
-                         {elasticity, scene_.rotation, scene_.volumetric, scene_.stiffness, std::move(rotating),
-                          scene_.is_reshaped(), condense(cells_, scene_, acting_), scene_.saves_memory});
+  SharedFindings own;
+  auto condensed = condense(cells_, scene_, acting_, (shared_ ? *shared_ : own).condensed);
+  auto elastic = make_elastic_cells(mesh(), cells_,
+                                    elastic_settings(scene_, elasticity, std::move(rotating), std::move(condensed)));
   elastic_ = elastic.get();
   if (!scene_.prestresses.empty()) {
     prestretches_ = find_prestretches(cells_, scene_.prestresses, *elastic_, elasticity);
@@ -371,24 +374,21 @@ void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rota
       const auto cell = hexmesh::as_size(p.cell);
       return PatchSprings::stiffness(p, elastic_->model(cell), mesh().edges(cell), lattice.voxels.voxel_volume());
     });
-    auto term = std::make_unique<PatchSprings>(mesh(), constraints_->held());
-    patch_springs_ = term.get();
-    potential_->add(std::move(term));
+    patch_springs_ = &add_term(std::make_unique<PatchSprings>(mesh(), constraints_->held()));
   }
-  if (!springs.empty()) {
-    auto term = std::make_unique<GroundSprings>(EffectKind::islands, mesh(), std::move(springs));
-    springs_ = term.get();
-    potential_->add(std::move(term));
-  }
-  if (!carrying.empty()) {
-    auto term = std::make_unique<GroundSprings>(EffectKind::elasticity, mesh(), std::move(carrying));
-    carrying_ = term.get();
-    potential_->add(std::move(term));
-  }
+  if (!springs.empty())
+    springs_ = &add_term(std::make_unique<GroundSprings>(EffectKind::islands, mesh(), std::move(springs)));
+  if (!carrying.empty())
+    carrying_ = &add_term(std::make_unique<GroundSprings>(EffectKind::elasticity, mesh(), std::move(carrying)));
   if (to_rest_.size() > 0)
     balance_lattice();
   else
     grow_prestress();
+  if (scene_.stiffness == Stiffness::condensed && scene_.gravity != Vec3::Zero() && !scene_.dynamics) {
+    new_loads_.back() = make_weight(scene_.gravity, cells_, *elastic_);
+    loads_.back() = new_loads_.back().get();
+    set_loads(progress_);
+  }
   for (auto& load : new_loads_) potential_->add(std::move(load));
   new_loads_.clear();
   for (auto& contact : new_contacts_) potential_->add(std::move(contact));

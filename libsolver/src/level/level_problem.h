@@ -28,17 +28,24 @@ std::size_t coarsest_dofs(const hexmesh::Lattice& lattice, const Scene& scene);
 /// Displacements where load steps begin: none, or where the scene puts the body.
 NodeVector start_of(const Scene& scene, const Mesh& mesh);
 
+/// What the levels of a solution find once for all of them.
+struct SharedFindings {
+  SegmentShapes shapes;
+  std::optional<hexmesh::Condensation> condensed;
+};
+
 /// One level of a lattice under a scene. Its parts refer to each other: it stays where it was made.
 class LevelProblem {
 public:
   /// Finds what the conditions and forces select and what nothing holds.
   /// @throws Error{geometry} for selections and missing supports
   /// @param matchings  of the scene, where they are there already
-  /// @param shapes     of the lattice under the scene, which this adds to; null: its own
+  /// @param shared     of the lattice under the scene, which this adds to; null: its own
   LevelProblem(const hexmesh::Lattice& lattice, const Scene& scene, int level, Matchings matchings = {},
-               SegmentShapes* shapes = nullptr);
+               std::shared_ptr<SharedFindings> shared = {});
   /// The same with cells of the scene's lattice that are named.
-  LevelProblem(MeshCells cells, const Scene& scene, Matchings matchings = {}, SegmentShapes* shapes = nullptr);
+  LevelProblem(MeshCells cells, const Scene& scene, Matchings matchings = {},
+               std::shared_ptr<SharedFindings> shared = {});
   LevelProblem(const LevelProblem&) = delete;
   LevelProblem& operator=(const LevelProblem&) = delete;
 
@@ -143,7 +150,8 @@ private:
   Progress progress_;  ///< of what is prescribed and loaded now
   Hierarchy hierarchy_;
   std::vector<bool> islands_;
-  std::vector<Acting> acting_;         ///< for condensed cells alone
+  std::vector<Acting> acting_;  ///< for condensed cells alone
+  std::shared_ptr<SharedFindings> shared_;
   std::vector<std::int32_t> carried_;  ///< cells that nothing but obstacles holds, ascending
   std::unique_ptr<Constraints> constraints_;
   std::vector<Vec3> prescribed_;                               ///< space for the points of the constraints [mm]

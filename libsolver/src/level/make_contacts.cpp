@@ -188,18 +188,17 @@ std::unique_ptr<PenaltyContact> make_segment_contact(const Contact& contact, con
 }
 
 std::vector<std::unique_ptr<PenaltyContact>> make_contacts(const Scene& scene, const MeshCells& cells, const Mesh& mesh,
-                                                           Selector& selector, SegmentShapes* shapes) {
+                                                           Selector& selector, SegmentShapes& shapes) {
   const bool has_obstacles =
       std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& c) { return !c.is_within_body(); });
   const std::vector<SurfacePoint> surface = has_obstacles ? selector.whole_surface() : std::vector<SurfacePoint>();
-  SegmentShapes own;
   std::vector<std::unique_ptr<PenaltyContact>> out;
   for (std::size_t n = 0; n < scene.contacts.size(); ++n) {
     const Contact& c = scene.contacts[n];
     const bool hard = is_hard(c, scene);
-    out.push_back(c.is_within_body() ? make_segment_contact(c, (shapes ? *shapes : own).of(c, n, cells.lattice()),
-                                                            cells, mesh, selector, hard)
-                                     : std::make_unique<PenaltyContact>(c, cells, mesh, surface, hard));
+    out.push_back(c.is_within_body()
+                      ? make_segment_contact(c, shapes.of(c, n, cells.lattice()), cells, mesh, selector, hard)
+                      : std::make_unique<PenaltyContact>(c, cells, mesh, surface, hard));
     if (scene.dynamics) out.back()->hold_pairs();
   }
   return out;

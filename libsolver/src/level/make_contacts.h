@@ -39,10 +39,10 @@ std::unique_ptr<PenaltyContact> make_segment_contact(const Contact& contact, con
                                                      bool is_hard);
 
 /// Of a scene: these, and the body's surface against obstacles.
-/// @param shapes  of the lattice under the scene, which this adds to; null: none are kept
+/// @param shapes  of the lattice under the scene, which this adds to
 /// @throws Error{input} as SegmentShapes::of()
 std::vector<std::unique_ptr<PenaltyContact>> make_contacts(const Scene& scene, const MeshCells& cells, const Mesh& mesh,
-                                                           Selector& selector, SegmentShapes* shapes);
+                                                           Selector& selector, SegmentShapes& shapes);
 
 /// Where two segments touch at rest [mm]; of the body with itself nowhere.
 /// @throws Error{input} as SegmentShapes::of()

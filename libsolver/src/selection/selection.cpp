@@ -25,6 +25,7 @@ struct Selector::Candidate {
   Embedding embedding;
   std::vector<std::uint16_t> neighbours;  ///< labels behind the exposed faces it stands for
   Vec3 area = Vec3::Zero();
+  bool is_node = false;
 };
 
 namespace {
@@ -97,6 +98,7 @@ std::vector<Candidate> node_candidates(const MeshCells& cells, const Mesh& mesh,
   for (std::size_t n = 0; n < mesh.num_nodes(); ++n)
     if (full_cells[n] < 8 && share.has_node(mesh.nodes()[n])) {
       of_node[n].position = mesh.position(n);
+      of_node[n].is_node = true;
       out.push_back(of_node[n]);
     }
   return out;
@@ -246,8 +248,10 @@ std::vector<Selector::Candidate> Selector::choose_candidates(const Selection& se
 }
 
 SurfacePoint Selector::found(const Candidate& candidate) {
-  if (candidate.area == Vec3::Zero())
-    note_acting(candidate.position, 0.6);  // a voxel, or all around a node
+  if (candidate.is_node)
+    note_acting_around(candidate);
+  else if (candidate.area == Vec3::Zero())
+    note_acting(candidate.position, 0.6);  // a voxel
   else
     note_acting(candidate.position, 0.1, lattice().voxels.direction().transpose() * candidate.area.stableNormalized());
   return {candidate.embedding.cell, hexmesh::shape_functions(candidate.embedding.local), candidate.area};
@@ -257,6 +261,13 @@ void Selector::note_acting(const Vec3& position, double reach, const Vec3& out) 
   if (!notes_acting_) return;
   const Vec3 index = lattice().voxels.continuous_index(position);
   acting_.push_back({index, index - out / 2, reach});
+}
+
+void Selector::note_acting_around(const Candidate& node) {
+  if (!notes_acting_) return;
+  const Index3& cell = cells_.lattice_level(hexmesh::as_size(node.embedding.cell)).voxels_per_cell;
+  const Vec3 index = lattice().voxels.continuous_index(node.position);
+  acting_.push_back({index, index, static_cast<double>(*std::max_element(cell.begin(), cell.end())), true});
 }
 
 std::vector<hexmesh::ActingPoint> acting_points(const std::vector<Index3>& voxels, const std::vector<Acting>& acting) {
@@ -271,7 +282,7 @@ std::vector<hexmesh::ActingPoint> acting_points(const std::vector<Index3>& voxel
       for (v[1] = first[1]; v[1] <= last[1]; ++v[1])
         for (v[0] = first[0]; v[0] <= last[0]; ++v[0]) {
           const auto [begin, end] = hexmesh::cells_at(voxels, v);
-          for (std::int32_t c = begin; c < end; ++c) out.push_back({c, a.index});
+          for (std::int32_t c = begin; c < end; ++c) out.push_back({c, a.in_all ? Vec3(v[0], v[1], v[2]) : a.index});
         }
   }
   return out;

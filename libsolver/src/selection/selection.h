@@ -38,6 +38,7 @@ public:
 struct Acting {
   Vec3 index, center;
   double reach;
+  bool in_all = false;  ///< in the middle of each of them instead: on what a node of cells holds
 };
 
 /// On which cells of level 0 that is.
@@ -100,6 +101,7 @@ private:
   std::vector<Candidate> choose_candidates(const Selection& selection, const std::string& what);
 
   SurfacePoint found(const Candidate& candidate);
+  void note_acting_around(const Candidate& node);  ///< in all that the cells beside it have
   /// @param reach  see Acting
   /// @param out    of a face, out of its voxel, along the axes of the voxels
   void note_acting(const Vec3& position, double reach, const Vec3& out = Vec3::Zero());

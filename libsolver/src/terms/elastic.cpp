@@ -55,12 +55,34 @@ ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::si
       matrices.bulk(element), volumetric);
 }
 
-ElementModel condensed(ElementModel model, const hexmesh::CondensedElement& element) {
+namespace {
+
+/// @param edges  columns = the cell's edge vectors [mm]
+NodeGradients gradient_weighted_by(const CellMatrix& stiffness, const Mat3& edges) {
+  NodeWeights weights;
+  Eigen::Matrix<double, 8, 3> x;
+  for (int a = 0; a < 8; ++a) {
+    weights[a] = stiffness.block<3, 3>(3 * a, 3 * a).trace();
+    for (int d = 0; d < 3; ++d) x(a, d) = hexmesh::corner_bit(a, d);
+  }
+  weights /= weights.sum();
+  x = (x * edges.transpose()).eval();
+  x.rowwise() -= (weights.transpose() * x).eval();
+  const NodeGradients weighted = weights.asDiagonal() * x;
+  const Mat3 spread = x.transpose() * weighted;
+  return weighted * spread.inverse();
+}
+
+}  // namespace
+
+ElementModel condensed(ElementModel model, const hexmesh::CondensedElement& element, const Mat3& edges) {
   model.set_stiffness(
       hexmesh::mean_dilatation_stiffness(element.stiffness, element.divergence, element.excess, element.volume));
-  DilatationModel& dilatation = model.dilatation.emplace();
-  dilatation.bulk = element.excess / element.volume;
-  for (int a = 0; a < 8; ++a) dilatation.gradient.row(a) = element.divergence.segment<3>(3 * a) / element.volume;
+  model.mean_gradient = gradient_weighted_by(model.stiffness, edges);
+  CondensedModel& own = model.condensed.emplace();
+  own.bulk = element.excess / element.volume;
+  for (int a = 0; a < 8; ++a) own.gradient.row(a) = element.divergence.segment<3>(3 * a) / element.volume;
+  own.weight = element.weight;
   return model;
 }
 
@@ -199,8 +221,8 @@ const ElasticCells::SingleModels& ElasticCells::single_models() const {
 Dilatation ElasticCells::rotated_dilatation(std::size_t cell, const Mat3& rotation) const {
   const ElementModel& m = model(cell);
   if (!m.mean_dilatation) return {};
-  Dilatation out{CellVector::Zero(), m.dilatation ? m.dilatation->bulk : m.bulk, m.volume, m.shear};
-  const NodeGradients& gradient = m.dilatation ? m.dilatation->gradient : m.mean_gradient;
+  Dilatation out{CellVector::Zero(), m.condensed ? m.condensed->bulk : m.bulk, m.volume, m.shear};
+  const NodeGradients& gradient = m.condensed ? m.condensed->gradient : m.mean_gradient;
   for (int a = 0; a < 8; ++a) out.divergence.segment<3>(3 * a) = m.volume * rotation * gradient.row(a).transpose();
   return out;
 }

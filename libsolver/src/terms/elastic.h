@@ -17,23 +17,24 @@
 
 namespace hexsolver {
 
-/// How a cell's mean dilatation is resisted, bulk times the filled volume.
-struct DilatationModel {
-  double bulk = 0;         ///< [MPa]
-  NodeGradients gradient;  ///< b / V [1/mm]
+/// What condensed cells have of their own.
+struct CondensedModel {
+  double bulk = 0;             ///< that resists the mean dilatation [MPa]
+  NodeGradients gradient;      ///< b / V, of that [1/mm]
+  hexmesh::CellWeight weight;  ///< see hexmesh::CondensedElement [t]
 };
 
 /// What cells alike share.
 struct ElementModel {
   CellMatrix stiffness;                                    ///< K [N/mm]
   std::shared_ptr<const MirroredMatrix<double>> mirrored;  ///< K again, where it is the same mirrored
-  NodeGradients mean_gradient;                             ///< of N_a over the filled part, b / V [1/mm]
-  NodeWeights mean_shape;                                  ///< N_a over the filled part
-  double volume = 0;                                       ///< of the filled part [mm^3]
-  double shear = 0, bulk = 0;                              ///< mean moduli over the filled part [MPa]
-  bool mean_dilatation = false;                            ///< K resists change of volume by (bulk / volume) b b^T
-  std::optional<DilatationModel> dilatation;               ///< of condensed cells: that bulk and b instead
-  hexmesh::SubcellMask subcells = 0;                       ///< where the material is; 0 = not known
+  NodeGradients mean_gradient;              ///< of N_a over the filled part, b / V; see condensed() [1/mm]
+  NodeWeights mean_shape;                   ///< N_a over the filled part
+  double volume = 0;                        ///< of the filled part [mm^3]
+  double shear = 0, bulk = 0;               ///< mean moduli over the filled part [MPa]
+  bool mean_dilatation = false;             ///< K resists change of volume by (bulk / volume) b b^T
+  std::optional<CondensedModel> condensed;  ///< of condensed cells: bulk, b and weight are these
+  hexmesh::SubcellMask subcells = 0;        ///< where the material is; 0 = not known
 
   void set_stiffness(const CellMatrix& k);
   AlikeMatrix<double> alike() const { return {stiffness.data(), mirrored.get()}; }
@@ -55,8 +56,11 @@ ElementModel make_element_model(const hexmesh::ElementMatrices& matrices, const 
 ElementModel make_element_model(const hexmesh::StoredMatrices& matrices, std::size_t element, const Mat3& edges,
                                 Volumetric volumetric);
 
-/// A cell's model with the stiffness that it has condensed.
-ElementModel condensed(ElementModel model, const hexmesh::CondensedElement& element);
+/// A cell's model with the stiffness that it has condensed. Its mean gradient is that of the linear field next to where
+/// the corners are, w_a |y_a - F x_a - c|^2 least in all with w_a = tr K_aa: a corner that hardly carries tells nothing
+/// of how the material turns. A full cell's is as before.
+/// @param edges  columns = its edge vectors [mm]
+ElementModel condensed(ElementModel model, const hexmesh::CondensedElement& element, const Mat3& edges);
 
 /// The elastic energy of all cells of one level.
 ///

@@ -4,6 +4,7 @@
 #include "terms/dead_load.h"
 #include "terms/follower_pressure.h"
 #include "terms/inertia.h"
+#include "terms/point_hessians.h"
 
 namespace hexsolver {
 namespace {
@@ -13,11 +14,14 @@ class NodeForces {
 public:
   explicit NodeForces(const Mesh& mesh) : mesh_(mesh), sum_(NodeVector::Zero(mesh.num_dofs())) {}
 
-  void add(std::size_t cell, const NodeWeights& weights, const Vec3& force) {
+  void add(std::size_t cell, const CellVector& forces) {
     for (std::size_t a = 0; a < 8; ++a)
       mesh_.for_each_free(cell, a, [&](std::int32_t n, double weight) {
-        sum_.segment<3>(3 * Eigen::Index{n}) += weight * weights[static_cast<Eigen::Index>(a)] * force;
+        sum_.segment<3>(3 * Eigen::Index{n}) += weight * forces.segment<3>(3 * static_cast<Eigen::Index>(a));
       });
+  }
+  void add(std::size_t cell, const NodeWeights& weights, const Vec3& force) {
+    add(cell, spread_to_nodes(weights, force));
   }
 
   std::vector<DeadLoad::NodeForce> nonzero() const {
@@ -50,15 +54,25 @@ std::unique_ptr<Load> surface_force(const Force& force, const Mesh& mesh, Select
   return std::make_unique<DeadLoad>(EffectKind::force, load_name(force), forces.nonzero());
 }
 
-std::unique_ptr<DeadLoad> weight(const Vec3& gravity, const MeshCells& cells, const Mesh& mesh) {
+/// @param elastic  null: no cell is condensed
+std::unique_ptr<DeadLoad> weight(const Vec3& gravity, const MeshCells& cells, const Mesh& mesh,
+                                 const ElasticCells* elastic = nullptr) {
   const std::vector<NodeWeights> masses = lumped_masses(cells);
   const std::vector<std::int32_t> element = cells.elements();
   NodeForces forces(mesh);
-  for (std::size_t c = 0; c < mesh.num_cells(); ++c) forces.add(c, masses[element[c]], gravity);
+  for (std::size_t c = 0; c < mesh.num_cells(); ++c)
+    if (elastic && elastic->model(c).condensed)
+      forces.add(c, elastic->model(c).condensed->weight * gravity);
+    else
+      forces.add(c, masses[element[c]], gravity);
   return std::make_unique<DeadLoad>(EffectKind::gravity, "gravity", forces.nonzero());
 }
 
 }  // namespace
+
+std::unique_ptr<Load> make_weight(const Vec3& gravity, const MeshCells& cells, const ElasticCells& elastic) {
+  return weight(gravity, cells, elastic.mesh(), &elastic);
+}
 
 std::vector<std::unique_ptr<Load>> make_loads(const Scene& scene, const MeshCells& cells, const Mesh& mesh,
                                               Selector& selector) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "selection/selection.h"
+#include "terms/elastic.h"
 #include "terms/load.h"
 
 namespace hexsolver {
@@ -14,5 +15,9 @@ namespace hexsolver {
 /// @throws Error as Selector::select
 std::vector<std::unique_ptr<Load>> make_loads(const Scene& scene, const MeshCells& cells, const Mesh& mesh,
                                               Selector& selector);
+
+/// The weight of cells whose models are there: of condensed ones what their voxels hand to the corners. Not of a
+/// motion, whose masses are the row sums.
+std::unique_ptr<Load> make_weight(const Vec3& gravity, const MeshCells& cells, const ElasticCells& elastic);
 
 }  // namespace hexsolver

@@ -93,6 +93,7 @@ void take_condensed(const MeshCells& cells, const std::vector<hexmesh::Condensed
   auto from = condensed_levels.begin();
   for (const OfLevel& of : cells.levels()) {
     const std::size_t end = c + (of.cells.empty() ? cells.lattice().level(of.level).cells.size() : of.cells.size());
+    const Mat3 edges = cells.lattice().cell_edges(of.level);
     std::map<std::int32_t, std::int32_t> number;  // of a kind, or of an element at level 0, in `out`
     for (; c < end; ++c) {
       const std::int32_t in_level = cells.place(c).cell;
@@ -100,7 +101,7 @@ void take_condensed(const MeshCells& cells, const std::vector<hexmesh::Condensed
       const auto [entry, is_new] = number.try_emplace(kind, static_cast<std::int32_t>(out.size()));
       if (is_new) {
         const ElementModel& model = models[hexmesh::as_size(element[c])];
-        out.push_back(of.level == 0 ? model : condensed(model, from->condensed[hexmesh::as_size(kind)]));
+        out.push_back(of.level == 0 ? model : condensed(model, from->condensed[hexmesh::as_size(kind)], edges));
       }
       element[c] = entry->second;
     }
@@ -111,16 +112,29 @@ void take_condensed(const MeshCells& cells, const std::vector<hexmesh::Condensed
 
 }  // namespace
 
+ElasticSettings elastic_settings(const Scene& scene, Elasticity elasticity, std::vector<bool> rotating,
+                                 std::vector<hexmesh::CondensedLevel> condensed) {
+  return {elasticity,          scene.rotation,      scene.volumetric,     scene.stiffness,
+          std::move(rotating), scene.is_reshaped(), std::move(condensed), scene.saves_memory};
+}
+
 std::vector<hexmesh::CondensedLevel> condense(const MeshCells& cells, const Scene& scene,
-                                              const std::vector<Acting>& acting) {
+                                              const std::vector<Acting>& acting,
+                                              std::optional<hexmesh::Condensation>& known) {
   if (scene.stiffness != Stiffness::condensed) return {};
   std::vector<int> levels;
   for (const OfLevel& of : cells.levels())
     if (of.level > 0) levels.push_back(of.level);
   if (levels.empty()) return {};
-  return hexmesh::condense(
-      cells.lattice(), levels, acting_points(cells.lattice().level(0).cells, acting),
-      scene.volumetric == Volumetric::mean ? hexmesh::CondensedDilatation::mean : hexmesh::CondensedDilatation::full);
+  const hexmesh::Lattice& lattice = cells.lattice();
+  std::vector<hexmesh::ActingPoint> points = acting_points(lattice.level(0).cells, acting);
+  const auto dilatation =
+      scene.volumetric == Volumetric::mean ? hexmesh::CondensedDilatation::mean : hexmesh::CondensedDilatation::full;
+  if (!known || !known->is_of(lattice, points, dilatation)) known.emplace(lattice, std::move(points), dilatation);
+  if (!cells.is_graded()) return {known->take(levels.front())};
+  std::vector<hexmesh::CondensedLevel> out;
+  for (const int level : levels) out.push_back(known->level(level));
+  return out;
 }
 
 std::unique_ptr<ElasticCells> make_elastic_cells(const Mesh& mesh, const MeshCells& cells,

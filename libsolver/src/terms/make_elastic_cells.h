@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "hexsolver/scene/scene.h"
@@ -23,10 +24,17 @@ struct ElasticSettings {
   bool saves_memory = false;                       ///< co-rotational cells keep frames in single precision only
 };
 
+/// Those of a scene.
+/// @param elasticity  of its cells, where it finds their strain
+ElasticSettings elastic_settings(const Scene& scene, Elasticity elasticity, std::vector<bool> rotating,
+                                 std::vector<hexmesh::CondensedLevel> condensed);
+
 /// What a scene's condensed cells come to, of each level above 0; nothing where its cells are others.
 /// @param acting  what acts on them
+/// @param known   of other cells of the lattice, which this makes and adds to; it keeps what finer ones take
 std::vector<hexmesh::CondensedLevel> condense(const MeshCells& cells, const Scene& scene,
-                                              const std::vector<Acting>& acting);
+                                              const std::vector<Acting>& acting,
+                                              std::optional<hexmesh::Condensation>& known);
 
 /// The elastic energy of cells of a lattice.
 /// @param mesh  of these cells; must outlive what is returned

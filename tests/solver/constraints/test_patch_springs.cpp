@@ -57,6 +57,23 @@ TEST(PatchSprings, AreAHalfSpaceUnderWhatVoxelsSeeAndCellsDoNot) {
       << "of a voxel beside larger cells";
 }
 
+TEST(PatchSprings, NodesAndVoxelsHaveNone) {
+  const Lattice lattice = bar();
+  for (const char* on : {"nodes", "voxels"}) {
+    const auto held = [&](const char* supports) {
+      SolveReport report;
+      const Scene scene = parse_scene(std::string("[solve]\nerror_estimate = \"off\"\nsupports = \"") + supports +
+                                          "\"\n[[fix]]\nhalfspace = { point_mm = [0.6, 0, 0], normal = [-1, 0, 0] }\n" +
+                                          "on = \"" + on + "\"\n[gravity]\nm_s2 = [0, 0, -1]\n",
+                                      "test", "");
+      return solve_equilibrium(lattice, scene, 1, report).displacement;
+    };
+    const std::vector<Vec3> soft = held("soft"), firm = held("area");
+    ASSERT_EQ(soft.size(), firm.size());
+    for (std::size_t n = 0; n < soft.size(); ++n) EXPECT_LT((soft[n] - firm[n]).norm(), 1e-6) << on;
+  }
+}
+
 TEST(PatchSprings, TheirForcesAreTheDerivativeOfTheirEnergy) {
   const Lattice lattice = bar();
   for (const char* grading : {"off", "scene"}) {

@@ -107,6 +107,31 @@ TEST_P(Loads, ABarUnderItsOwnWeightStretchesByRhoGL2Over2E) {
 
 INSTANTIATE_TEST_SUITE_P(Levels, Loads, testing::Values(0, 1, 2));
 
+/// What of it hangs in a cell that is partly filled is 9 times softer a level, and as much lighter.
+TEST(Loads, ABarOfCondensedCellsStretchesLikeThePapers) {
+  const Lattice lattice = bar();
+  for (const int level : {1, 2}) {
+    Scene scene = held_at_the_bottom(Elasticity::cauchy);
+    scene.stiffness = Stiffness::condensed;
+    scene.forces = {at_the_top()};
+    scene.forces[0].total = Vec3(0, 0, 0.05);
+    const Solved pulled = solve(scene, lattice, level);
+    const double strain = 0.05 / (young * area);
+    for (std::size_t n = 0; n < pulled.result.nodes.size(); ++n)
+      EXPECT_NEAR(pulled.result.displacement[n][2], strain * (pulled.result.nodes[n][2] + 1), 1e-7);
+
+    scene.forces.clear();
+    scene.gravity = Vec3(0, 0, 9810);
+    const Solved s = solve(scene, lattice, level);
+    const Vec3 weight = s.report.forces[0].total_n;
+    EXPECT_NEAR((weight - density * size.prod() * scene.gravity).norm(), 0, 1e-12);
+    EXPECT_NEAR((s.report.conditions[0].reaction_n + weight).norm(), 0, 1e-8);
+    const double expected = density * 9810 * size[2] * size[2] / (2 * young);
+    const double end = displacement_inside(s.result, {{2, 2.5, 20.9}})[0][2];
+    EXPECT_NEAR(end, expected, 0.04 * expected) << "level " << level;
+  }
+}
+
 TEST(Loads, NothingIsBuiltForASceneWithout) {
   const Lattice lattice = bar();
   const Body body(lattice, 0, Elasticity::cauchy);
