@@ -384,7 +384,7 @@ void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rota
     balance_lattice();
   else
     grow_prestress();
-  if (scene_.stiffness == Stiffness::condensed && scene_.gravity != Vec3::Zero() && !scene_.dynamics) {
+  if (scene_.stiffness == Stiffness::condensed && scene_.gravity != Vec3::Zero()) {
     new_loads_.back() = make_weight(scene_.gravity, cells_, *elastic_);
     loads_.back() = new_loads_.back().get();
     set_loads(progress_);

@@ -74,6 +74,10 @@ SolveTable read_solve(TomlReader table, Scene& scene) {
     table.fail_at("stiffness",
                   "stiffness = \"incompatible\" and \"condensed\" go with strain = \"cauchy\", \"corotational\" or "
                   "\"auto\", expected one of them or \"exact\"");
+  if (moves && scene.stiffness == Stiffness::condensed)
+    table.fail_at("stiffness",
+                  "stiffness = \"condensed\" goes with kind = \"equilibrium\": masses act on all that is inside cells, "
+                  "expected \"exact\" or \"incompatible\"");
   if (moves && scene.finds_strain && scene.rotation == Rotation::edges)
     table.fail_at("rotation",
                   "rotation = \"edges\" does not go with strain = \"auto\" in a motion, expected one of them");

@@ -16,8 +16,7 @@ namespace hexsolver {
 std::vector<std::unique_ptr<Load>> make_loads(const Scene& scene, const MeshCells& cells, const Mesh& mesh,
                                               Selector& selector);
 
-/// The weight of cells whose models are there: of condensed ones what their voxels hand to the corners. Not of a
-/// motion, whose masses are the row sums.
+/// The weight of cells whose models are there: of condensed ones what their voxels hand to the corners.
 std::unique_ptr<Load> make_weight(const Vec3& gravity, const MeshCells& cells, const ElasticCells& elastic);
 
 }  // namespace hexsolver

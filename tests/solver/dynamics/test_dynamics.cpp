@@ -73,9 +73,7 @@ const Way ways[] = {
     {"graded_multigrid_2", StepSolver::multigrid, 2, Integrator::implicit_euler, true},
     {"graded_bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2, true},
     {"soft_multigrid_2", StepSolver::multigrid, 2, Integrator::implicit_euler, false, true, Stiffness::incompatible},
-    {"soft_bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2, false, true, Stiffness::incompatible},
-    {"condensed_multigrid_2", StepSolver::multigrid, 2, Integrator::implicit_euler, false, true, Stiffness::condensed},
-    {"condensed_graded_bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2, true, false, Stiffness::condensed}};
+    {"soft_bdf2_converged", StepSolver::multigrid, 0, Integrator::bdf2, false, true, Stiffness::incompatible}};
 
 class EveryWay : public testing::TestWithParam<Way> {
 protected:

@@ -267,6 +267,12 @@ TEST(Scene, WhatGoesWithAMotionAloneIsNamed) {
   expect(dynamics + "step = 5\n", "unknown key 'dynamics.step'");
 }
 
+TEST(Scene, CondensedCellsAreOfEquilibria) {
+  EXPECT_EQ(error_of("[solve]\nkind = \"dynamics\"\nstiffness = \"condensed\"\n"),
+            "s.toml:3:13: stiffness = \"condensed\" goes with kind = \"equilibrium\": masses act on all that is inside "
+            "cells, expected \"exact\" or \"incompatible\"");
+}
+
 TEST(Scene, AContactIsAPlaneOrASphere) {
   const Scene scene = scene_of(
       "[[contact]]\nplane = { point_mm = [1, 2, 3], normal = [0, 0, 2] }\nstiffness_n_mm = 0.5\nby_mm = [0, 0, 4]\n"

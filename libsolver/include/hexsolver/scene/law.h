@@ -31,7 +31,7 @@ enum class Volumetric {
 enum class Stiffness {
   exact,         ///< K_parent = sum L^T K_child L: soft where a cell is empty
   incompatible,  ///< less what incompatible modes relax, above level 0: cells that bend. Not at points (needs_points)
-  condensed,     ///< the same with nodes inside cells nearly free, above level 0: at rest, as the voxels let them
+  condensed,     ///< the same with nodes inside cells nearly free, above level 0: as voxels let them; no motions
   uniform        ///< the fill-weighted full cell, for comparison
 };
 
