@@ -134,6 +134,7 @@ TEST(CondensedCells, OfALevelAreTheSameInWhateverOrderTheyAreTaken) {
       for (std::size_t k = 0; k < found.condensed.size(); ++k) {
         EXPECT_EQ(found.condensed[k].stiffness, expected.condensed[k].stiffness);
         EXPECT_EQ(found.condensed[k].divergence, expected.condensed[k].divergence);
+        EXPECT_EQ(found.condensed[k].weight, expected.condensed[k].weight);
       }
     }
     EXPECT_TRUE(kept.is_of(lattice, acting, CondensedDilatation::mean));

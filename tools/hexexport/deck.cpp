@@ -29,7 +29,7 @@ void write_deck(const hexmesh::Result& result, const std::filesystem::path& path
   expect(report.value("strain", "") == "cauchy", "decks are written for small strain", "solve.strain = \"cauchy\"");
   const bool is_of_voxels = report["levels"].back().value("level", -1) == 0;
   const bool is_exact = report.value("stiffness", "") == "exact" && report.value("supports", "area") != "soft";
-  expect(is_of_voxels || is_exact, "condensed cells and soft supports have no counterpart above level 0",
+  expect(is_of_voxels || is_exact, "springs, modes, condensed and averaged cells have no counterpart above level 0",
          "solve.stiffness = \"exact\" and solve.supports = \"area\"");
   expect(report.value("held_cells", 0U) == 0, "springs of held islands have no counterpart", "a scene without");
   hexmesh::write_calculix_deck(result, path);
