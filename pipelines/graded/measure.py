@@ -49,9 +49,10 @@ halfspace = { point_mm = [-30, 0, 0], normal = [-1, 0, 0] }
 SCENES = [("pulled at patches of 10 mm", (HELD + PULLED).format(radius=10)), ("pulled at patches of 20 mm", (HELD + PULLED).format(radius=20)),
           ("weight, patches of 10 mm", (HELD + WEIGHT).format(radius=10)), ("weight, an end held", END + WEIGHT), ("weight, a third held", THIRD + WEIGHT)]
 ALIKE, GRADED = {"grading": "off"}, {"grading": "scene"}
+PAPERS = {"stiffness": "exact", "supports": "area"}
 BENDING, CONDENSED = {"stiffness": "incompatible"}, {"stiffness": "condensed"}
 SOFT = {"supports": "soft"}
-KINDS = [(name + words, cells | solve)
+KINDS = [(name + words, cells | PAPERS | solve)
          for words, solve in (("", {}), (", bending", BENDING), (", condensed", CONDENSED), (", soft", SOFT), (", condensed and soft", CONDENSED | SOFT))
          for name, cells in (("alike", ALIKE), ("graded", GRADED))]
 # A sheet as thick as a voxel that is cut out: half way through the lobe that is pulled, with its sides along voxels and askew.

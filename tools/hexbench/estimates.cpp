@@ -46,7 +46,7 @@ std::string words(const Estimated& e) {
 
 int run_estimates(const EstimatesOptions& o, const CommonOptions& common, const Console& console) {
   RunFiles files(common);
-  const SceneOnLevel on = read_scene_on_level(o.scene, false, files);
+  const SceneOnLevel on = read_scene_on_level(o.scene, false, files, !o.accuracies.empty());
   Output& output = files.output(o.scene.output, Content::text);
   const LevelErrorMeter meter(on.lattice, on.scene);
   Row levels = Row::array(), accuracies = Row::array();

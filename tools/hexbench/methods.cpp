@@ -50,8 +50,7 @@ Outcome run_cells(const Method& method, const Experiment& experiment) {
   scene.finds_strain = false;
   scene.error_estimation = hexsolver::ErrorEstimation::off;  // tetrahedra have none
   scene.tolerance = method.tolerance;
-  scene.stiffness =
-      method.kind == Method::Kind::uniform_cells ? hexsolver::Stiffness::uniform : hexsolver::Stiffness::exact;
+  if (method.kind == Method::Kind::uniform_cells) scene.stiffness = hexsolver::Stiffness::uniform;
   scene.grading = method.kind == Method::Kind::graded_cells ? hexsolver::Grading::scene : hexsolver::Grading::off;
   if (method.law == Elasticity::green_lagrange) scene.volumetric = hexsolver::Volumetric::full;
   hexsolver::SolveReport report;

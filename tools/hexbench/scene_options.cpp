@@ -35,11 +35,13 @@ std::shared_ptr<SceneOptions> add_scene_options(CLI::App& app) {
   return o;
 }
 
-SceneOnLevel read_scene_on_level(const SceneOptions& o, bool wants_motion, RunFiles& files) {
+SceneOnLevel read_scene_on_level(const SceneOptions& o, bool wants_motion, RunFiles& files, bool asks_accuracy) {
   const Input& file = files.input(o.lattice);
   hexsolver::Scene scene = read_scene(files.input(o.scene, Content::text), files);
   scene.level = o.level;
-  hexmesh::Lattice lattice = hexsolver::read_lattice_for(scene, file.path(), {{}, true});
+  hexsolver::Scene to_read_for = scene;
+  if (asks_accuracy) to_read_for.accuracy = 1;
+  hexmesh::Lattice lattice = hexsolver::read_lattice_for(to_read_for, file.path(), {{}, true});
   const int level = hexsolver::finest_level(scene, lattice);
   if (wants_motion != scene.dynamics.has_value())
     throw hexmesh::Error(hexmesh::ErrorKind::usage,

@@ -31,8 +31,9 @@ struct SceneOnLevel {
   int level = 0;
 };
 
+/// @param asks_accuracy  whether the scene is solved to accuracies too, which other cells than a level's have
 /// @throws Error{usage} if the scene is a motion and none is wanted, or the other way round; as the readers
-SceneOnLevel read_scene_on_level(const SceneOptions& o, bool wants_motion, RunFiles& files);
+SceneOnLevel read_scene_on_level(const SceneOptions& o, bool wants_motion, RunFiles& files, bool asks_accuracy = false);
 
 /// A subcommand that measures a scene on a level and writes what it found.
 /// @param measure  with the options and the console

@@ -291,8 +291,8 @@ json to_json(const SolveReport& r, const hexsolver::Scene& as_written) {
   out["strain"] = strain_name(r.elasticity);
   out["law"] = law_name(r.elasticity);
   out["pressure_checkerboard_kpa"] = 1e3 * r.pressure_checkerboard;
-  out["stiffness"] = stiffness_name(scene.stiffness);
-  out["supports"] = supports_name(scene.supports);
+  out["stiffness"] = stiffness_name(scene.stiffness_of_cells());
+  out["supports"] = supports_name(scene.rule_of_supports());
   out["volumetric"] = scene.volumetric == hexsolver::Volumetric::mean ? "mean" : "full";
   for (const hexsolver::LevelReport& l : r.levels)
     out["levels"].push_back({{"level", l.level},

@@ -13,7 +13,7 @@ namespace {
 /// only, as planes of symmetry do, for which the centres of a line of faces may stand.
 bool acts_on_area(const Condition& condition, const Scene& scene) {
   const auto& balls = condition.selection.balls;
-  return scene.supports != Supports::points && condition.axes == std::array{true, true, true} &&
+  return scene.rule_of_supports() != Supports::points && condition.axes == std::array{true, true, true} &&
          std::none_of(balls.begin(), balls.end(), [](const Ball& ball) { return ball.radius == 0; });
 }
 
@@ -46,7 +46,7 @@ std::vector<ConstraintPoint> select_points(const Scene& scene, Selector& selecto
       ConstraintPoint point{static_cast<std::int32_t>(c), p.cell, p.weights, condition.by, condition.axes};
       if (acts_on_area(condition, scene)) {
         point.area = p.area.norm();
-        point.is_soft = point.area > 0 && scene.supports == Supports::soft && selector.level_of(p) > 0;
+        point.is_soft = point.area > 0 && scene.rule_of_supports() == Supports::soft && selector.level_of(p) > 0;
       }
       if (point.area == 0 || selector.has_small_faces()) {
         points.push_back(point);

@@ -30,7 +30,7 @@ SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& fil
       matchings_(std::move(matchings)) {
   all.all_or_none([&] { num_cells_ = file.num_cells(level); });
   piece_ =
-      std::make_unique<Piece>(all, file, outline, level, num_cells_, scene.stiffness == Stiffness::condensed ? 2 : 1);
+      std::make_unique<Piece>(all, file, outline, level, num_cells_, scene.stiffness_of_cells() == Stiffness::condensed ? 2 : 1);
   const SharedMerges merges = merges_of_parts(outline.cell_size(level), num_cells_, all.count());
   part_.emplace(take_part(all, file, outline, level, *piece_, merges.block));
   make_hierarchy(merges);
@@ -66,7 +66,7 @@ void SharedLevel::build_potential(Elasticity elasticity, std::vector<bool> rotat
   auto elastic = make_elastic_cells(mesh(), {part_->lattice, level_},
                                     elastic_settings(scene_, elasticity, std::move(rotating), condense_part()));
   elastic_ = elastic.get();
-  if (scene_.stiffness == Stiffness::condensed && scene_.gravity != Vec3::Zero())
+  if (scene_.stiffness_of_cells() == Stiffness::condensed && scene_.gravity != Vec3::Zero())
     loads_.back() = forces_of(*make_weight(scene_.gravity, {part_->lattice, level_}, *elastic), mesh(), copies_);
   rounding_ = std::sqrt(all_.sum(elastic->rounding() * elastic->rounding()));
   energy_rounding_ = all_.sum(elastic->energy_rounding());
@@ -104,7 +104,7 @@ double SharedLevel::diameter() const {
 
 std::vector<SharedConstraints::Point> SharedLevel::select() {
   Selector selector({piece_->lattice(), level_}, piece_->mesh(), piece_->share());
-  if (scene_.stiffness == Stiffness::condensed) selector.note_what_acts();
+  if (scene_.stiffness_of_cells() == Stiffness::condensed) selector.note_what_acts();
   std::vector<SharedConstraints::Point> own;
   for (const ConstraintPoint& p : select_points(scene_, selector)) {
     SharedConstraints::Point point = in_piece({p.cell, p.weights, {}});
@@ -163,7 +163,7 @@ std::vector<Acting> SharedLevel::acting_of_all(const std::vector<Acting>& own) c
 }
 
 std::vector<hexmesh::CondensedLevel> SharedLevel::condense_piece() const {
-  if (scene_.stiffness != Stiffness::condensed || level_ == 0) return {};
+  if (scene_.stiffness_of_cells() != Stiffness::condensed || level_ == 0) return {};
   const Lattice layers = piece_->with_finer_levels(file_, outline_);
   std::optional<hexmesh::Condensation> of_layers;
   return condense({layers, level_}, scene_, acting_, of_layers);

@@ -64,7 +64,7 @@ TimeIntegrator::TimeIntegrator(const hexmesh::Lattice& lattice, const Scene& sce
       problem_(lattice, scene, level),
       corners_(scene, settings_.step / most_substeps) {
   const std::size_t cells = problem_.mesh().num_cells();
-  if (problem_.cells().is_graded()) on_level_.emplace(problem_.cells(), problem_.mesh());
+  on_level_ = OnLevel::of(problem_.cells(), problem_.mesh());
   problem_.build_potential(scene.elasticity, std::vector<bool>(scene.finds_strain ? cells : 0));
   inertia_ = &problem_.add_term(std::make_unique<Inertia>(problem_.mesh(), problem_.cells().elements(),
                                                           lumped_masses(problem_.cells()), scene.damping.mass_per_s));

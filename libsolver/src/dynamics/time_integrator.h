@@ -49,7 +49,7 @@ public:
   const char* reason() const noexcept { return reason_; }  ///< why the last substep was not accepted; empty if it was
 
   const LevelProblem& problem() const noexcept { return problem_; }
-  const OnLevel* on_level() const noexcept { return on_level_ ? &*on_level_ : nullptr; }  ///< null: cells alike
+  const OnLevel* on_level() const noexcept { return on_level_.get(); }  ///< null: cells alike
   const Scene& scene() const noexcept { return scene_; }
   const hexmesh::Lattice& lattice() const noexcept { return lattice_; }
   std::size_t preconditioner_bytes() const { return equations_->preconditioner_bytes(); }
@@ -85,7 +85,7 @@ private:
   const Scene scene_;
   const Dynamics settings_;
   LevelProblem problem_;
-  std::optional<const OnLevel> on_level_;  ///< of graded cells
+  std::unique_ptr<const OnLevel> on_level_;  ///< of graded cells
   Inertia* inertia_ = nullptr;             ///< in the potential
   StiffnessDamping* damping_ = nullptr;    ///< likewise
   std::optional<CellRotations> rotations_;

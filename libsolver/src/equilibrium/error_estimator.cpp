@@ -95,18 +95,26 @@ std::optional<double> ErrorEstimator::error(std::size_t i, const Distance& dista
   return distance(i, last) + by_chance + (step + by_chance) * std::max(0.0, rate.series(finer).real());
 }
 
+double ErrorEstimator::difference(std::size_t i, std::size_t j, double ElasticCells::Size::*size) const {
+  double sum = 0;
+  while (i < j) {
+    std::size_t with = j;
+    while (with > i + 1 && !known_[with].differences[i]) --with;
+    sum += (*known_[with].differences[i]).*size;
+    i = with;
+  }
+  return sum;
+}
+
+bool ErrorEstimator::closes_in() const {
+  if (!measures_rates_ || known_.size() < 3) return true;
+  const std::size_t last = known_.size() - 1;
+  const auto step = [&](std::size_t to) { return difference(to - 1, to, &ElasticCells::Size::mean); };
+  return step(last) <= most_rate * step(last - 1);
+}
+
 void ErrorEstimator::write(std::vector<LevelReport>& levels) const {
   if (known_.empty()) return;
-  const auto difference = [&](std::size_t i, std::size_t j, double ElasticCells::Size::*size) {
-    double sum = 0;  // of the way by the levels that were compared with later ones
-    while (i < j) {
-      std::size_t with = j;
-      while (with > i + 1 && !known_[with].differences[i]) --with;
-      sum += (*known_[with].differences[i]).*size;
-      i = with;
-    }
-    return sum;
-  };
   constexpr double exact = 1e-3;  // of energies and forces of levels that are solved to nested_tolerance
   const LevelMeasures& last = known_.back().measures;
   for (std::size_t i = 0; i < known_.size() && num_before_ + i < levels.size(); ++i) {

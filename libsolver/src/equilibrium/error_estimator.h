@@ -57,6 +57,9 @@ public:
   /// The level added last was only looked at.
   void forget_last() { known_.pop_back(); }
 
+  /// Whether levels come closer to each other as those of cells do, as far as the last three known show.
+  bool closes_in() const;
+
   /// What is known of the levels added; a last one that is not among `levels` was looked at only.
   void write(std::vector<LevelReport>& levels) const;
 
@@ -66,6 +69,9 @@ private:
     LevelMeasures measures;
     int finer = 0;
   };
+  /// What known levels i <= j differ by, or the sum of the way by those that were compared with later ones.
+  double difference(std::size_t i, std::size_t j, double ElasticCells::Size::*size) const;
+
   /// Error of the known level `i` by distances between known levels, distance(i, j); nothing: unknown.
   /// @param negligible  distances below that are of solutions that are not exact, and tell no rate
   template <class Distance>

@@ -136,7 +136,7 @@ void NestedIteration<Level>::add_look(double seconds) {
 /// what is asked with what an estimate may miss.
 template <EquilibriumLevel Level>
 bool NestedIteration<Level>::is_accurate() const {
-  const double margin = scene_.contacts.empty() && is_sure_ ? 1.5 : 3;
+  const double margin = scene_.contacts.empty() && is_sure_ && estimator_.closes_in() ? 1.5 : 3;
   const LevelReport& last = report_.levels.back();
   const bool is_finest = last.level == finest_ && !scene_.is_graded();
   if (!is_finest && last.cells < least_compared) return false;

@@ -79,7 +79,7 @@ LevelProblem::LevelProblem(MeshCells cells, const Scene& scene, Matchings matchi
   hierarchy_.in_double = is_of_high_contrast(cells_.lattice());
   SharedFindings own;
   Selector selector(cells_, mesh());
-  if (scene.stiffness == Stiffness::condensed) selector.note_what_acts();
+  if (scene.stiffness_of_cells() == Stiffness::condensed) selector.note_what_acts();
   std::vector<ConstraintPoint> points = select_points(scene, selector);
   if (matchings.empty()) matchings = make_matchings(scene, cells_.lattice());
   std::vector<ConstraintPoint> holding = points;
@@ -384,7 +384,7 @@ void LevelProblem::build_potential(Elasticity elasticity, std::vector<bool> rota
     balance_lattice();
   else
     grow_prestress();
-  if (scene_.stiffness == Stiffness::condensed && scene_.gravity != Vec3::Zero()) {
+  if (scene_.stiffness_of_cells() == Stiffness::condensed && scene_.gravity != Vec3::Zero()) {
     new_loads_.back() = make_weight(scene_.gravity, cells_, *elastic_);
     loads_.back() = new_loads_.back().get();
     set_loads(progress_);

@@ -21,11 +21,11 @@ using hexmesh::Lattice;
 using hexmesh::Result;
 
 /// What lies beside the cells.
-void add_surface_and_conditions(const LevelProblem& problem, const NodeVector& u, Result& r) {
+void add_surface_and_conditions(const LevelProblem& problem, const NodeVector& u, const OnLevel* level, Result& r) {
   const Mesh& mesh = problem.mesh();
-  if (!problem.scene().dynamics && !problem.cells().is_graded())
-    r.load = to_points(problem.load(u));  // in a motion each state would have its own
-  r.contact_force = contact_forces(problem, u);
+  if (!problem.scene().dynamics)  // in a motion each state would have its own
+    r.load = forces_at_points(problem.load(u), level);
+  r.contact_force = contact_forces(problem, u, level);
 
   if (!r.surface.points.empty()) move_surface(r);
   for (const Condition& c : problem.scene().conditions) r.conditions.push_back({c.name, {}, {}, c.axes});
@@ -97,23 +97,26 @@ void add_effect_seconds(const Potential& potential, SolveReport& report) {
     }
 }
 
+std::vector<Vec3> forces_at_points(const NodeVector& forces, const OnLevel* level) {
+  return to_points(level && forces.size() > 0 ? level->forces(forces) : forces);
+}
+
 Result state_of_cells(const MeshCells& cells, const ElasticCells& elastic, const NodeVector& u, CellMeasures measures,
-                      CellFields fields) {
+                      const OnLevel* on_level, CellFields fields) {
   const Mesh& mesh = elastic.mesh();
   Result r = hexmesh::rest_state(cells.lattice(), cells.level());
   add_measures(measures, fields);
   add_energy(elastic, u, fields);
-  if (!cells.is_graded()) {
+  if (!on_level) {
     r.cell_fields.merge(fields);
     r.displacement = to_points(u);
     return r;
   }
   std::vector<double>& level = fields["cell_level"];
   for (std::size_t c = 0; c < mesh.num_cells(); ++c) level.push_back(cells.place(c).level);
-  const OnLevel on_level(cells, mesh);
-  for (const auto& [name, values] : fields) r.cell_fields[name] = on_level.values(values);
+  for (const auto& [name, values] : fields) r.cell_fields[name] = on_level->values(values);
   NodeVector of_level;
-  on_level.tell(u, of_level);
+  on_level->tell(u, of_level);
   r.displacement = to_points(of_level);
   return r;
 }
@@ -139,11 +142,11 @@ std::vector<ContactReport> contact_reports(const LevelProblem& problem, const No
   return out;
 }
 
-std::vector<Vec3> contact_forces(const LevelProblem& problem, const NodeVector& u) {
-  if (problem.contacts().empty() || problem.cells().is_graded()) return {};
+std::vector<Vec3> contact_forces(const LevelProblem& problem, const NodeVector& u, const OnLevel* level) {
+  if (problem.contacts().empty()) return {};
   NodeVector gradient = NodeVector::Zero(u.size()), magnitude = gradient;
   for (const PenaltyContact* contact : problem.contacts()) contact->add_gradient(u, gradient, magnitude);
-  return to_points(NodeVector(-gradient));
+  return forces_at_points(-gradient, level);
 }
 
 Outcome make_result(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u, SolveReport report) {
@@ -168,8 +171,10 @@ Outcome make_result(const Lattice& lattice, const LevelProblem& problem, const N
     fields["contact_gap"] = gap_of_cells(problem.mesh(), points, farthest);
   }
   if (!problem.islands().empty()) fields["island"] = {problem.islands().begin(), problem.islands().end()};
-  Result result = state_of_cells(problem.cells(), problem.elastic(), u, std::move(measures), std::move(fields));
-  add_surface_and_conditions(problem, u, result);
+  const std::unique_ptr<const OnLevel> level = OnLevel::of(problem.cells(), problem.mesh());
+  Result result =
+      state_of_cells(problem.cells(), problem.elastic(), u, std::move(measures), level.get(), std::move(fields));
+  add_surface_and_conditions(problem, u, level.get(), result);
   if (report.converged)
     if (const std::string limit = problem.elastic().limit_reached(u, false); !limit.empty())
       report.warnings.push_back(limit);

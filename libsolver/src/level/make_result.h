@@ -15,21 +15,26 @@ Outcome make_result(const hexmesh::Lattice& lattice, const LevelProblem& problem
 
 class OnLevel;
 
+/// Forces on the nodes of cells, on those that results have [N]; empty: none.
+/// @param level  that graded cells are told on; null: cells alike
+std::vector<Vec3> forces_at_points(const NodeVector& forces, const OnLevel* level);
+
 using CellFields = std::map<std::string, std::vector<double>>;
 
 /// A state of cells with their measures, and other fields of them; without displacements of surface and conditions.
-/// That of graded cells is told on all cells of the finest level, exactly: where they are coarser, it is interpolated.
+/// @param level  that graded cells are told on, exactly: where they are coarser, it is interpolated; null: cells alike
 hexmesh::Result state_of_cells(const MeshCells& cells, const ElasticCells& elastic, const NodeVector& u,
-                               CellMeasures measures, CellFields fields = {});
+                               CellMeasures measures, const OnLevel* level = nullptr, CellFields fields = {});
 
 /// What each obstacle does, without moments.
 std::vector<ContactReport> contact_reports(const LevelProblem& problem, const NodeVector& u);
 
-/// Forces of obstacles on the nodes [N]; empty without, and of graded cells, whose nodes are not those of a level.
-std::vector<Vec3> contact_forces(const LevelProblem& problem, const NodeVector& u);
+/// Forces of obstacles on the nodes [N]; empty without.
+/// @param level  as of forces_at_points()
+std::vector<Vec3> contact_forces(const LevelProblem& problem, const NodeVector& u, const OnLevel* level);
 
 /// The fields of cells that change with their state, as state_of_cells has them.
-/// @param level  that graded cells are told on; null: cells alike
+/// @param level  as before
 CellFields changing_fields(const ElasticCells& elastic, const NodeVector& u, const OnLevel* level);
 
 /// Add to each effect the seconds that the terms of a potential took for it.

@@ -42,6 +42,10 @@ OnLevel::OnLevel(const MeshCells& cells, const Mesh& mesh) : mesh_(mesh) {
     }
 }
 
+std::unique_ptr<const OnLevel> OnLevel::of(const MeshCells& cells, const Mesh& mesh) {
+  return cells.is_graded() ? std::make_unique<const OnLevel>(cells, mesh) : nullptr;
+}
+
 std::vector<double> OnLevel::values(const std::vector<double>& of_graded) const {
   std::vector<double> out;
   for (const std::int32_t c : cell_of_) out.push_back(of_graded[hexmesh::as_size(c)]);
@@ -56,15 +60,29 @@ void OnLevel::tell(const NodeVector& u, NodeVector& of_level) const {
   });
 }
 
+template <class F>
+void OnLevel::for_each_weight(std::size_t free_node, F&& f) const {
+  const Place& place = on_level_[free_node];
+  const CellNodes& nodes = numbering_.cell_nodes[hexmesh::as_size(place.cell)];
+  for (std::size_t a = 0; a < 8; ++a) f(nodes[a], place.weights[static_cast<Eigen::Index>(a)]);
+}
+
 NodeVector OnLevel::sampled(const NodeVector& of_level) const {
-  NodeVector out(static_cast<Eigen::Index>(mesh_.num_dofs()));
-  for (std::size_t n = 0; n < on_level_.size(); ++n) {
-    Vec3 u = Vec3::Zero();
-    const CellNodes& nodes = numbering_.cell_nodes[hexmesh::as_size(on_level_[n].cell)];
-    for (std::size_t a = 0; a < 8; ++a)
-      u += on_level_[n].weights[static_cast<Eigen::Index>(a)] * of_level.segment<3>(3 * Eigen::Index{nodes[a]});
-    out.segment<3>(3 * static_cast<Eigen::Index>(n)) = u;
-  }
+  NodeVector out = NodeVector::Zero(static_cast<Eigen::Index>(mesh_.num_dofs()));
+  for (std::size_t n = 0; n < on_level_.size(); ++n)
+    for_each_weight(
+        n, [&, u = out.segment<3>(3 * static_cast<Eigen::Index>(n))](std::int32_t node, double weight) mutable {
+          u += weight * of_level.segment<3>(3 * Eigen::Index{node});
+        });
+  return out;
+}
+
+NodeVector OnLevel::forces(const NodeVector& of_graded) const {
+  NodeVector out = NodeVector::Zero(3 * static_cast<Eigen::Index>(numbering_.nodes.size()));
+  for (std::size_t n = 0; n < on_level_.size(); ++n)
+    for_each_weight(n, [&](std::int32_t node, double weight) {
+      out.segment<3>(3 * Eigen::Index{node}) += weight * of_graded.segment<3>(3 * static_cast<Eigen::Index>(n));
+    });
   return out;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "mesh/mesh_cells.h"
@@ -12,6 +13,9 @@ class OnLevel {
 public:
   /// @param mesh  of the cells; must outlive this
   OnLevel(const MeshCells& cells, const Mesh& mesh);
+
+  /// Of cells that may be alike, which tell themselves: null.
+  static std::unique_ptr<const OnLevel> of(const MeshCells& cells, const Mesh& mesh);
 
   const hexmesh::NodeNumbering& numbering() const noexcept { return numbering_; }  ///< of the level
 
@@ -25,7 +29,15 @@ public:
   /// a partly filled cell is none of these nodes, as a cell of the level inside it goes on.
   NodeVector sampled(const NodeVector& of_level) const;
 
+  /// Forces on the free nodes as forces on the nodes of the level, the transpose of sampled(): of the same work on all
+  /// that graded cells tell, of the same sum and moment.
+  NodeVector forces(const NodeVector& of_graded) const;
+
 private:
+  /// f(node of the level, weight) of a free node.
+  template <class F>
+  void for_each_weight(std::size_t free_node, F&& f) const;
+
   const Mesh& mesh_;
   hexmesh::NodeNumbering numbering_;
   std::vector<std::int32_t> cell_of_;  ///< graded cell of each cell of the level

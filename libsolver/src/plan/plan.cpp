@@ -14,6 +14,8 @@
 #include "level/condition_reports.h"
 #include "level/grading.h"
 #include "level/islands.h"
+#include "level/make_result.h"
+#include "level/on_level.h"
 #include "mesh/points.h"
 
 namespace hexsolver {
@@ -86,7 +88,7 @@ hexmesh::Result preview_of(const LevelProblem& problem) {
   const Progress end{1, scene.dynamics ? scene.dynamics->duration : 0};
   hexmesh::Result out = hexmesh::rest_state(problem.cells().lattice(), problem.level());
   out.displacement.assign(out.nodes.size(), Vec3::Zero());
-  if (!problem.cells().is_graded()) out.load = to_points(problem.load(problem.start()));
+  out.load = forces_at_points(problem.load(problem.start()), OnLevel::of(problem.cells(), problem.mesh()).get());
   for (const Condition& c : scene.conditions) out.conditions.push_back({c.name, {}, {}, c.axes});
   const NodeVector rest = NodeVector::Zero(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
   add_condition_points(problem.constraints(), problem.mesh(), rest, out.conditions);
@@ -336,6 +338,8 @@ double SolvePlan::seconds() const {
 
 SolvePlan plan_solution(const hexmesh::Lattice& whole, const Scene& asked, int level) {
   Scene scene = asked;
+  scene.stiffness = asked.stiffness_of_cells();  // whichever level is tried
+  scene.supports = asked.rule_of_supports();
   const bool finds_cells = scene.is_graded() && scene.asks_accuracy();
   if (finds_cells) scene.grading = Grading::off;
   std::size_t dropped = 0;

@@ -70,7 +70,7 @@ SolveTable read_solve(TomlReader table, Scene& scene) {
                                                      {"condensed", Stiffness::condensed},
                                                      {"uniform", Stiffness::uniform}}))
     scene.stiffness = *v;
-  if (is_of_matrices(scene.stiffness) && is_hyperelastic(scene.elasticity))
+  if (scene.stiffness && is_of_matrices(*scene.stiffness) && is_hyperelastic(scene.elasticity))
     table.fail_at("stiffness",
                   "stiffness = \"incompatible\" and \"condensed\" go with strain = \"cauchy\", \"corotational\" or "
                   "\"auto\", expected one of them or \"exact\"");

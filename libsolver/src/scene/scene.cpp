@@ -117,7 +117,8 @@ void check_prestresses(Scene& scene) {
     expect(!scene.dynamics, "goes with an equilibrium, expected solve.kind = \"equilibrium\"");
     expect(scene.matches.empty(), "does not go with a [[match]], expected one of them");
     expect(scene.rotation == Rotation::polar, "goes with solve.rotation = \"polar\", expected that");
-    expect(!is_of_matrices(scene.stiffness), "goes with cells at points, expected solve.stiffness = \"exact\"");
+    expect(!is_of_matrices(scene.stiffness_of_cells()),
+           "goes with cells at points, expected solve.stiffness = \"exact\"");
   }
   if (!scene.prestresses.empty()) let_it_turn(scene);
 }
@@ -132,7 +133,8 @@ void check_loaded(Scene& scene) {
   expect(!scene.dynamics, "goes with an equilibrium, expected solve.kind = \"equilibrium\"");
   expect(scene.matches.empty(), "does not go with a [[match]], expected one of them");
   expect(scene.rotation == Rotation::polar, "goes with solve.rotation = \"polar\", expected that");
-  expect(!is_of_matrices(scene.stiffness), "goes with cells at points, expected solve.stiffness = \"exact\"");
+  expect(!is_of_matrices(scene.stiffness_of_cells()),
+         "goes with cells at points, expected solve.stiffness = \"exact\"");
   expect(!scene.is_graded(), "goes with cells alike, expected solve.grading = \"off\"");
   expect(scene.islands != Islands::hold,
          "leaves the springs of held islands without force, expected solve.islands = \"error\" or \"drop\"");
@@ -298,6 +300,16 @@ void check_matches(Scene& scene) {
     throw Error(ErrorKind::input, what + " lies on all of the surface, expected cells alike, solve.grading = \"off\"");
   check_names(scene);
   expect_turning(scene, what);
+}
+
+Stiffness Scene::stiffness_of_cells() const {
+  const bool may_be_condensed =
+      !is_hyperelastic(elasticity) && rotation == Rotation::polar && !is_reshaped() && !dynamics;
+  return stiffness.value_or(asks_accuracy() && may_be_condensed ? Stiffness::condensed : Stiffness::exact);
+}
+
+Supports Scene::rule_of_supports() const {
+  return supports.value_or(stiffness_of_cells() == Stiffness::condensed ? Supports::soft : Supports::area);
 }
 
 void Scene::name_level(std::optional<int> of) {

@@ -114,14 +114,14 @@ void take_condensed(const MeshCells& cells, const std::vector<hexmesh::Condensed
 
 ElasticSettings elastic_settings(const Scene& scene, Elasticity elasticity, std::vector<bool> rotating,
                                  std::vector<hexmesh::CondensedLevel> condensed) {
-  return {elasticity,          scene.rotation,      scene.volumetric,     scene.stiffness,
+  return {elasticity,          scene.rotation,      scene.volumetric,     scene.stiffness_of_cells(),
           std::move(rotating), scene.is_reshaped(), std::move(condensed), scene.saves_memory};
 }
 
 std::vector<hexmesh::CondensedLevel> condense(const MeshCells& cells, const Scene& scene,
                                               const std::vector<Acting>& acting,
                                               std::optional<hexmesh::Condensation>& known) {
-  if (scene.stiffness != Stiffness::condensed) return {};
+  if (scene.stiffness_of_cells() != Stiffness::condensed) return {};
   std::vector<int> levels;
   for (const OfLevel& of : cells.levels())
     if (of.level > 0) levels.push_back(of.level);

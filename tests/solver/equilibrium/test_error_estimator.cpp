@@ -10,7 +10,7 @@ using namespace hexsolver;
 using Size = ElasticCells::Size;
 
 /// Levels whose error against a limit is errors[i], all in one direction.
-std::vector<LevelReport> estimate(const std::vector<double>& errors, int levels_beyond, std::size_t reported) {
+ErrorEstimator compared(const std::vector<double>& errors, int levels_beyond) {
   ErrorEstimator estimator;
   for (std::size_t n = 0; n < errors.size(); ++n) {
     std::vector<std::optional<Size>> differences;
@@ -21,8 +21,12 @@ std::vector<LevelReport> estimate(const std::vector<double>& errors, int levels_
     const int finer = static_cast<int>(errors.size() - 1 - n) + levels_beyond;
     estimator.add(std::move(differences), {10 + errors[n], {Vec3(0, 0, 2 + errors[n])}}, finer);
   }
+  return estimator;
+}
+
+std::vector<LevelReport> estimate(const std::vector<double>& errors, int levels_beyond, std::size_t reported) {
   std::vector<LevelReport> levels(reported);
-  estimator.write(levels);
+  compared(errors, levels_beyond).write(levels);
   return levels;
 }
 
@@ -114,6 +118,16 @@ TEST(ErrorEstimator, DifferencesThatDoNotFallTellNothing) {
   for (const LevelReport& level : estimate({10, 9.5, 8, 4}, 2, 3)) EXPECT_FALSE(level.error.mean_mm);
   EXPECT_FALSE(estimate({10}, 2, 1)[0].error.mean_mm);
   EXPECT_FALSE(estimate({10, 4}, 0, 2)[1].error.mean_mm);  // two levels show no rate
+}
+
+TEST(ErrorEstimator, LevelsCloseInWhereTheLastThreeDo) {
+  for (const auto& [errors, closes_in] : std::vector<std::pair<std::vector<double>, bool>>{{{8, 4, 2}, true},
+                                                                                           {{8, 4, 1.3}, true},
+                                                                                           {{8, 4, 1.1}, false},
+                                                                                           {{10, 9, 5, 4}, true},
+                                                                                           {{10, 4, 3, 2}, false},
+                                                                                           {{4, 2}, true}})
+    EXPECT_EQ(compared(errors, 2).closes_in(), closes_in) << errors[errors.size() - 2] << ' ' << errors.back();
 }
 
 TEST(ErrorEstimator, LevelsWhoseCellsAreNotAllHalvedShowNoRate) {

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <numeric>
 
 #include "equilibrium/refinement.h"
 #include "hexsolver/equilibrium/equilibrium.h"
@@ -135,13 +136,33 @@ TEST_P(RefinedByError, ReactionsAreAsAccurateAsAsked) {
   EXPECT_LT(error, 0.03 * largest);
 }
 
+/// Their nodes are not those of the level that results have.
+TEST(Refinement, ResultsHoldTheForcesOnGradedCells) {
+  const Lattice lattice = bar(false);
+  const Scene scene =
+      parse_scene(std::string("[solve]\ngrading = \"scene\"\nerror_estimate = \"off\"\n") + held_by_an_end +
+                      "[[contact]]\nplane = { point_mm = [0, 0, -0.6], normal = [0, 0, 1] }\n",
+                  "test", "");
+  const Outcome found = solve_equilibrium(lattice, scene, 1);
+  ASSERT_TRUE(found.report.converged) << found.report.reason;
+  ASSERT_LT(found.report.levels.back().cells, found.result.cells.size());
+  const auto sum = [](const std::vector<Vec3>& forces) {
+    return std::accumulate(forces.begin(), forces.end(), Vec3(Vec3::Zero()));
+  };
+  ASSERT_EQ(found.result.load.size(), found.result.nodes.size());
+  EXPECT_LT((sum(found.result.load) - found.report.forces.at(0).total_n).norm(), 1e-9);
+  const Vec3 pressed = found.report.contacts.at(0).force_n;
+  ASSERT_GT(pressed.norm(), 1e-3);
+  EXPECT_LT((sum(found.result.contact_force) - pressed).norm(), 1e-9 * pressed.norm());
+}
+
 constexpr const char* pull = "[[displace]]\npoint_mm = [47.4, 7, 13]\nradius_mm = 4\nby_mm = [0, 2, 5]\n";
 constexpr const char* weight = "[gravity]\nm_s2 = [0, 0, -9.81]\n";
 
 INSTANTIATE_TEST_SUITE_P(Bars, RefinedByError,
                          testing::Values(Case{"strain = \"cauchy\"", pull, true},
                                          Case{"strain = \"corotational\"", pull, true},
-                                         Case{"strain = \"corotational\"", weight}, Case{"law = \"neo-hookean\"", pull},
-                                         Case{"strain = \"auto\"", weight, true}));
+                                         Case{"strain = \"corotational\"\nstiffness = \"exact\"", weight},
+                                         Case{"law = \"neo-hookean\"", pull}, Case{"strain = \"auto\"", weight, true}));
 
 }  // namespace test_refinement

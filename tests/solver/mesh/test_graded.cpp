@@ -262,6 +262,27 @@ TEST(Graded, FieldsToldOnTheFinestLevelAreFoundAgain) {
     on_level.tell(u, told);
     ASSERT_EQ(told.size(), 3 * std::ssize(on_level.numbering().nodes));
     EXPECT_LT((on_level.sampled(told) - u).lpNorm<Eigen::Infinity>(), 1e-11);  // by way of cells beside the node
+
+    const NodeVector forces = noise(mesh.num_dofs(), 2), of_level = on_level.forces(forces);
+    EXPECT_NEAR(of_level.dot(told), forces.dot(u), 1e-10 * forces.norm() * u.norm());
+    const auto resultant = [](const NodeVector& f, const std::vector<Index3>& nodes) {
+      Eigen::Matrix<double, 6, 1> sum = Eigen::Matrix<double, 6, 1>::Zero();  // with its moment
+      for (std::size_t n = 0; n < nodes.size(); ++n) {
+        const Vec3 force = f.segment<3>(3 * static_cast<Eigen::Index>(n));
+        sum.head<3>() += force;
+        sum.tail<3>() += Vec3(nodes[n][0], nodes[n][1], nodes[n][2]).cross(force);
+      }
+      return sum;
+    };
+    const Index3 &unit = c->cells.unit(), &voxels = c->lattice.level(c->cells.level()).voxels_per_cell;
+    std::vector<Index3> places, places_of_level = on_level.numbering().nodes;
+    for (std::size_t n = 0; n < mesh.num_nodes(); ++n) places.push_back(mesh.nodes()[n]);
+    for (std::size_t d = 0; d < 3; ++d) {
+      for (Index3& place : places) place[d] *= unit[d];
+      for (Index3& place : places_of_level) place[d] *= voxels[d];
+    }
+    const auto expected = resultant(forces, places);
+    EXPECT_LT((resultant(of_level, places_of_level) - expected).norm(), 1e-10 * forces.lpNorm<1>() * 100);
   }
 }
 

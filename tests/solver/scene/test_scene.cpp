@@ -273,6 +273,31 @@ TEST(Scene, CondensedCellsAreOfEquilibria) {
             "cells, expected \"exact\" or \"incompatible\"");
 }
 
+TEST(Scene, AnAccuracyTakesTheCellsNearestToTheBody) {
+  const auto expect_cells = [](const Scene& scene, Stiffness stiffness, Supports supports) {
+    EXPECT_EQ(scene.stiffness_of_cells(), stiffness);
+    EXPECT_EQ(scene.rule_of_supports(), supports);
+  };
+  const auto solve = [](const std::string& keys) { return scene_of("[solve]\n" + keys); };
+  expect_cells(solve("level = 1\n"), Stiffness::exact, Supports::area);
+  expect_cells(solve("budget_s = 1\n"), Stiffness::exact, Supports::area);
+  for (const std::string nearest : {"accuracy_mm = 1\n", "accuracy_reactions = 0.1\n"}) {
+    expect_cells(solve(nearest), Stiffness::condensed, Supports::soft);
+    // What the scene says holds, and cells that do not go with it are not taken.
+    expect_cells(solve(nearest + "stiffness = \"exact\"\n"), Stiffness::exact, Supports::area);
+    expect_cells(solve(nearest + "supports = \"area\"\n"), Stiffness::condensed, Supports::area);
+    expect_cells(solve(nearest + "law = \"neo-hookean\"\n"), Stiffness::exact, Supports::area);
+    expect_cells(solve(nearest + "strain = \"green-lagrange\"\n"), Stiffness::exact, Supports::area);
+    expect_cells(solve(nearest + "rotation = \"edges\"\n"), Stiffness::exact, Supports::area);
+  }
+  expect_cells(solve("grading = \"scene\"\n"), Stiffness::exact, Supports::area);
+  expect_cells(solve("accuracy_mm = 1\nreference = \"loaded\"\n[gravity]\nm_s2 = [0, 0, 1]\n"), Stiffness::exact,
+               Supports::area);
+  Scene scene = solve("accuracy_mm = 1\n");
+  scene.name_level(1);
+  expect_cells(scene, Stiffness::exact, Supports::area);
+}
+
 TEST(Scene, AContactIsAPlaneOrASphere) {
   const Scene scene = scene_of(
       "[[contact]]\nplane = { point_mm = [1, 2, 3], normal = [0, 0, 2] }\nstiffness_n_mm = 0.5\nby_mm = [0, 0, 4]\n"

@@ -138,9 +138,11 @@ TEST(CondensedCells, AreNearerToTheirVoxelsThanThePapers) {
       SolveReport report;
       const hexmesh::Result result = solve_equilibrium(
           lattice,
-          parse_scene(std::string("[solve]\nstrain = \"cauchy\"\nerror_estimate = \"off\"\nstiffness = \"") +
-                          stiffness + "\"\n[[fix]]\nbox_mm = [-1, 7.6, -1, 25, -1, 25]\n[gravity]\nm_s2 = [0, 0, -1]\n",
-                      "test", ""),
+          parse_scene(
+              std::string(
+                  "[solve]\nstrain = \"cauchy\"\nerror_estimate = \"off\"\nsupports = \"area\"\nstiffness = \"") +
+                  stiffness + "\"\n[[fix]]\nbox_mm = [-1, 7.6, -1, 25, -1, 25]\n[gravity]\nm_s2 = [0, 0, -1]\n",
+              "test", ""),
           level, report);
       return -displacement_inside(result, {Vec3(50, 11.3, 12.2)})[0][2];
     };

@@ -228,13 +228,13 @@ struct Scene {
   bool finds_strain = false;  ///< strain = "auto": Cauchy where rotations change less than the accuracy
   Rotation rotation = Rotation::polar;
   Volumetric volumetric = Volumetric::mean;
-  Stiffness stiffness = Stiffness::exact;
-  std::optional<int> level;        ///< mechanical level; nothing = the finest of at most 20000 cells
-  std::optional<double> accuracy;  ///< solve to the first level whose estimated mean error is at most this [mm]
+  std::optional<Stiffness> stiffness;  ///< nothing: as stiffness_of_cells() says
+  std::optional<int> level;            ///< mechanical level; nothing = the finest of at most 20000 cells
+  std::optional<double> accuracy;      ///< solve to the first level whose estimated mean error is at most this [mm]
   std::optional<double> reaction_accuracy;  ///< likewise of each reaction, over the largest of them
   std::optional<double> budget;             ///< solve as many levels as this allows [s]
   ErrorEstimation error_estimation = ErrorEstimation::automatic;
-  Supports supports = Supports::area;
+  std::optional<Supports> supports;  ///< nothing: as rule_of_supports() says
   Grading grading = Grading::off;
   int coarser_by = 2;  ///< levels that graded cells may be coarser than the finest
   double tolerance = 1e-8;
@@ -263,6 +263,10 @@ struct Scene {
   bool is_reshaped() const { return loaded.has_value() || !prestresses.empty(); }
   bool is_graded() const { return grading == Grading::scene && coarser_by > 0; }
   bool asks_accuracy() const { return accuracy || reaction_accuracy; }
+  /// A level that is asked for has the paper's cells, firmly held. An accuracy is one of the body: where it is asked for
+  /// those are taken that are nearest to that, condensed and softly held, if they go with the scene.
+  Stiffness stiffness_of_cells() const;
+  Supports rule_of_supports() const;
   bool is_open_ended() const { return asks_accuracy() || budget; }  ///< which level it ends on is found on the way
   void name_level(std::optional<int> of);                           ///< in place of what it asks for
 };
