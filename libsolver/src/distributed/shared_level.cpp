@@ -29,8 +29,8 @@ SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& fil
       elasticity_(scene.elasticity),
       matchings_(std::move(matchings)) {
   all.all_or_none([&] { num_cells_ = file.num_cells(level); });
-  piece_ =
-      std::make_unique<Piece>(all, file, outline, level, num_cells_, scene.stiffness_of_cells() == Stiffness::condensed ? 2 : 1);
+  piece_ = std::make_unique<Piece>(all, file, outline, level, num_cells_,
+                                   scene.stiffness_of_cells() == Stiffness::condensed ? 2 : 1);
   const SharedMerges merges = merges_of_parts(outline.cell_size(level), num_cells_, all.count());
   part_.emplace(take_part(all, file, outline, level, *piece_, merges.block));
   make_hierarchy(merges);

@@ -86,8 +86,8 @@ private:
   const Dynamics settings_;
   LevelProblem problem_;
   std::unique_ptr<const OnLevel> on_level_;  ///< of graded cells
-  Inertia* inertia_ = nullptr;             ///< in the potential
-  StiffnessDamping* damping_ = nullptr;    ///< likewise
+  Inertia* inertia_ = nullptr;               ///< in the potential
+  StiffnessDamping* damping_ = nullptr;      ///< likewise
   std::optional<CellRotations> rotations_;
   std::optional<StepEquations> equations_;
   std::optional<Newton<NodeVector>> newton_;

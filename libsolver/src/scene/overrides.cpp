@@ -62,7 +62,8 @@ Lattice read_lattice_for(const Scene& scene, const std::filesystem::path& path, 
       std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& c) { return c.is_within_body(); });
   const hexmesh::Voxels voxels = needs.pictures || needs_voxels ? hexmesh::Voxels::read : hexmesh::Voxels::left_out;
   std::vector<int> levels = needs.levels;
-  if (scene.stiffness_of_cells() == Stiffness::condensed && !levels.empty()) {  // cells are condensed from their voxels on
+  if (scene.stiffness_of_cells() == Stiffness::condensed &&
+      !levels.empty()) {  // cells are condensed from their voxels on
     const int coarsest = *std::max_element(levels.begin(), levels.end());
     levels.resize(static_cast<std::size_t>(coarsest) + 1);
     std::iota(levels.begin(), levels.end(), 0);
