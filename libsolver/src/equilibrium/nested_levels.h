@@ -86,6 +86,7 @@ private:
   std::optional<double> algebraic_error(const Solved<Level>& solved) const;
   void add_report(Solved<Level>& now, double seconds);
   void explain_rotation(const std::string& why, std::optional<bool> active);
+  double margin() const;
   bool is_accurate() const;
   void conclude(const Solved<Level>& best, const std::optional<std::string>& refused);
 
