@@ -57,6 +57,9 @@ public:
   /// The level added last was only looked at.
   void forget_last() { known_.pop_back(); }
 
+  /// Whether the last level known is the lattice's finest: then errors of the others are what they differ by.
+  bool knows_finest() const { return !known_.empty() && known_.back().finer == 0; }
+
   /// Whether levels come closer to each other as those of cells do, as far as the last three known show.
   bool closes_in() const;
 

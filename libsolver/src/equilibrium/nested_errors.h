@@ -137,6 +137,7 @@ void NestedIteration<Level>::add_look(double seconds) {
 template <EquilibriumLevel Level>
 double NestedIteration<Level>::margin() const {
   constexpr double usual = 1.5, where_cells_turn = 2.5, unsure = 3;
+  if (estimator_.knows_finest()) return 1;
   if (!scene_.contacts.empty() || !is_sure_ || !estimator_.closes_in()) return unsure;
   const bool is_condensed = scene_.stiffness_of_cells() == Stiffness::condensed;
   return is_condensed && report_.elasticity == Elasticity::corotational ? where_cells_turn : usual;

@@ -120,6 +120,12 @@ TEST(ErrorEstimator, DifferencesThatDoNotFallTellNothing) {
   EXPECT_FALSE(estimate({10, 4}, 0, 2)[1].error.mean_mm);  // two levels show no rate
 }
 
+TEST(ErrorEstimator, ErrorsAreKnownOnceTheFinestLevelIs) {
+  EXPECT_FALSE(compared({8, 4}, 1).knows_finest());
+  EXPECT_TRUE(compared({8, 4, 0}, 0).knows_finest());
+  EXPECT_NEAR(*estimate({8, 4, 0}, 0, 3)[1].error.mean_mm, 4, 1e-12);
+}
+
 TEST(ErrorEstimator, LevelsCloseInWhereTheLastThreeDo) {
   for (const auto& [errors, closes_in] : std::vector<std::pair<std::vector<double>, bool>>{{{8, 4, 2}, true},
                                                                                            {{8, 4, 1.3}, true},
