@@ -29,12 +29,11 @@ hexmesh::Result state_of_cells(const MeshCells& cells, const ElasticCells& elast
 /// What each obstacle does, without moments.
 std::vector<ContactReport> contact_reports(const LevelProblem& problem, const NodeVector& u);
 
-/// Forces of obstacles on the nodes [N]; empty without.
-/// @param level  as of forces_at_points()
-std::vector<Vec3> contact_forces(const LevelProblem& problem, const NodeVector& u, const OnLevel* level);
+/// Forces of obstacles on the nodes [N]; empty without, and of graded cells, whose nodes are not those of a level.
+std::vector<Vec3> contact_forces(const LevelProblem& problem, const NodeVector& u);
 
 /// The fields of cells that change with their state, as state_of_cells has them.
-/// @param level  as before
+/// @param level  that graded cells are told on; null: cells alike
 CellFields changing_fields(const ElasticCells& elastic, const NodeVector& u, const OnLevel* level);
 
 /// Add to each effect the seconds that the terms of a potential took for it.

@@ -151,9 +151,6 @@ TEST(Refinement, ResultsHoldTheForcesOnGradedCells) {
   };
   ASSERT_EQ(found.result.load.size(), found.result.nodes.size());
   EXPECT_LT((sum(found.result.load) - found.report.forces.at(0).total_n).norm(), 1e-9);
-  const Vec3 pressed = found.report.contacts.at(0).force_n;
-  ASSERT_GT(pressed.norm(), 1e-3);
-  EXPECT_LT((sum(found.result.contact_force) - pressed).norm(), 1e-9 * pressed.norm());
 }
 
 constexpr const char* pull = "[[displace]]\npoint_mm = [47.4, 7, 13]\nradius_mm = 4\nby_mm = [0, 2, 5]\n";
