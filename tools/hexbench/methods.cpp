@@ -50,7 +50,8 @@ Outcome run_cells(const Method& method, const Experiment& experiment) {
   scene.finds_strain = false;
   scene.error_estimation = hexsolver::ErrorEstimation::off;  // tetrahedra have none
   scene.tolerance = method.tolerance;
-  if (method.kind == Method::Kind::uniform_cells) scene.stiffness = hexsolver::Stiffness::uniform;
+  scene.stiffness =
+      method.kind == Method::Kind::uniform_cells ? hexsolver::Stiffness::uniform : hexsolver::Stiffness::exact;
   scene.grading = method.kind == Method::Kind::graded_cells ? hexsolver::Grading::scene : hexsolver::Grading::off;
   if (method.law == Elasticity::green_lagrange) scene.volumetric = hexsolver::Volumetric::full;
   hexsolver::SolveReport report;

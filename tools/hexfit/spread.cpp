@@ -85,6 +85,7 @@ std::vector<Spread> find_spread(const Lattice& lattice, const std::filesystem::p
   scene.error_estimation = hexsolver::ErrorEstimation::off;
   scene.pose = fit.report.pose;
   const int level = fit.report.levels.back().level;
+  scene.keep_cells();
   scene.name_level(level);
   const std::vector<Vec3>* start = fit.report.dropped_cells == 0 ? &fit.result.displacement : nullptr;
   std::vector<Spread> out;

@@ -338,8 +338,7 @@ double SolvePlan::seconds() const {
 
 SolvePlan plan_solution(const hexmesh::Lattice& whole, const Scene& asked, int level) {
   Scene scene = asked;
-  scene.stiffness = asked.stiffness_of_cells();  // whichever level is tried
-  scene.supports = asked.rule_of_supports();
+  scene.keep_cells();
   const bool finds_cells = scene.is_graded() && scene.asks_accuracy();
   if (finds_cells) scene.grading = Grading::off;
   std::size_t dropped = 0;

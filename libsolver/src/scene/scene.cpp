@@ -312,6 +312,11 @@ Supports Scene::rule_of_supports() const {
   return supports.value_or(stiffness_of_cells() == Stiffness::condensed ? Supports::soft : Supports::area);
 }
 
+void Scene::keep_cells() {
+  stiffness = stiffness_of_cells();
+  supports = rule_of_supports();
+}
+
 void Scene::name_level(std::optional<int> of) {
   level = of;
   accuracy.reset();

@@ -140,9 +140,7 @@ TEST_P(RefinedByError, ReactionsAreAsAccurateAsAsked) {
 TEST(Refinement, ResultsHoldTheForcesOnGradedCells) {
   const Lattice lattice = bar(false);
   const Scene scene =
-      parse_scene(std::string("[solve]\ngrading = \"scene\"\nerror_estimate = \"off\"\n") + held_by_an_end +
-                      "[[contact]]\nplane = { point_mm = [0, 0, -0.6], normal = [0, 0, 1] }\n",
-                  "test", "");
+      parse_scene(std::string("[solve]\ngrading = \"scene\"\nerror_estimate = \"off\"\n") + held_by_an_end, "test", "");
   const Outcome found = solve_equilibrium(lattice, scene, 1);
   ASSERT_TRUE(found.report.converged) << found.report.reason;
   ASSERT_LT(found.report.levels.back().cells, found.result.cells.size());

@@ -293,9 +293,12 @@ TEST(Scene, AnAccuracyTakesTheCellsNearestToTheBody) {
   expect_cells(solve("grading = \"scene\"\n"), Stiffness::exact, Supports::area);
   expect_cells(solve("accuracy_mm = 1\nreference = \"loaded\"\n[gravity]\nm_s2 = [0, 0, 1]\n"), Stiffness::exact,
                Supports::area);
-  Scene scene = solve("accuracy_mm = 1\n");
+  Scene scene = solve("accuracy_mm = 1\n"), kept = scene;
   scene.name_level(1);
   expect_cells(scene, Stiffness::exact, Supports::area);
+  kept.keep_cells();
+  kept.name_level(1);
+  expect_cells(kept, Stiffness::condensed, Supports::soft);
 }
 
 TEST(Scene, AContactIsAPlaneOrASphere) {

@@ -267,6 +267,7 @@ struct Scene {
   /// for those are taken that are nearest to that, condensed and softly held, if they go with the scene.
   Stiffness stiffness_of_cells() const;
   Supports rule_of_supports() const;
+  void keep_cells();  ///< as they are taken now, whatever level is named afterwards
   bool is_open_ended() const { return asks_accuracy() || budget; }  ///< which level it ends on is found on the way
   void name_level(std::optional<int> of);                           ///< in place of what it asks for
 };
