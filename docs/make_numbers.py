@@ -79,12 +79,14 @@ def about():
 
 def accuracy():
     found, times = bench_tables.of_positions(KEPT), cells()
-    of_graded, times_of_graded = bench_tables.of_positions(KEPT, "scene"), cells("cells, graded")
+    of_condensed, times_of_condensed = bench_tables.of_positions(KEPT, "condensed"), cells("cells, condensed")
+    of_graded, times_of_graded = bench_tables.of_positions(KEPT, "graded"), cells("cells, graded")
     edge = lambda level: 2 * 2 ** level  # noqa: E731
     def row(name, errors, times, level):
         return [name, f"{int(times['cauchy', level]['dofs']):,}", *(spread(errors[level][law]) if level in errors else "none" for law in ("cauchy", "corotational")),
                 *(digits(times[law, level]["total_s"]) + " s" for law in ("cauchy", "corotational"))]
     rows = [row(f"{edge(level)} mm", found, times, level) for level in [*sorted(found, reverse=True), 0]]
+    rows += [row(f"{edge(level)} mm, condensed", of_condensed, times_of_condensed, level) for level in sorted(of_condensed, reverse=True)]
     coarsest = max(found)  # of those measured; the lattice has one more, which graded cells reach
     rows += [row(f"{edge(level)} to {edge(min(level + 2, coarsest + 1))} mm", of_graded, times_of_graded, level) for level in sorted(of_graded, reverse=True) if level < coarsest]
     return table(["cells of", "unknowns", "mean error, small strain [mm]", "co-rotational", "time, small strain", "co-rotational"], rows)
@@ -109,7 +111,7 @@ def least_seconds(rows, law, is_method, limit):
 
 def tetrahedra():
     rows = rows_of("accuracy.csv")
-    kinds = [lambda m: m == "cells", lambda m: m == "cells, graded", lambda m: m.startswith("tetrahedra") and "graded" not in m,
+    kinds = [lambda m: m == "cells", lambda m: m == "cells, condensed", lambda m: m == "cells, graded", lambda m: m.startswith("tetrahedra") and "graded" not in m,
              lambda m: m.startswith("tetrahedra, graded")]
     out = []
     for limit in (1, 0.7, 0.5, 0.3, 0.2):
@@ -118,7 +120,7 @@ def tetrahedra():
             seconds = [least_seconds(rows, law, kind, limit) for kind in kinds]
             row += [digits(s) if s else "" for s in seconds]
         out.append(row)
-    header = [f"{kind}, {law}" for law in ("small strain", "co-rotational") for kind in ("cells", "graded cells", "tetrahedra", "tetrahedra smaller at supports")]
+    header = [f"{kind}, {law}" for law in ("small strain", "co-rotational") for kind in ("cells", "condensed cells", "graded cells", "tetrahedra", "tetrahedra smaller at supports")]
     return table(["for a mean error of", *header], out)
 
 

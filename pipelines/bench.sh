@@ -31,10 +31,15 @@ rm -f positions.jsonl
 while read -r offset; do
   hexmesh -q build liver.nrrd --material '*:young_kpa=100,poisson=0.3,density_kg_m3=1000' --offset "$offset" -o position.hexmesh --force
   for strain in cauchy corotational; do
-    for grading in off scene; do
-      sed "s/^strain = .*/strain = \"$strain\"\ngrading = \"$grading\"/" liver.toml >position.toml
+    for cells in alike condensed graded; do
+      case "$cells" in
+        alike) keys='grading = "off"' ;;
+        condensed) keys='grading = "off"\nstiffness = "condensed"' ;;
+        graded) keys='grading = "scene"' ;;
+      esac
+      sed "s/^strain = .*/strain = \"$strain\"\n$keys/" liver.toml >position.toml
       hexbench -q estimates position.hexmesh position.toml --least-cells 30 -o position.json --force
-      echo "{\"offset\": [$offset], \"strain\": \"$strain\", \"grading\": \"$grading\", \"found\": $(tr -d '\n' <position.json)}" >>positions.jsonl
+      echo "{\"offset\": [$offset], \"strain\": \"$strain\", \"cells\": \"$cells\", \"found\": $(tr -d '\n' <position.json)}" >>positions.jsonl
     done
   done
 done <"$here/positions.txt"

@@ -79,8 +79,12 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   if (o.check)
     return show_check(hexsolver::check_scene(lattice, scene, level, output != nullptr), scene, report_file, output,
                       lattice_file.path(), history(), files, console);
-  if (o.plan) return show_plan(hexsolver::plan_solution(lattice, scene, level), report_file, files);
   const double read_done = omp_get_wtime();
+  if (o.plan) {
+    hexsolver::SolvePlan plan = hexsolver::plan_solution(lattice, scene, level);
+    plan.reading_seconds = read_done - start;
+    return show_plan(plan, report_file, files);
+  }
   level = fit_into_memory(lattice, level, scene, console);
 
   std::optional<hexmesh::ResultWriter> writer;

@@ -19,6 +19,7 @@ import tables  # noqa: E402
 STYLES = {
     "cells": dict(color="#000000", marker="o", linestyle="-", linewidth=2.2),
     "cells, graded": dict(color="#000000", marker="*", linestyle="-", linewidth=1.2, markersize=9),
+    "cells, condensed": dict(color="#000000", marker="P", linestyle="--", linewidth=1.2),
     "uniform cells": dict(color="#777777", marker="o", linestyle=":", markerfacecolor="white"),
     "tetrahedra, Cholesky": dict(color="#1f4e8c", marker="s", linestyle="-"),
     "tetrahedra, CG": dict(color="#1f4e8c", marker="s", linestyle="--", markerfacecolor="white"),

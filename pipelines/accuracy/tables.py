@@ -58,7 +58,8 @@ def races(rows):
     print("### Least seconds for a mean error to smooth quadratic tetrahedra (cells also to their own limit)\n")
     kinds = [("cells", lambda m: m == "cells"), ("averaged cells", lambda m: m == "uniform cells"),
              ("tetrahedra", lambda m: m.startswith("tetrahedra") and "graded" not in m),
-             ("tetrahedra, smaller at supports", lambda m: m.startswith("tetrahedra, graded")), ("cells, graded", lambda m: m == "cells, graded")]
+             ("tetrahedra, smaller at supports", lambda m: m.startswith("tetrahedra, graded")), ("cells, graded", lambda m: m == "cells, graded"),
+             ("cells, condensed", lambda m: m == "cells, condensed")]
     common = lambda r: r.get("to_tets_mm_mean")  # noqa: E731
     out = []
     for law in laws(rows):
@@ -113,12 +114,15 @@ def motion(bench):
     table(["rotation", "ms a step"], [[r["rotation"], r["ms_per_step"]] for r in bench["rotations"]])
 
 
-def of_positions(folder, grading="off"):
-    """Level -> law -> errors of all positions of the lattice [mm]."""
+def of_positions(folder, cells="alike"):
+    """Level -> law -> errors of all positions of the lattice [mm].
+
+    cells: alike, condensed (and softly held, alike) or graded
+    """
     errors = {}
     for line in (folder / "positions.jsonl").read_text().splitlines():
         row = json.loads(line)
-        for level in row["found"]["levels"] if row["grading"] == grading else []:
+        for level in row["found"]["levels"] if row["cells"] == cells else []:
             assert level["converged"], row
             errors.setdefault(level["level"], {}).setdefault(row["strain"], []).append(level["mean_mm"]["error"])
     return errors
@@ -154,7 +158,8 @@ def main(folder):
     effects(read(folder, "effects")["effects"])
     motion(read(folder, "motion"))
     positions(of_positions(folder), "cells alike")
-    positions(of_positions(folder, "scene"), "graded cells")
+    positions(of_positions(folder, "condensed"), "condensed cells")
+    positions(of_positions(folder, "graded"), "graded cells")
     volume(volumes(folder))
 
 

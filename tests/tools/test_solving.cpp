@@ -190,7 +190,9 @@ TEST_F(Tools, CheckAndPlanSolveNothing) {
   EXPECT_EQ(plan["levels"].back()["level"], 1);
   EXPECT_GT(plan["levels"].back()["seconds"], 0);
   EXPECT_GT(plan["setup_seconds"], 0);
-  double seconds = plan["setup_seconds"];
+  EXPECT_GT(plan["reading_seconds"], 0);
+  double seconds = plan["setup_seconds"].get<double>() + plan["reading_seconds"].get<double>() +
+                   plan["strain_seconds"].get<double>();
   seconds += plan["look"]["seconds"].get<double>();  // at level 0, for the error estimate
   EXPECT_EQ(plan["look"]["level"], 0);
   for (const json& l : plan["levels"]) seconds += l["seconds"].get<double>();

@@ -180,8 +180,13 @@ private:
   void add_methods(Elasticity law) {
     for (const double tolerance : o_.tolerances) {
       for (const int level : levels())
-        for (const Method::Kind kind : {Method::Kind::cells, Method::Kind::graded_cells, Method::Kind::uniform_cells}) {
-          if (kind == Method::Kind::uniform_cells && (level == 0 || tolerance != o_.tolerances.back())) continue;
+        for (const Method::Kind kind : {Method::Kind::cells, Method::Kind::condensed_cells, Method::Kind::graded_cells,
+                                        Method::Kind::uniform_cells}) {
+          const bool is_condensed = kind == Method::Kind::condensed_cells,
+                     is_uniform = kind == Method::Kind::uniform_cells;
+          if (level == 0 && (is_uniform || is_condensed)) continue;
+          if (is_uniform && tolerance != o_.tolerances.back()) continue;
+          if (is_condensed && law == Elasticity::green_lagrange) continue;
           Method m{kind, law};
           m.level = level;
           m.tolerance = tolerance;

@@ -41,6 +41,20 @@ private:
   double start_ = 0;
 };
 
+/// Nothing: what the scene takes by itself.
+std::optional<hexsolver::Stiffness> stiffness_of(Method::Kind kind) {
+  switch (kind) {
+    case Method::Kind::uniform_cells:
+      return hexsolver::Stiffness::uniform;
+    case Method::Kind::condensed_cells:
+      return hexsolver::Stiffness::condensed;
+    case Method::Kind::graded_cells:
+      return {};
+    default:
+      return hexsolver::Stiffness::exact;
+  }
+}
+
 Outcome run_cells(const Method& method, const Experiment& experiment) {
   Outcome out;
   hexmesh::Lattice lattice = experiment.lattice;
@@ -50,8 +64,7 @@ Outcome run_cells(const Method& method, const Experiment& experiment) {
   scene.finds_strain = false;
   scene.error_estimation = hexsolver::ErrorEstimation::off;  // tetrahedra have none
   scene.tolerance = method.tolerance;
-  scene.stiffness =
-      method.kind == Method::Kind::uniform_cells ? hexsolver::Stiffness::uniform : hexsolver::Stiffness::exact;
+  scene.stiffness = stiffness_of(method.kind);
   scene.grading = method.kind == Method::Kind::graded_cells ? hexsolver::Grading::scene : hexsolver::Grading::off;
   if (method.law == Elasticity::green_lagrange) scene.volumetric = hexsolver::Volumetric::full;
   hexsolver::SolveReport report;
@@ -125,6 +138,7 @@ std::string law_name(Elasticity law) {
 
 std::string Method::name() const {
   if (kind == Kind::cells) return "cells";
+  if (kind == Kind::condensed_cells) return "cells, condensed";
   if (kind == Kind::graded_cells) return "cells, graded";
   if (kind == Kind::uniform_cells) return "uniform cells";
   std::string name = kind == Kind::quadratic_tets ? "quadratic tetrahedra"

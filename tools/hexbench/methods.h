@@ -25,12 +25,13 @@ struct Experiment {
 /// One way to discretize and solve an experiment.
 struct Method {
   enum class Kind {
-    cells,          ///< of a level, as soft as what they hold: the paper's
-    graded_cells,   ///< of a level where supports end, larger elsewhere
-    uniform_cells,  ///< of a level, the fill-weighted full cell
-    tets,           ///< of 4 nodes, as large everywhere
-    graded_tets,    ///< of 4 nodes, smaller at supports
-    quadratic_tets  ///< of 10 nodes, smaller at supports: the reference
+    cells,            ///< of a level, as soft as what they hold: the paper's
+    condensed_cells,  ///< of a level, condensed and softly held, as accuracies take them
+    graded_cells,     ///< of a level where supports end, larger elsewhere, likewise
+    uniform_cells,    ///< of a level, the fill-weighted full cell
+    tets,             ///< of 4 nodes, as large everywhere
+    graded_tets,      ///< of 4 nodes, smaller at supports
+    quadratic_tets    ///< of 10 nodes, smaller at supports: the reference
   };
   Kind kind = Kind::cells;
   hexsolver::Elasticity law = hexsolver::Elasticity::corotational;  ///< up to green_lagrange
@@ -42,7 +43,10 @@ struct Method {
   hexsolver::TetLinearSolver solver = hexsolver::TetLinearSolver::cholesky;
   double tolerance = 1e-6;
 
-  bool is_cells() const { return kind == Kind::cells || kind == Kind::graded_cells || kind == Kind::uniform_cells; }
+  bool is_cells() const {
+    return kind == Kind::cells || kind == Kind::condensed_cells || kind == Kind::graded_cells ||
+           kind == Kind::uniform_cells;
+  }
   std::string name() const;  ///< of the kind with its rotation and solver, e.g. "tetrahedra, QR, CG"
 };
 

@@ -57,11 +57,23 @@ int show_plan(const hexsolver::SolvePlan& plan, Output* report, RunFiles& files)
   };
   for (const hexsolver::SolvePlan::Level& l : plan.levels) show_level(l, "");
   if (plan.look) show_level(*plan.look, ", a look at it for the error estimate");
-  const std::string before =
-      plan.setup_seconds > 0 ? fmt::format(", {:.2g} s of them before the last level is solved,", plan.setup_seconds)
-                             : "";
-  text +=
-      fmt::format("in all about {:.2g} s{} and {:.3g} MB at the peak\n", plan.seconds(), before, megabytes(plan.bytes));
+  text += fmt::format("in all about {:.2g} s and {:.3g} MB at the peak", plan.seconds(), megabytes(plan.bytes));
+  const char* and_of_it = "; of it ";
+  for (const auto& [seconds, what] : {std::pair(plan.reading_seconds, "to read the lattice"),
+                                      std::pair(plan.strain_seconds, "to find whether cells have to rotate"),
+                                      std::pair(plan.setup_seconds, "before the last level is solved")}) {
+    if (seconds < 0.1 * plan.seconds()) continue;
+    text += fmt::format("{}{:.2g} s {}", and_of_it, seconds, what);
+    and_of_it = ", ";
+  }
+  text += '\n';
+  if (plan.end) {
+    text += fmt::format("expected to end on level {}", plan.end->level);
+    if (!plan.end->why.empty()) text += ": " + plan.end->why;
+    if (plan.end->most_seconds > 1.01 * plan.seconds())
+      text += fmt::format("; all levels take about {:.2g} s", plan.end->most_seconds);
+    text += '\n';
+  }
   if (plan.finds_cells) text += "graded cells are halved for the accuracy on the way: this is what cells alike take\n";
   return show(to_json(plan), text, report, files);
 }

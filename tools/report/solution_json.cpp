@@ -381,7 +381,11 @@ json to_json(const hexsolver::SolvePlan& plan) {
   };
   for (const hexsolver::SolvePlan::Level& l : plan.levels) out["levels"].push_back(of_level(l));
   if (plan.look) out["look"] = of_level(*plan.look);
+  if (plan.end)
+    out["end"] = {{"level", plan.end->level}, {"why", plan.end->why}, {"most_seconds", plan.end->most_seconds}};
   if (plan.finds_cells) out["finds_cells"] = true;
+  out["reading_seconds"] = plan.reading_seconds;
+  out["strain_seconds"] = plan.strain_seconds;
   out["setup_seconds"] = plan.setup_seconds;
   out["seconds"] = plan.seconds();
   out["memory_mb"] = megabytes(plan.bytes);

@@ -61,6 +61,18 @@ double unseen_by_cycle(const hexmesh::Lattice& lattice) {
   return std::max(1.0, ratio / seen);
 }
 
+double usual_margin(const Scene& scene, Elasticity elasticity) {
+  constexpr double usual = 1.5, where_cells_turn = 2.5;
+  if (!scene.contacts.empty()) return unsure_margin;
+  const bool is_condensed = scene.stiffness_of_cells() == Stiffness::condensed;
+  return is_condensed && elasticity == Elasticity::corotational ? where_cells_turn : usual;
+}
+
+double rate_of_errors(const std::vector<double>& coarse_to_fine) {
+  if (coarse_to_fine.size() < 2) return usual_rate;
+  return std::clamp(coarse_to_fine.back() / coarse_to_fine.end()[-2], least_rate, most_rate);
+}
+
 void ErrorEstimator::add(std::vector<std::optional<ElasticCells::Size>> differences, LevelMeasures measures,
                          int finer) {
   if (differences.empty()) {

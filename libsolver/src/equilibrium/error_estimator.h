@@ -24,6 +24,19 @@ inline constexpr double deserved_part = 0.15 / 0.85 / 20 / 4;
 /// count for little. As measured: nothing up to kappa / mu = 50 (nu = 0.49), a hundredth of the error is seen at 5000.
 double unseen_by_cycle(const hexmesh::Lattice& lattice);
 
+/// Cells of a level whose differences from others mean something, at least.
+inline constexpr std::size_t least_compared = 100;
+
+/// By how much an estimate may be too small: one that is not sure, or with contacts.
+inline constexpr double unsure_margin = 3;
+
+/// Likewise one that is sure. What is inside condensed cells turns with them alone: what turns there by itself shows on
+/// the finest levels only.
+double usual_margin(const Scene& scene, Elasticity elasticity);
+
+/// What is left of errors one level finer, as the last two show, or as is usual.
+double rate_of_errors(const std::vector<double>& coarse_to_fine);
+
 /// What is compared of a solution beside its displacement.
 struct LevelMeasures {
   double strain_energy = 0;     ///< [N mm]

@@ -132,15 +132,11 @@ void NestedIteration<Level>::add_look(double seconds) {
     if (e.kind == EffectKind::error_estimate) e.seconds += seconds;
 }
 
-/// By how much an estimate may be too small. What is inside condensed cells turns with them alone: what turns there by
-/// itself shows on the finest levels only.
+/// By how much an estimate may be too small.
 template <EquilibriumLevel Level>
 double NestedIteration<Level>::margin() const {
-  constexpr double usual = 1.5, where_cells_turn = 2.5, unsure = 3;
   if (estimator_.knows_finest()) return 1;
-  if (!scene_.contacts.empty() || !is_sure_ || !estimator_.closes_in()) return unsure;
-  const bool is_condensed = scene_.stiffness_of_cells() == Stiffness::condensed;
-  return is_condensed && report_.elasticity == Elasticity::corotational ? where_cells_turn : usual;
+  return is_sure_ && estimator_.closes_in() ? usual_margin(scene_, report_.elasticity) : unsure_margin;
 }
 
 /// A level that is not the finest there is must have cells enough for its differences to mean something, and keep

@@ -59,8 +59,6 @@ public:
   Solved<Level> run();
 
 private:
-  static constexpr std::size_t least_compared = 100;  ///< cells of a level whose differences mean something
-
   bool estimates_errors() const { return scene_.asks_accuracy() || scene_.error_estimation != ErrorEstimation::off; }
   bool chooses_cells() const {
     return scene_.finds_strain && report_.elasticity == Elasticity::corotational && scene_.rotation == Rotation::polar;

@@ -227,12 +227,7 @@ std::vector<LevelProblem::LoadTotal> LevelProblem::loads(const NodeVector& u) co
 }
 
 NodeVector LevelProblem::load(const NodeVector& u) const {
-  if (loads_.empty()) return {};
-  const NodeVector all = at_all_nodes(mesh(), u);
-  NodeVector gradient = NodeVector::Zero(all.size()), magnitude = gradient;
-  for (const Load* l : loads_) l->add_gradient(all, gradient, magnitude);
-  mesh().collect(gradient);
-  return -gradient;
+  return loads_.empty() ? NodeVector() : forces_of(loads_, mesh(), u);
 }
 
 void LevelProblem::find_islands(const std::vector<ConstraintPoint>& points) {

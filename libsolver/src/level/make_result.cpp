@@ -25,7 +25,7 @@ void add_surface_and_conditions(const LevelProblem& problem, const NodeVector& u
   const Mesh& mesh = problem.mesh();
   if (!problem.scene().dynamics)  // in a motion each state would have its own
     r.load = forces_at_points(problem.load(u), level);
-  r.contact_force = contact_forces(problem, u);
+  r.contact_force = contact_forces(problem, u, level);
 
   if (!r.surface.points.empty()) move_surface(r);
   for (const Condition& c : problem.scene().conditions) r.conditions.push_back({c.name, {}, {}, c.axes});
@@ -142,11 +142,9 @@ std::vector<ContactReport> contact_reports(const LevelProblem& problem, const No
   return out;
 }
 
-std::vector<Vec3> contact_forces(const LevelProblem& problem, const NodeVector& u) {
-  if (problem.contacts().empty() || problem.cells().is_graded()) return {};
-  NodeVector gradient = NodeVector::Zero(u.size()), magnitude = gradient;
-  for (const PenaltyContact* contact : problem.contacts()) contact->add_gradient(u, gradient, magnitude);
-  return to_points(NodeVector(-gradient));
+std::vector<Vec3> contact_forces(const LevelProblem& problem, const NodeVector& u, const OnLevel* level) {
+  if (problem.contacts().empty()) return {};
+  return forces_at_points(forces_of(problem.contacts(), problem.mesh(), u), level);
 }
 
 Outcome make_result(const Lattice& lattice, const LevelProblem& problem, const NodeVector& u, SolveReport report) {

@@ -29,8 +29,9 @@ hexmesh::Result state_of_cells(const MeshCells& cells, const ElasticCells& elast
 /// What each obstacle does, without moments.
 std::vector<ContactReport> contact_reports(const LevelProblem& problem, const NodeVector& u);
 
-/// Forces of obstacles on the nodes [N]; empty without, and of graded cells, whose nodes are not those of a level.
-std::vector<Vec3> contact_forces(const LevelProblem& problem, const NodeVector& u);
+/// Forces of obstacles on the nodes that results have [N]; empty without.
+/// @param level  that graded cells are told on; null: cells alike
+std::vector<Vec3> contact_forces(const LevelProblem& problem, const NodeVector& u, const OnLevel* level);
 
 /// The fields of cells that change with their state, as state_of_cells has them.
 /// @param level  that graded cells are told on; null: cells alike

@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hexsolver/plan/plan.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include "core/stopwatch.h"
 #include "equilibrium/error_estimator.h"
 #include "hexmesh/core/error.h"
+#include "hexmesh/lattice/condensed_cells.h"
 #include "hexsolver/dynamics/motion.h"
 #include "kernels/rotated_cells.h"
 #include "level/checks.h"
@@ -17,6 +22,7 @@
 #include "level/make_result.h"
 #include "level/on_level.h"
 #include "mesh/points.h"
+#include "plan/trial.h"
 
 namespace hexsolver {
 namespace {
@@ -36,6 +42,24 @@ bool needs_braess_sarazin(const hexmesh::Lattice& lattice, const Scene& scene) {
          Multigrid::needs_braess_sarazin(largest);
 }
 
+/// Of condensed cells of the level that is solved last, and while they are found, from the voxels on.
+struct CondensedBytes {
+  std::size_t kept = 0, on_the_way = 0;
+};
+
+CondensedBytes condensed_bytes(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
+  constexpr std::size_t on_the_way_per_voxel = 110;
+  CondensedBytes out;
+  if (scene.stiffness_of_cells() != Stiffness::condensed) return out;
+  out.on_the_way = on_the_way_per_voxel * lattice.level(0).cells.size();
+  hexmesh::Condensation condensation(lattice, {}, hexmesh::CondensedDilatation::mean);
+  for (int n = 1; n <= level; ++n)
+    out.kept += sizeof(hexmesh::CondensedElement) * condensation.level(n).condensed.size();
+  constexpr std::size_t of_products = 2 * sizeof(CellMatrix);  // of that level, and of its multigrid's first
+  if (level > 0) out.kept += (sizeof(ElementModel) + of_products) * condensation.level(level).condensed.size();
+  return out;
+}
+
 double usual_bytes(Elasticity elasticity) {
   if (is_hyperelastic(elasticity)) return hyperelastic_bytes;
   return elasticity == Elasticity::cauchy ? linear_bytes : corotational_bytes;
@@ -43,44 +67,6 @@ double usual_bytes(Elasticity elasticity) {
 
 bool has_frames(const Scene& scene) {
   return scene.elasticity == Elasticity::corotational && scene.rotation == Rotation::polar;
-}
-
-template <class F>
-double median_seconds(int repeats, F&& f) {
-  std::vector<double> seconds;
-  for (int n = 0; n < repeats; ++n) {
-    const Stopwatch watch;
-    f();
-    seconds.push_back(watch.seconds());
-  }
-  std::nth_element(seconds.begin(), seconds.begin() + repeats / 2, seconds.end());
-  return seconds[static_cast<std::size_t>(repeats / 2)];
-}
-
-/// The finest of the levels `first` to `last` that has at most that many cells, or `first`.
-int finest_of(const std::vector<std::size_t>& num_cells, std::size_t most, int first, int last) {
-  int level = first;
-  while (level > last && num_cells[static_cast<std::size_t>(level) - 1] <= most) --level;
-  return level;
-}
-
-/// What a level takes [s].
-struct Pace {
-  double forming = 0;  ///< to form its elements, from voxels that are as many on each level
-  double product = 0;  ///< an operator product, for each cell
-};
-
-Pace pace_of(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
-  LevelProblem problem(lattice, scene, level);
-  const Stopwatch watch;
-  problem.build_potential(scene.elasticity);
-  Pace pace{watch.seconds()};
-  const NodeVector x = NodeVector::Ones(static_cast<Eigen::Index>(problem.mesh().num_dofs()));
-  NodeVector y;
-  problem.potential().linearize(NodeVector::Zero(x.size()), Hessian::exact);
-  pace.product =
-      median_seconds(11, [&] { problem.potential().apply(x, y); }) / static_cast<double>(problem.mesh().num_cells());
-  return pace;
 }
 
 hexmesh::Result preview_of(const LevelProblem& problem) {
@@ -153,24 +139,6 @@ SceneCheck check_scene(const hexmesh::Lattice& whole, const Scene& as_written, i
 
 namespace {
 
-/// f(level) of the coarsest of the levels `first` to `last` on which it can be: patches may be at odds in coarse cells.
-template <class F>
-int try_levels(int first, int last, F&& f) {
-  for (int level = first;; --level) {
-    try {
-      f(level);
-      return level;
-    } catch (const hexmesh::Error& e) {
-      if (e.kind() != hexmesh::ErrorKind::geometry || level == last) throw;
-    }
-  }
-}
-
-double growth(const std::vector<std::size_t>& num_cells, int from, int to) {
-  return static_cast<double>(num_cells[static_cast<std::size_t>(to)]) /
-         static_cast<double>(num_cells[static_cast<std::size_t>(from)]);
-}
-
 SolvePlan::Level plan_level(const hexmesh::Lattice& lattice, const Scene& scene, int level, double seconds) {
   const Mesh mesh = cells_for(lattice, scene, level).make_mesh();
   return {level, mesh.num_cells(), mesh.num_dofs(), seconds, expected_bytes(lattice, scene, level)};
@@ -224,81 +192,92 @@ SolvePlan plan_motion(const hexmesh::Lattice& lattice, const Scene& scene, int l
   return plan;
 }
 
-/// The finest level that is quick to solve says what each cell of finer ones takes.
-class Trial {
-public:
-  /// @param finest  that something is asked of
-  Trial(const hexmesh::Lattice& lattice, const Scene& scene, int first, int level, int finest)
-      : lattice_(lattice), scene_(scene), level_(level), num_cells_(cells_of_levels(lattice, scene)) {
-    constexpr std::size_t quick_to_solve = 3000;
-    constexpr double most_seconds = 1;
-    scene_.error_estimation = ErrorEstimation::off;
-    const auto solve_it = [&](int n) {
-      tried_ = n;
-      solved_ = solve(scene.tolerance);
-      if (n == finest) return;
-      // Larger levels do not fit into the machine's caches, and have work for all threads.
-      constexpr std::size_t quick_to_make = 20000;
-      const Scene coarse = for_coarser_levels(scene_);
-      const int large = finest_of(num_cells_, quick_to_make, n, level);
-      pace_ = pace_of(lattice, coarse, n);
-      pace_of_large_ = large == n ? pace_ : pace_of(lattice, coarse, large);
-    };
-    try_levels(finest_of(num_cells_, quick_to_solve, first, level), level, solve_it);
-    while (tried_ > level && to_the_end(tried_ - 1) < most_seconds) try_levels(tried_ - 1, level, solve_it);
+/// How many times too large the estimated error of a level is for the accuracies asked; nothing: unknown.
+std::optional<double> times_too_large(const LevelReport& level, const Scene& scene, double margin) {
+  double out = 0;
+  for (const auto& [error, asked] :
+       {std::pair(level.error.mean_mm, scene.accuracy), std::pair(level.error.of_reactions, scene.reaction_accuracy)}) {
+    if (!asked) continue;
+    if (!error) return {};
+    out = std::max(out, margin * *error / *asked);
   }
+  return out;
+}
 
-  /// Of a level that is solved to the tolerance asked [s].
-  double to_the_end(int level) const {
-    for (const LevelReport& l : solved_)
-      if (l.level == level) return l.seconds;
-    return scaled(solved_.back().seconds, level);
-  }
+/// Where an accuracy is expected to be kept that was not while levels were tried.
+std::pair<int, std::string> expect_accuracy(const Scene& scene, const std::vector<std::size_t>& num_cells,
+                                            const SolveReport& tried, int finest) {
+  std::vector<double> times;
+  int level = finest;
+  for (const LevelReport& l : tried.levels)
+    if (const std::optional<double> t = times_too_large(l, scene, usual_margin(scene, tried.elasticity))) {
+      times.push_back(*t);
+      level = l.level;
+    }
+  if (times.empty()) return {finest, "of the levels tried no error is known"};
+  const double rate = rate_of_errors(times);
+  const std::string why = fmt::format("level {} is {:.2g} times too far off, and {:.2g} of that is left a level", level,
+                                      times.back(), rate);
+  const auto counts = [&](int n) {
+    return n <= tried.levels.back().level && num_cells[static_cast<std::size_t>(n)] >= least_compared;
+  };
+  for (double left = times.back(); level > finest && !(left <= 1 && counts(level)); --level) left *= rate;
+  return {level, why};
+}
 
-  /// Of a level that is a start for others only [s].
-  double as_a_start(int level) {
-    if (level >= tried_) return to_the_end(level);
-    if (!start_) start_ = solve(std::max(scene_.tolerance, nested_tolerance)).back().seconds;
-    return scaled(*start_, level);
+/// Of an accuracy or a budget: the levels to where it is expected to end, and one more that an accuracy looks at.
+void plan_to_the_end(const hexmesh::Lattice& lattice, const Scene& scene, int first, int finest, const Trial& trial,
+                     SolvePlan& plan) {
+  const SolveReport& tried = trial.report();
+  const std::vector<std::size_t> num_cells = cells_of_levels(lattice, scene);
+  SolvePlan::End end{finest, {}, plan.strain_seconds};
+  if (trial.keeps_accuracy())
+    std::tie(end.level, end.why) = std::pair(tried.levels.back().level, tried.reason);
+  else if (scene.asks_accuracy())
+    std::tie(end.level, end.why) = expect_accuracy(scene, num_cells, tried, finest);
+  const int last = trial.keeps_accuracy() ? std::max(end.level - 1, finest) : finest;
+  std::vector<LevelReport> before;
+  for (int level = first; level >= last; --level) {
+    const std::size_t cells = num_cells[static_cast<std::size_t>(level)];
+    if (scene.budget && !before.empty() && end.most_seconds + expected_seconds(before, cells) > *scene.budget) {
+      if (level >= end.level)  // as a solution decides
+        std::tie(end.level, end.why) = std::pair(level + 1, fmt::format("level {} would take too long", level));
+      break;
+    }
+    const bool is_look = level == end.level - 1 && scene.asks_accuracy();
+    const double seconds = is_look && trial.keeps_accuracy() ? seconds_of(tried.effects, EffectKind::error_estimate)
+                                                             : trial.to_the_end(level);
+    LevelReport& report = before.emplace_back();
+    report.cells = cells;
+    report.seconds = seconds;
+    end.most_seconds += seconds;
+    if (level < end.level && !is_look) continue;
+    const SolvePlan::Level planned = plan_level(lattice, scene, level, seconds);
+    if (is_look)
+      plan.look = planned;
+    else
+      plan.levels.push_back(planned);
   }
-
-private:
-  /// The levels with the seconds that they take in all.
-  std::vector<LevelReport> solve(double tolerance) const {
-    Scene scene = tried_ == level_ ? scene_ : for_coarser_levels(scene_);
-    scene.name_level(tried_);
-    scene.tolerance = tolerance;
-    const SolveReport report = solve_equilibrium(lattice_, scene, tried_).report;
-    std::vector<LevelReport> levels = report.levels;
-    if (!scene.loaded || !acts_after_loaded(scene)) return levels;
-    for (LevelReport& level : levels)
-      for (const LevelReport& before : report.loaded->scan->levels)
-        if (before.level == level.level) level.seconds += before.seconds;
-    return levels;
-  }
-  double scaled(double seconds, int level) const {
-    const double solving = std::max(0.0, seconds - pace_.forming) * growth(num_cells_, tried_, level);
-    return pace_of_large_.forming + pace_of_large_.product / pace_.product * solving;
-  }
-
-  const hexmesh::Lattice& lattice_;
-  Scene scene_;
-  int level_, tried_ = 0;
-  std::vector<std::size_t> num_cells_;
-  std::vector<LevelReport> solved_;
-  Pace pace_, pace_of_large_;  ///< of the level tried, and of the finest that is quick to make
-  std::optional<double> start_;
-};
+  plan.levels.back().bytes += set_up(lattice, scene, end.level).bytes;
+  set_seconds(plan, EffectKind::elasticity, plan.seconds());
+  if (plan.look) set_seconds(plan, EffectKind::error_estimate, plan.look->seconds);
+  plan.end = end;
+}
 
 SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, int level) {
   SolvePlan plan;
-  const SetUp made = set_up(lattice, scene, level);
-  if (!scene.is_open_ended()) plan.setup_seconds = made.seconds;
   plan.effects = list_effects(scene_at_end(scene));
   const std::vector<std::size_t> num_cells = cells_of_levels(lattice, scene);
   const int first = has_friction(scene) ? level : first_nested_level(num_cells, level);
   const int look = scene.is_graded() ? level : finest_level_needed(scene, num_cells, level);
   Trial trial(lattice, scene, first, level, look);
+  plan.strain_seconds = trial.beside_levels();
+  if (scene.is_open_ended()) {
+    plan_to_the_end(lattice, scene, first, level, trial, plan);
+    return plan;
+  }
+  const SetUp made = set_up(lattice, scene, level);
+  plan.setup_seconds = made.seconds;
   for (int n = first; n >= level; --n)
     plan.levels.push_back(plan_level(lattice, scene, n, n == level ? trial.to_the_end(n) : trial.as_a_start(n)));
   plan.levels.back().bytes += made.bytes;
@@ -331,7 +310,7 @@ std::size_t expected_bytes(const hexmesh::Lattice& lattice, const Scene& scene, 
 }
 
 double SolvePlan::seconds() const {
-  double sum = setup_seconds + (look ? look->seconds : 0);
+  double sum = reading_seconds + setup_seconds + strain_seconds + (look ? look->seconds : 0);
   for (const Level& l : levels) sum += l.seconds;
   return sum;
 }
@@ -348,7 +327,10 @@ SolvePlan plan_solution(const hexmesh::Lattice& whole, const Scene& asked, int l
   constexpr std::size_t program = 24 << 20;
   const std::size_t beside = plan.look ? plan.look->bytes : plan.levels.size() > 1 ? plan.levels.end()[-2].bytes : 0;
   plan.finds_cells = finds_cells;
-  plan.bytes = program + hexmesh::bytes_of(lattice) + plan.levels.back().bytes + beside;
+  const CondensedBytes condensed =
+      condensed_bytes(lattice, scene, plan.look ? plan.look->level : plan.levels.back().level);
+  plan.bytes = program + hexmesh::bytes_of(lattice) +
+               std::max(condensed.kept + plan.levels.back().bytes + beside, condensed.on_the_way);
   return plan;
 }
 

@@ -305,7 +305,8 @@ void check_matches(Scene& scene) {
 Stiffness Scene::stiffness_of_cells() const {
   const bool may_be_condensed =
       !is_hyperelastic(elasticity) && rotation == Rotation::polar && !is_reshaped() && !dynamics;
-  return stiffness.value_or(asks_accuracy() && may_be_condensed ? Stiffness::condensed : Stiffness::exact);
+  const bool is_of_the_body = asks_accuracy() || is_graded();  // nobody asks for the paper's cells
+  return stiffness.value_or(is_of_the_body && may_be_condensed ? Stiffness::condensed : Stiffness::exact);
 }
 
 Supports Scene::rule_of_supports() const {

@@ -9,6 +9,17 @@
 
 namespace hexsolver {
 
+/// The forces of some terms on the free nodes of their mesh at u, -dW/du [N].
+template <class Terms>
+NodeVector forces_of(const Terms& terms, const Mesh& mesh, const NodeVector& u) {
+  NodeVector all;
+  mesh.spread(u, all);
+  NodeVector gradient = NodeVector::Zero(all.size()), magnitude = gradient;
+  for (const auto& term : terms) term->add_gradient(all, gradient, magnitude);
+  mesh.collect(gradient);
+  return -gradient;
+}
+
 /// The potential energy of one level: the sum of its terms.
 ///
 /// Fields are given at the free nodes of the mesh; terms get them at all nodes, and what they say of hanging ones goes

@@ -290,7 +290,8 @@ TEST(Scene, AnAccuracyTakesTheCellsNearestToTheBody) {
     expect_cells(solve(nearest + "strain = \"green-lagrange\"\n"), Stiffness::exact, Supports::area);
     expect_cells(solve(nearest + "rotation = \"edges\"\n"), Stiffness::exact, Supports::area);
   }
-  expect_cells(solve("grading = \"scene\"\n"), Stiffness::exact, Supports::area);
+  expect_cells(solve("level = 1\ngrading = \"scene\"\n"), Stiffness::condensed, Supports::soft);
+  expect_cells(solve("grading = \"scene\"\nstiffness = \"exact\"\n"), Stiffness::exact, Supports::area);
   expect_cells(solve("accuracy_mm = 1\nreference = \"loaded\"\n[gravity]\nm_s2 = [0, 0, 1]\n"), Stiffness::exact,
                Supports::area);
   Scene scene = solve("accuracy_mm = 1\n"), kept = scene;

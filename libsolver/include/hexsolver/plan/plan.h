@@ -37,19 +37,29 @@ struct SolvePlan {
     double seconds = 0;  ///< expected
     std::size_t bytes = 0;
   };
+  /// Where an accuracy or a budget is expected to end.
+  struct End {
+    int level = 0;
+    std::string why;          ///< of an accuracy; of a budget that does not last to the finest level
+    double most_seconds = 0;  ///< of all, if it goes on to the finest level, or as long as a budget lasts
+  };
   std::vector<Effect> effects;  ///< with the expected seconds
   std::vector<Level> levels;    ///< coarse to fine
   std::optional<Level> look;    ///< the next finer one, where the error is told from that
-  double setup_seconds = 0;     ///< of what the last level is made of before it is solved; else in its seconds
-  double seconds() const;       ///< of all
-  std::size_t bytes = 0;        ///< of memory, at the peak
-  bool finds_cells = false;     ///< that an accuracy takes, on the way: what is told is of cells alike in their place
+  std::optional<End> end;
+  double strain_seconds = 0;   ///< to find whether cells have to rotate
+  double reading_seconds = 0;  ///< of the lattice, for who has read it
+  double setup_seconds = 0;    ///< of what the last level is made of before it is solved; else in its seconds
+  double seconds() const;      ///< of all
+  std::size_t bytes = 0;       ///< of memory, at the peak
+  bool finds_cells = false;    ///< that an accuracy takes, on the way: what is told is of cells alike in their place
 };
 
 /// The levels that would be solved, and how long that would take: coarse levels, up to one of about a second, are
 /// solved, and finer ones are expected to take as much for each cell, scaled as operator products are (THEORY.md,
-/// "Accuracy"); the last level is made, as its supports may take longer than its solution. Of a motion the first steps
-/// are taken.
+/// "Accuracy"); the last level is made, as its supports may take longer than its solution. An accuracy or a budget is
+/// solved for about a second, and expected to end where its errors, falling as they did, are as small as asked. Of a
+/// motion the first steps are taken.
 /// @throws Error as solve_equilibrium
 SolvePlan plan_solution(const hexmesh::Lattice& lattice, const Scene& scene, int level);
 

@@ -263,8 +263,9 @@ struct Scene {
   bool is_reshaped() const { return loaded.has_value() || !prestresses.empty(); }
   bool is_graded() const { return grading == Grading::scene && coarser_by > 0; }
   bool asks_accuracy() const { return accuracy || reaction_accuracy; }
-  /// A level that is asked for has the paper's cells, firmly held. An accuracy is one of the body: where it is asked
-  /// for those are taken that are nearest to that, condensed and softly held, if they go with the scene.
+  /// Cells alike of a level that is asked for are the paper's, firmly held. An accuracy is one of the body: where it
+  /// is asked for, and where cells are graded, those are taken that are nearest to the body, condensed and softly held,
+  /// if they go with the scene.
   Stiffness stiffness_of_cells() const;
   Supports rule_of_supports() const;
   void keep_cells();  ///< as they are taken now, whatever level is named afterwards
