@@ -60,9 +60,9 @@ std::vector<double> support_weights(const HeldDirections& constraints, const Poi
   return out;
 }
 
-/// k += w H^T H of one point, in its cell; nothing where a spring holds it, which k has already: stiffer than that, what
-/// a soft patch leaves free is held on coarser levels (the phantom, nu = 0.49, cells of 4 mm: 23 iterations in place of
-/// 12).
+/// k += w H^T H of one point, in its cell; nothing where a spring holds it, which k has already: stiffer than that,
+/// what a soft patch leaves free is held on coarser levels (the phantom, nu = 0.49, cells of 4 mm: 23 iterations in
+/// place of 12).
 inline void add_spring(const ConstraintPoint& point, double w, CellMatrix& k) {
   if (point.spring > 0) return;
   for (int axis = 0; axis < 3; ++axis) {

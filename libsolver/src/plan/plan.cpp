@@ -53,7 +53,8 @@ CondensedBytes condensed_bytes(const hexmesh::Lattice& lattice, const Scene& sce
   if (scene.stiffness_of_cells() != Stiffness::condensed) return out;
   out.on_the_way = on_the_way_per_voxel * lattice.level(0).cells.size();
   hexmesh::Condensation condensation(lattice, {}, hexmesh::CondensedDilatation::mean);
-  for (int n = 1; n <= level; ++n)
+  const int coarsest = std::min(level + (scene.is_graded() ? scene.coarser_by : 0), lattice.num_levels() - 1);
+  for (int n = 1; n <= coarsest; ++n)
     out.kept += sizeof(hexmesh::CondensedElement) * condensation.level(n).condensed.size();
   constexpr std::size_t of_products = 2 * sizeof(CellMatrix);  // of that level, and of its multigrid's first
   if (level > 0) out.kept += (sizeof(ElementModel) + of_products) * condensation.level(level).condensed.size();
