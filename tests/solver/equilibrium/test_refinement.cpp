@@ -8,19 +8,13 @@
 #include "hexsolver/equilibrium/equilibrium.h"
 #include "hexsolver/scene/scene_files.h"
 #include "support/bodies.h"
+#include "support/scene_texts.h"
 
 /// Cells graded by the error, with an accuracy.
 namespace test_refinement {
 
 using namespace hexsolver;
 using namespace testing_support;
-
-constexpr const char* held_by_an_end = R"(
-[[fix]]
-halfspace = { point_mm = [0.6, 0, 0], normal = [-1, 0, 0] }
-[gravity]
-m_s2 = [0, 0, -9.81]
-)";
 
 /// A bar with holes that is held by an end, on the levels 1 and 0.
 struct Pair {

@@ -6,19 +6,13 @@
 #include "hexsolver/plan/plan.h"
 #include "hexsolver/scene/scene_files.h"
 #include "support/bodies.h"
+#include "support/scene_texts.h"
 
 /// What a solution is expected to cost, and where an accuracy or a budget is expected to end.
 namespace test_plan {
 
 using namespace hexsolver;
 using namespace testing_support;
-
-constexpr const char* held_by_an_end = R"(
-[[fix]]
-halfspace = { point_mm = [0.6, 0, 0], normal = [-1, 0, 0] }
-[gravity]
-m_s2 = [0, 0, -9.81]
-)";
 
 Lattice bar() {
   return one_material({24, 12, 12}, {1, 1, 1}, [](const Index3&) { return true; });
