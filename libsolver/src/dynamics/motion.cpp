@@ -55,7 +55,8 @@ void Motion::set_state(const NodeVector& u, const NodeVector& v) {
 hexmesh::MotionStep Motion::state() const {
   const LevelProblem& problem = integrator_->problem();
   const NodeVector& u = integrator_->displacement();
-  hexmesh::MotionStep out{to_points(displacement()), to_points(velocity()), contact_forces(problem, u, integrator_->on_level())};
+  hexmesh::MotionStep out{to_points(displacement()), to_points(velocity()),
+                          contact_forces(problem, u, integrator_->on_level())};
   if (problem.scene().dynamics->fields_in_every_state)
     out.cell_fields = changing_fields(problem.elastic(), u, integrator_->on_level());
   return out;

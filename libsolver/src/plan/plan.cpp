@@ -227,10 +227,9 @@ std::pair<int, std::string> expect_accuracy(const Scene& scene, const std::vecto
 }
 
 /// Of an accuracy or a budget: the levels to where it is expected to end, and one more that an accuracy looks at.
-void plan_to_the_end(const hexmesh::Lattice& lattice, const Scene& scene, int first, int finest, const Trial& trial,
-                     SolvePlan& plan) {
+void plan_to_the_end(const hexmesh::Lattice& lattice, const Scene& scene, const std::vector<std::size_t>& num_cells,
+                     int first, int finest, const Trial& trial, SolvePlan& plan) {
   const SolveReport& tried = trial.report();
-  const std::vector<std::size_t> num_cells = cells_of_levels(lattice, scene);
   SolvePlan::End end{finest, {}, plan.strain_seconds};
   if (trial.keeps_accuracy())
     std::tie(end.level, end.why) = std::pair(tried.levels.back().level, tried.reason);
@@ -274,7 +273,7 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
   Trial trial(lattice, scene, first, level, look);
   plan.strain_seconds = trial.beside_levels();
   if (scene.is_open_ended()) {
-    plan_to_the_end(lattice, scene, first, level, trial, plan);
+    plan_to_the_end(lattice, scene, num_cells, first, level, trial, plan);
     return plan;
   }
   const SetUp made = set_up(lattice, scene, level);

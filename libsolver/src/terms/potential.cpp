@@ -2,6 +2,7 @@
 #include "terms/potential.h"
 
 #include <algorithm>
+#include <array>
 
 #include "core/parallel.h"
 #include "core/stopwatch.h"
@@ -75,16 +76,8 @@ void Potential::sum_gradients(const Term* left_out, const NodeVector& u, NodeVec
 
 void Potential::for_each_load(const NodeVector& u,
                               const std::function<void(const std::string&, const NodeVector&)>& take) const {
-  const NodeVector& at = at_all(u);
-  NodeVector gradient, magnitude;
-  for (const Timed& t : terms_) {
-    if (t.term->effect() == EffectKind::elasticity) continue;
-    gradient.setZero(at.size());
-    magnitude.setZero(at.size());
-    t.term->add_gradient(at, gradient, magnitude);
-    mesh_.collect(gradient);
-    take(t.term->name(), -gradient);
-  }
+  for (const Timed& t : terms_)
+    if (t.term->effect() != EffectKind::elasticity) take(t.term->name(), forces_of(std::array{t.term.get()}, mesh_, u));
 }
 
 double Potential::gradient_jump(const NodeVector& u) const {
