@@ -115,6 +115,30 @@ std::vector<bool> cells_that_close(const Lattice& lattice, int level) {
   return out;
 }
 
+/// Which cells of a level have a node that two cells share which have another, at one place, each for itself.
+std::vector<bool> cells_with_ends(const Level& level) {
+  const NodeNumbering numbering = nodes_of(level);
+  std::vector<bool> is_end(numbering.nodes.size()), out(level.cells.size());
+  for (const CellNodes& one : numbering.cell_nodes)
+    for (const CellNodes& other : numbering.cell_nodes) {
+      if (std::abs(numbering.nodes[as_size(one[0])][2] - numbering.nodes[as_size(other[0])][2]) > 1 ||
+          std::abs(numbering.nodes[as_size(one[0])][1] - numbering.nodes[as_size(other[0])][1]) > 1)
+        continue;
+      std::vector<std::int32_t> shared;
+      bool is_apart = false;
+      for (const std::int32_t n : one)
+        for (const std::int32_t m : other) {
+          if (n == m) shared.push_back(n);
+          is_apart = is_apart || (n != m && numbering.nodes[as_size(n)] == numbering.nodes[as_size(m)]);
+        }
+      if (is_apart)
+        for (const std::int32_t n : shared) is_end[as_size(n)] = true;
+    }
+  for (std::size_t c = 0; c < out.size(); ++c)
+    for (const std::int32_t n : numbering.cell_nodes[c]) out[c] = out[c] || is_end[as_size(n)];
+  return out;
+}
+
 void expect_checked(const Lattice& lattice) {
   for (const Finding& finding : check_lattice(lattice))
     EXPECT_LE(finding.error, finding.limit) << finding.property << " at level " << finding.level;
@@ -239,6 +263,7 @@ TEST(SplitCells, GapsEndInCellsThatMoveTwoNodesOfOnePlaceAlike) {
       for (int l = 1; l < lattice.num_levels(); ++l) {
         const std::vector<bool> found = cells_where_gaps_end(lattice, l);
         EXPECT_EQ(found, cells_that_close(lattice, l)) << "level " << l;
+        EXPECT_EQ(cells_round_gap_ends(lattice.level(l)), cells_with_ends(lattice.level(l))) << "level " << l;
         ends += static_cast<std::size_t>(std::count(found.begin(), found.end(), true));
       }
       EXPECT_GT(ends, 0U);
@@ -246,8 +271,8 @@ TEST(SplitCells, GapsEndInCellsThatMoveTwoNodesOfOnePlaceAlike) {
   const Lattice whole = make(
       block, [](const Index3&) -> std::uint16_t { return 1; }, gaps);
   for (int l = 1; l < whole.num_levels(); ++l) {
-    const std::vector<bool> found = cells_where_gaps_end(whole, l);
-    EXPECT_EQ(std::count(found.begin(), found.end(), true), 0);
+    for (const std::vector<bool>& found : {cells_where_gaps_end(whole, l), cells_round_gap_ends(whole.level(l))})
+      EXPECT_EQ(std::count(found.begin(), found.end(), true), 0);
   }
 }
 

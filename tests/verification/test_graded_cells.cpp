@@ -78,10 +78,12 @@ TEST(GradedCells, AreSmallWhereGapsEnd) {
             displacement_at(result, {Vec3(36 - slope * 38, 38, 12), Vec3(44 - slope * 38, 38, 12)});
         return (u[1] - u[0])[0];
       };
-      const double expected = opening(scene, 0), of_graded = opening(graded(scene), 1);
-      printf("slope %d: opens by %.3f mm, graded cells by %.3f mm, large ones by %.3f mm\n", slope, expected, of_graded,
-             opening(scene, 3));
+      const double expected = opening(scene, 0), of_graded = opening(graded(scene), 1),
+                   of_voxels = opening(graded(scene), 0);
+      printf("slope %d: opens by %.3f mm, graded cells by %.3f mm, down to voxels %.3f mm, large ones by %.3f mm\n",
+             slope, expected, of_graded, of_voxels, opening(scene, 3));
       EXPECT_NEAR(of_graded, expected, 0.05 * expected);
+      EXPECT_NEAR(of_voxels, expected, 0.01 * expected);
     }
 }
 

@@ -267,6 +267,7 @@ int run_to_exit_code(int argc, char** argv, const Tool& tool) {
       out_of_memory_line = error_line(tool.name, hexmesh::out_of_memory_message());
       std::atexit(end_by_library);
     }
+    hexmesh::use_large_pages();
     std::optional<ProgressTeller> teller;
     if (!tool.is_one_of_many) teller.emplace(tool.name, common);
     const int code = run();

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "experiments.h"
+#include "hexmesh/core/memory.h"
 #include "hexmesh/tetra/mesh_body.h"
 #include "hexsolver/equilibrium/equilibrium.h"
 #include "statistics.h"
@@ -26,6 +27,7 @@ class Memory {
 public:
   Memory() {
     malloc_trim(0);
+    hexmesh::use_large_pages();
     std::ofstream("/proc/self/clear_refs") << 5;  // forget the peak
     start_ = value("VmRSS:");
   }

@@ -2,12 +2,16 @@
 #include "hexmesh/core/memory.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <new>
@@ -24,17 +28,28 @@ constexpr double room_beside = 64e6, part_beside = 0.25;
 /// ITK, VTK and TBB have threads of their own.
 constexpr double stacks_of_libraries = 3, bytes_of_stack = 8e6;
 
-double limit = std::numeric_limits<double>::infinity();       ///< as it was given [bytes]
-double data_limit = std::numeric_limits<double>::infinity();  ///< of data_now() [bytes]
+double limit = std::numeric_limits<double>::infinity();         ///< as it was given [bytes]
+double data_limit = std::numeric_limits<double>::infinity();    ///< of data_now() [bytes]
+double most_in_heap = std::numeric_limits<double>::infinity();  ///< that may be taken before it is needed [bytes]
 std::string name_of_limit;
 std::string message = "out of memory, expected a machine with more or a smaller input";
 
-/// Addresses that may be written to, touched or not: what RLIMIT_DATA counts; 0 = not told here [bytes].
+/// What malloc() has and has not handed out [bytes].
+double free_in_heap() {
+#if defined(__GLIBC__) && __GLIBC_PREREQ(2, 33)
+  return static_cast<double>(mallinfo2().fordblks);
+#else
+  return 0;
+#endif
+}
+
+/// Addresses that may be written to, touched or not: what RLIMIT_DATA counts, less what malloc() has free; 0 = not told
+/// here [bytes].
 double data_now() {
   std::ifstream file("/proc/self/statm");  // in pages: size resident shared text lib data dt
   double size = 0, resident = 0, shared = 0, text = 0, lib = 0, data = 0;
   file >> size >> resident >> shared >> text >> lib >> data;
-  return data * static_cast<double>(sysconf(_SC_PAGESIZE));
+  return std::max(0.0, data * static_cast<double>(sysconf(_SC_PAGESIZE)) - free_in_heap());
 }
 
 }  // namespace
@@ -52,11 +67,34 @@ void limit_memory(double bytes, double wall, const std::string& name) {
                   limit / 1e6, name);
   data_limit = at_start + std::max(room_beside, bytes);
   if (wall == 0) wall = (1 + part_beside) * bytes;
+  most_in_heap = wall;
   const double most = at_start + wall + room_beside + stacks_of_libraries * bytes_of_stack * threads;
   rlimit of_data{};
   if (getrlimit(RLIMIT_DATA, &of_data) != 0 || !(most < static_cast<double>(of_data.rlim_cur))) return;
   of_data.rlim_cur = static_cast<rlim_t>(most);
   setrlimit(RLIMIT_DATA, &of_data);
+}
+
+void use_large_pages() {
+#if defined(__GLIBC__) && defined(MADV_HUGEPAGE)
+  int overcommit = 0;
+  constexpr int never = 2;  // what is asked for counts as taken, see proc_sys_vm(5)
+  if (std::ifstream("/proc/sys/vm/overcommit_memory") >> overcommit; overcommit == never) return;
+  constexpr double most = 2e9;
+  constexpr int usual_pad = 128 << 10;
+  constexpr std::size_t more_than_is_left = 1 << 20;
+  const auto end_of_heap = [] { return reinterpret_cast<std::uintptr_t>(sbrk(0)); };
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, -1);
+  mallopt(M_TOP_PAD, static_cast<int>(std::min(most, most_in_heap)));
+  const std::uintptr_t before = end_of_heap();
+  void* volatile block = std::malloc(more_than_is_left);  // which no compiler leaves out
+  std::free(block);
+  mallopt(M_TOP_PAD, usual_pad);
+  constexpr std::uintptr_t large = 1 << 21;
+  const std::uintptr_t begin = (before + large - 1) / large * large, end = end_of_heap();
+  if (end > begin) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+#endif
 }
 
 double memory_left() { return std::clamp(data_limit - data_now(), 0.0, limit); }

@@ -221,10 +221,8 @@ const CondensedLevel& Condensation::level(int level) {
     const Level& above = lattice_->level(n);
     const CondensedLevel& finer = levels_.back();
     std::vector<ActingPoint> acting = acting_;
-    if (n > 1) {
-      const std::vector<std::int32_t> holders = coarser_cells_of(*lattice_, 0, n - 1);
-      for (ActingPoint& point : acting) point.cell = holders[as_size(point.cell)];
-    }
+    if (n > 1)
+      for (ActingPoint& point : acting) point.cell = coarser_cell_of(*lattice_, 0, point.cell, n - 1);
     Kinds kinds =
         kinds_of_parents(above, lattice_->level(n - 1), coarser_cells_of(*lattice_, n - 1, n), finer.kind, acting);
     CondensedLevel out{std::move(kinds.of_cell), std::move(kinds.element),

@@ -82,9 +82,16 @@ std::int32_t coarser_cell_of(const Lattice& lattice, int number, std::int32_t ce
 }
 
 std::vector<std::int32_t> coarser_cells_of(const Lattice& lattice, int number, int coarser) {
+  const Level &level = lattice.level(number), &above = lattice.level(coarser);
   std::vector<std::int32_t> out;
-  for (std::size_t c = 0; c < lattice.level(number).cells.size(); ++c)
-    out.push_back(coarser_cell_of(lattice, number, static_cast<std::int32_t>(c), coarser));
+  out.reserve(level.cells.size());
+  for (std::size_t c = 0; c < level.cells.size(); ++c) {
+    // Cells in a row mostly have the coarser one of the cell before.
+    const Index3 low = first_in(level.cells[c], level.voxels_per_cell);
+    const bool is_as_before = !out.empty() && out.back() >= 0 && !shares_index(above.cells, as_size(out.back())) &&
+                              above.cells[as_size(out.back())] == coarser_index(low, above.voxels_per_cell);
+    out.push_back(is_as_before ? out.back() : coarser_cell_of(lattice, number, static_cast<std::int32_t>(c), coarser));
+  }
   return out;
 }
 

@@ -88,15 +88,18 @@ private:
 };
 
 /// Indices of cells by level, from the finest of graded cells on: those that close a gap which is open on the next
-/// finer level, or that hold one of these. Not what holds smaller ones: grooves less deep than a quarter of a cell
-/// stay.
+/// finer level or between voxels, or that hold one of these. Not what holds smaller ones: grooves less deep than a
+/// quarter of a cell stay.
 std::vector<std::unordered_set<std::uint64_t>> find_gap_ends(const Lattice& lattice, int finest, int coarsest) {
   std::vector<std::unordered_set<std::uint64_t>> out(lattice.levels.size());
   for (int l = finest + 1; l <= coarsest; ++l) {
     const hexmesh::Level& level = lattice.level(l);
     const std::vector<bool> is_end = hexmesh::cells_where_gaps_end(lattice, l);
+    // Nodes on the two sides of a gap between voxels are at two places.
+    const std::vector<bool> is_around =
+        l == 1 ? hexmesh::cells_round_gap_ends(level) : std::vector<bool>(level.cells.size());
     for (std::size_t c = 0; c < is_end.size(); ++c) {
-      if (!is_end[c]) continue;
+      if (!is_end[c] && !is_around[c]) continue;
       out[hexmesh::as_size(l)].insert(hexmesh::sort_key(level.cells[c]));
       if (l == coarsest) continue;
       const Index3 holder = hexmesh::coarser_index(level.cells[c], lattice.level(l + 1).merge);

@@ -61,14 +61,16 @@ Lattice read_lattice_for(const Scene& scene, const std::filesystem::path& path, 
   const bool needs_voxels =
       std::any_of(scene.contacts.begin(), scene.contacts.end(), [](const Contact& c) { return c.is_within_body(); });
   const hexmesh::Voxels voxels = needs.pictures || needs_voxels ? hexmesh::Voxels::read : hexmesh::Voxels::left_out;
+  const int coarsest = needs.levels.empty() ? 0 : *std::max_element(needs.levels.begin(), needs.levels.end());
   std::vector<int> levels = needs.levels;
-  if (scene.stiffness_of_cells() == Stiffness::condensed &&
-      !levels.empty()) {  // cells are condensed from their voxels on
-    const int coarsest = *std::max_element(levels.begin(), levels.end());
+  if (scene.stiffness_of_cells() == Stiffness::condensed && coarsest > 0) {  // from their voxels on
     levels.resize(static_cast<std::size_t>(coarsest) + 1);
     std::iota(levels.begin(), levels.end(), 0);
   }
-  return with_overrides(hexmesh::read_lattice(path, levels, source_of_elements(scene), voxels), scene);
+  Lattice lattice = hexmesh::read_lattice(path, levels, source_of_elements(scene), voxels);
+  for (int n = 0; n < coarsest; ++n)
+    if (std::find(needs.levels.begin(), needs.levels.end(), n) == needs.levels.end()) lattice.level(n).matrices = {};
+  return with_overrides(std::move(lattice), scene);
 }
 
 }  // namespace hexsolver

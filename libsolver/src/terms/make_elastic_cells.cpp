@@ -89,6 +89,9 @@ void take_condensed(const MeshCells& cells, const std::vector<hexmesh::Condensed
                     std::vector<ElementModel>& models, std::vector<std::int32_t>& element) {
   if (condensed_levels.empty()) return;
   std::vector<ElementModel> out;
+  std::size_t kinds = models.size();
+  for (const hexmesh::CondensedLevel& level : condensed_levels) kinds += level.condensed.size();
+  out.reserve(kinds);
   std::size_t c = 0;
   auto from = condensed_levels.begin();
   for (const OfLevel& of : cells.levels()) {
@@ -131,8 +134,11 @@ std::vector<hexmesh::CondensedLevel> condense(const MeshCells& cells, const Scen
   const auto dilatation =
       scene.volumetric == Volumetric::mean ? hexmesh::CondensedDilatation::mean : hexmesh::CondensedDilatation::full;
   if (!known || !known->is_of(lattice, points, dilatation)) known.emplace(lattice, std::move(points), dilatation);
-  if (!cells.is_graded()) return {known->take(levels.front())};
   std::vector<hexmesh::CondensedLevel> out;
+  if (!cells.is_graded()) {
+    out.push_back(known->take(levels.front()));
+    return out;
+  }
   for (const int level : levels) out.push_back(known->level(level));
   return out;
 }

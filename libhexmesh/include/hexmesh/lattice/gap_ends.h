@@ -12,4 +12,8 @@ namespace hexmesh {
 /// @pre level > 0; both levels are there
 std::vector<bool> cells_where_gaps_end(const Lattice& lattice, int level);
 
+/// Of each cell of a level, shape (num_cells), whether it has a node at which a gap ends: two cells have that node in
+/// common, and one at another place that is not the same.
+std::vector<bool> cells_round_gap_ends(const Level& level);
+
 }  // namespace hexmesh

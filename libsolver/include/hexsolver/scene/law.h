@@ -40,10 +40,11 @@ inline constexpr bool is_of_matrices(Stiffness stiffness) {
   return stiffness == Stiffness::incompatible || stiffness == Stiffness::condensed;
 }
 
-/// Whether cells ask for more of their elements than matrices.
+/// Whether cells ask for more of their elements than matrices. Those of condensed cells are made of the voxels'.
 /// @param is_reshaped  whether they may be at rest elsewhere than on the lattice
 inline constexpr bool needs_elements(Elasticity elasticity, Stiffness stiffness, bool is_reshaped) {
-  return is_hyperelastic(elasticity) || stiffness != Stiffness::exact || is_reshaped;
+  const bool is_of_voxels = stiffness == Stiffness::exact || stiffness == Stiffness::condensed;
+  return is_hyperelastic(elasticity) || !is_of_voxels || is_reshaped;
 }
 
 }  // namespace hexsolver
