@@ -331,11 +331,11 @@ def plans():
 
 
 def graded():
-    def least_and_most(cells):
-        told = [r[6] for r in rows_of_markdown("pipelines/graded/table.md") if r[1] == cells and r[6] != "unknown"]
+    def least_and_most(cells, finest=None):
+        told = [r[6] for r in rows_of_markdown("pipelines/graded/table.md") if r[1] == cells and r[6] != "unknown" and finest in (None, r[2])]
         return " to ".join(str(pick(float(re.findall(r"[0-9.]+", t)[n]) for t in told)) for pick, n in ((min, 1), (max, 2)))
 
-    return (f"Estimates of graded cells are {least_and_most('graded')} times the true error; across fissures {least_and_most('graded, split')}. Bending: "
+    return (f"Estimates of graded cells are {least_and_most('graded')} times the true error; across fissures {least_and_most('graded, split')}, down to voxels {least_and_most('graded, split', '2')}. Bending: "
             f"{least_and_most('graded, bending')}, condensed: {least_and_most('graded, condensed')}, soft: {least_and_most('graded, soft')}, condensed and soft: {least_and_most('graded, condensed and soft')}.")
 
 

@@ -12,6 +12,7 @@
 #include "hexmesh/scan/summary.h"
 #include "hexmesh/surface/surface_file.h"
 #include "support/bodies.h"
+#include "support/experiments.h"
 #include "support/files.h"
 #include "support/scan_files.h"
 
@@ -90,6 +91,26 @@ TEST(RealScans, EverySegmentHasItsTrueNumberOfVoxels) {
     const Counts found = voxels_of(path);
     for (const auto& [label, voxels] : counts)
       EXPECT_EQ(found.contains(label) ? found.at(label) : 0, voxels) << path << " " << label;
+  }
+}
+
+/// On one of these positions a few nodes have the multigrid's largest eigenvalue, apart from all others.
+TEST(RealScans, CondensedCellsOfALiverConvergeAtEveryPosition) {
+  SKIP_WITHOUT_DATA();
+  const LabelVolume labels = read_labels(data() / "totalsegmentator/example_seg_fast/liver.nii.gz");
+  const auto at = [](const Vec3& point, const Vec3& by) {
+    return hextools::patch("at", point, 10, by, hexsolver::SurfacePoints::faces);
+  };
+  hexsolver::Scene scene =
+      with({at({-135.544, -140.319, 121.302}, Vec3::Zero()), at({-95.044, -84.819, 145.302}, Vec3::Zero()),
+            at({-107.044, -221.319, 92.802}, Vec3::Zero()), at({65.456, -224.319, 178.302}, {0, -28.284, -28.284})});
+  scene.stiffness = hexsolver::Stiffness::condensed;
+  for (const Index3& offset : {Index3{0, 0, 0}, {8, 19, 11}, {30, 1, 4}}) {
+    const Lattice lattice = lattice_of(labels, 100, 0.3, {0, offset});
+    for (const int level : {3, 2, 1}) {
+      const hexsolver::SolveReport report = solve(lattice, scene, level).report;
+      EXPECT_TRUE(report.converged) << "level " << level << ": " << report.reason;
+    }
   }
 }
 

@@ -109,6 +109,7 @@ void SharedEquations::renew() {
   check(KSPSetUp(ksp_));
   check(KSPSetReusePreconditioner(ksp_, PETSC_TRUE));
   is_there_ = true;
+  is_careful_ = false;
   age_.renew();
   seconds_.set_up += watch.seconds();
 }
@@ -155,6 +156,10 @@ LinearOutcome SharedEquations::solve_once(const OwnedVec& right_side, OwnedVec& 
   check(KSPGetIterationNumber(ksp_, &iterations));
   LinearOutcome outcome{static_cast<int>(iterations), LinearEnd::solved};
   if (ending_.is_interrupted) outcome.end = LinearEnd::interrupted;
+  if (reason == KSP_DIVERGED_INDEFINITE_PC && has_own_multigrid_ && !is_careful_) {
+    outcome.end = LinearEnd::indefinite_preconditioner;
+    return outcome;
+  }
   if (reason == KSP_DIVERGED_INDEFINITE_MAT || reason == KSP_DIVERGED_INDEFINITE_PC ||
       reason == KSP_DIVERGED_NANORINF || reason == KSP_DIVERGED_PC_FAILED) {
     outcome.end = LinearEnd::negative_curvature;
@@ -171,9 +176,12 @@ LinearOutcome SharedEquations::solve(const OwnedVec& right_side, const LinearGoa
   const OwnedVec projected = copy_of(right_side);
   level_.project(projected);
   LinearOutcome sum;
+  bool is_new = false;
   for (bool is_done = false; !is_done;) {
-    const bool is_new = age_.is_worn();
-    if (is_new) renew();
+    if (age_.is_worn()) {
+      renew();
+      is_new = true;
+    }
     ending_ = {&goal};
     const int most =
         is_new ? max_linear_iterations_
@@ -187,6 +195,11 @@ LinearOutcome SharedEquations::solve(const OwnedVec& right_side, const LinearGoa
     }
     sum.iterations += outcome.iterations;
     sum.end = outcome.end;
+    if (outcome.end == LinearEnd::indefinite_preconditioner) {
+      multigrid_->smooth_carefully();
+      is_careful_ = true;
+      continue;
+    }
     is_done = is_new || outcome.end != LinearEnd::negative_curvature;  // it may be that of what was kept
   }
   seconds_.cycles += watch.seconds() - (seconds_.set_up - set_up_before);

@@ -89,7 +89,8 @@ private:
   std::unique_ptr<Multigrid> multigrid_;
   std::unique_ptr<AssembledMatrix> matrix_;  ///< for PETSc's preconditioners
   PreconditionerAge age_;
-  bool is_there_ = false;  ///< a preconditioner
+  bool is_there_ = false;    ///< a preconditioner
+  bool is_careful_ = false;  ///< the cycle there is smooths so
   int max_linear_iterations_ = 500;
   std::function<bool()> interrupt_;
   LinearEnding ending_;

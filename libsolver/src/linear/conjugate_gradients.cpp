@@ -84,7 +84,7 @@ ConjugateGradients::Outcome ConjugateGradients::solve(const Potential& potential
     outcome.preconditioner_seconds += of_preconditioner.seconds();
     const double rz_next = r_.dot(z_);
     if (!(rz_next > 0)) {
-      outcome.end = End::negative_curvature;
+      outcome.end = End::indefinite_preconditioner;
       return outcome;
     }
     if (curvature_of_first > 0) z_ -= of_first_.dot(z_) / curvature_of_first * first_;

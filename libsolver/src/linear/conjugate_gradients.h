@@ -44,10 +44,10 @@ public:
     /// Yeung, Erhel, Guyomarc'h 2000). It need not be in the range of P, and counts as no iteration.
     const NodeVector* first_direction = nullptr;
   };
-  enum class End { solved, negative_curvature, interrupted };
+  enum class End { solved, negative_curvature, indefinite_preconditioner, interrupted };
   struct Outcome {
     int iterations = 0;
-    End end = End::solved;  ///< negative curvature: d is the best before it was met
+    End end = End::solved;  ///< negative curvature, or of the preconditioner: d is the best before it was met
     double reduction = 1;   ///< |r| over |P b| before the last iteration
     double product_seconds = 0, preconditioner_seconds = 0;
   };

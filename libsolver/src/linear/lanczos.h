@@ -35,21 +35,24 @@ double dot_in_double(const Vector& x, const Vector& y) {
 
 /// The largest eigenvalue of S A, both symmetric, S positive: from below after few steps, so more by a margin. Lanczos'
 /// process as conjugate gradients; the power iteration falls short by 10 % after as many steps where slivers make the
-/// largest eigenvalues local. Source: Saad, Iterative Methods for Sparse Linear Systems, 2nd ed. (2003), section 6.7.3.
+/// largest eigenvalues local. One that lies apart, of a few nodes, is found late: the process has come to rest below
+/// it, and what a step adds grows again. So it goes on while that does. Source: Saad, Iterative Methods for Sparse
+/// Linear Systems, 2nd ed. (2003), section 6.7.3.
 /// @param multiply  q = A p
 /// @param scale     z = S r
 /// @param dot       x . y, in double precision
 template <class Vector, class Multiply, class Scale, class Dot>
 double largest_eigenvalue(const LanczosSpace<Vector>& space, const Multiply& multiply, const Scale& scale,
                           const Dot& dot) {
-  constexpr int most_steps = 12;
-  constexpr double margin = 1.1;
+  constexpr int usual_steps = 12, most_steps = 48;
+  constexpr double margin = 1.1, at_rest = 0.005;  // a step adds less than that part
   using Scalar = typename Vector::Scalar;
   auto& [r, z, p, q] = space;
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_steps, 1> diagonal(most_steps), beside(most_steps);
-  double rz = 1, alpha = 1;
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_steps, most_steps>> eigen;
+  double rz = 1, alpha = 1, largest = 1, added = 0;
   Eigen::Index steps = 0;
-  for (; steps < most_steps; ++steps) {
+  for (bool goes_on = true; goes_on && steps < most_steps;) {
     scale(r, z);
     const double rz_next = dot(r, z), beta = steps == 0 ? 0 : rz_next / rz;
     if (!(rz_next > 0)) break;
@@ -65,11 +68,14 @@ double largest_eigenvalue(const LanczosSpace<Vector>& space, const Multiply& mul
     alpha = rz_next / curvature;
     rz = rz_next;
     r -= static_cast<Scalar>(alpha) * q;
+    ++steps;
+    eigen.computeFromTridiagonal(diagonal.head(steps), beside.head(steps - 1), Eigen::EigenvaluesOnly);
+    const double added_before = added, before = largest;
+    largest = eigen.eigenvalues()[steps - 1];
+    added = largest - before;
+    goes_on = steps < usual_steps || added > added_before || added > at_rest * largest;
   }
-  if (steps == 0) return margin;
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_steps, most_steps>> eigen;
-  eigen.computeFromTridiagonal(diagonal.head(steps), beside.head(steps - 1), Eigen::EigenvaluesOnly);
-  return margin * eigen.eigenvalues()[steps - 1];
+  return margin * largest;
 }
 
 }  // namespace hexsolver

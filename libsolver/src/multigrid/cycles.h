@@ -19,6 +19,7 @@ public:
   virtual ~Cycles() = default;
   virtual void update() = 0;
   virtual bool is_positive() const noexcept = 0;
+  virtual void smooth_carefully() = 0;
   virtual void apply(const NodeVector& r, NodeVector& z) const = 0;
   virtual std::size_t bytes() const = 0;
 };
@@ -30,6 +31,7 @@ public:
   CyclesOf(const Hierarchy& hierarchy, const Potential& potential, const HeldDirections& constraints);
   void update() override;
   bool is_positive() const noexcept override { return positive_; }
+  void smooth_carefully() override;
   void apply(const NodeVector& r, NodeVector& z) const override;
   std::size_t bytes() const override;
 
@@ -70,6 +72,7 @@ private:
 
   void estimate_eigenvalue(std::size_t level);
   void weigh_shape(std::size_t level);
+  void divide_inverse_diagonal(std::size_t level, double by);
   void factor_coarsest();
 
   void multiply(std::size_t level, const Vector& x, Vector& y) const;

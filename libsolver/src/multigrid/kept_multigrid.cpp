@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "multigrid/kept_multigrid.h"
 
+#include <utility>
+
 #include "core/stopwatch.h"
 
 namespace hexsolver {
@@ -22,15 +24,18 @@ void KeptMultigrid::renew() {
   }
   set_up_seconds_ += watch.seconds();
   ++times_made_;
+  is_careful_ = false;
   age_.renew();
 }
 
 ConjugateGradients::Outcome KeptMultigrid::solve(ConjugateGradients& conjugate_gradients, const NodeVector& b,
                                                  const ConjugateGradients::Options& options, NodeVector& d) {
   ConjugateGradients::Outcome sum;
-  while (true) {
-    const bool is_new = age_.is_worn() || !multigrid_;
-    if (is_new) renew();
+  for (bool is_new = false;;) {
+    if (age_.is_worn() || !multigrid_) {
+      renew();
+      is_new = true;
+    }
     ConjugateGradients::Options now = options;
     if (!is_new)
       now.most_iterations =
@@ -40,12 +45,19 @@ ConjugateGradients::Outcome KeptMultigrid::solve(ConjugateGradients& conjugate_g
       outcome = conjugate_gradients.solve(potential_, constraints_, multigrid_.get(), b, now, d);
     else
       d.setZero(b.size());
-    age_.judge(outcome.end == End::solved, outcome.iterations, outcome.reduction);
     sum.iterations += outcome.iterations;
-    sum.end = outcome.end;
     sum.reduction = outcome.reduction;
     sum.product_seconds += outcome.product_seconds;
     sum.preconditioner_seconds += outcome.preconditioner_seconds;
+    if (outcome.end == End::indefinite_preconditioner) {
+      if (!std::exchange(is_careful_, true)) {
+        multigrid_->smooth_carefully();
+        continue;
+      }
+      outcome.end = End::negative_curvature;
+    }
+    sum.end = outcome.end;
+    age_.judge(outcome.end == End::solved, outcome.iterations, outcome.reduction);
     const bool ran_out = now.most_iterations < options.most_iterations && outcome.iterations == now.most_iterations;
     const bool retries = !is_new && (outcome.end == End::negative_curvature || (ran_out && ageing_.solves_again));
     if (!retries) return sum;

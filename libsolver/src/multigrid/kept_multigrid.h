@@ -26,7 +26,7 @@ public:
   void expect(bool is_near);
 
   /// Solves with the cycle there is or a new one. Where a kept one meets negative curvature it may be its own: a new
-  /// one is made.
+  /// one is made. Where the cycle itself is not positive it smooths carefully.
   /// @param potential  linearized
   ConjugateGradients::Outcome solve(ConjugateGradients& conjugate_gradients, const NodeVector& b,
                                     const ConjugateGradients::Options& options, NodeVector& d);
@@ -53,6 +53,7 @@ private:
   const Constraints& constraints_;
   Ageing ageing_;
   std::unique_ptr<Multigrid> multigrid_;
+  bool is_careful_ = false;  ///< the cycle there is smooths so
   PreconditionerAge age_;
   int times_made_ = 0;
   double set_up_seconds_ = 0;

@@ -32,6 +32,7 @@ Multigrid::Multigrid(const Hierarchy& hierarchy, const Potential& potential, con
 Multigrid::~Multigrid() = default;
 void Multigrid::update() { cycles_->update(); }
 bool Multigrid::is_positive() const noexcept { return cycles_->is_positive(); }
+void Multigrid::smooth_carefully() { cycles_->smooth_carefully(); }
 void Multigrid::apply(const NodeVector& r, NodeVector& z) const { cycles_->apply(r, z); }
 std::size_t Multigrid::bytes() const { return cycles_->bytes(); }
 
@@ -157,10 +158,25 @@ void Multigrid::CyclesOf<Scalar>::estimate_eigenvalue(std::size_t level) {
 template <class Scalar>
 void Multigrid::CyclesOf<Scalar>::weigh_shape(std::size_t level) {
   constexpr double of_shape = 0.6;
+  divide_inverse_diagonal(level, of_shape * levels_[level].largest_eigenvalue);
+}
+
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::divide_inverse_diagonal(std::size_t level, double by) {
   Level& l = levels_[level];
-  const auto less = static_cast<Scalar>(1 / (of_shape * l.largest_eigenvalue));
+  const auto less = static_cast<Scalar>(1 / by);
   for_each_node(l.inverse_diagonal.size(), [&](std::ptrdiff_t n) { l.inverse_diagonal[n] *= less; });
   l.braess_sarazin->prepare(l.inverse_diagonal);
+}
+
+template <class Scalar>
+void Multigrid::CyclesOf<Scalar>::smooth_carefully() {
+  constexpr double more = 1.5;
+  for (std::size_t level = 0; level + 1 < levels_.size(); ++level)
+    if (levels_[level].braess_sarazin)
+      divide_inverse_diagonal(level, more);
+    else
+      levels_[level].largest_eigenvalue *= more;
 }
 
 template <class Scalar>

@@ -42,6 +42,10 @@ public:
   /// False where the coarsest matrix or a smoother's block is not positive definite: the Hessian is indefinite.
   bool is_positive() const noexcept;
 
+  /// Smooth as if the largest eigenvalues, which a few steps find from below, were half as large again: where one was
+  /// missed the cycle is not positive.
+  void smooth_carefully();
+
   /// z = M^-1 r in the range of P, for r in it
   void apply(const NodeVector& r, NodeVector& z) const override;
 

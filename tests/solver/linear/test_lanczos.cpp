@@ -61,4 +61,26 @@ TEST(Lanczos, FindsTheLargestEigenvalueWithinItsMargin) {
   EXPECT_GE(found, largest);
 }
 
+TEST(Lanczos, GoesOnToAnEigenvalueThatLiesApart) {
+  // Of a few nodes that the start hardly touches: 12 steps come to rest at what all others have.
+  constexpr Index n = 4476;
+  constexpr double apart = 3.63;
+  for (std::int32_t seed = 0; seed < 5; ++seed) {
+    VectorXd eigenvalues(n), start(n), z, p, q;
+    for (Index i = 0; i < n; ++i) {
+      const hexmesh::Index3 at = {static_cast<std::int32_t>(i), seed, 0};
+      start[i] = noise_at(at, 0);
+      eigenvalues[i] = 3.19 * (1 - std::sqrt(0.5 + noise_at(at, 1)));
+    }
+    start[17] = 0.003;
+    eigenvalues[17] = apart;
+    const double found = largest_eigenvalue(
+        LanczosSpace<VectorXd>{start, z, p, q},
+        [&](const VectorXd& x, VectorXd& y) { y = eigenvalues.cwiseProduct(x); },
+        [](const VectorXd& x, VectorXd& y) { y = x; }, [](const VectorXd& x, const VectorXd& y) { return x.dot(y); });
+    EXPECT_GE(found, 1.09 * apart) << "seed " << seed;
+    EXPECT_LE(found, 1.1 * apart * (1 + 1e-12)) << "seed " << seed;
+  }
+}
+
 }  // namespace test_lanczos

@@ -211,6 +211,35 @@ TEST(Multigrid, IsSymmetricAndFewIterationsSolveALinearBody) {
   }
 }
 
+TEST(Multigrid, SmoothsCarefullyInHardlyMoreIterations) {
+  for (const double poisson : {0.3, 0.49}) {  // by Chebyshev's polynomials and by Braess and Sarazin
+    const Lattice lattice = box({24, 12, 12}, Vec3::Constant(2.5), 100, poisson);
+    Body body(lattice, 0, Elasticity::cauchy);
+    const Hierarchy hierarchy(body.mesh, lattice.corner(), 300);
+    const Constraints constraints(body.mesh,
+                                  hold_nodes(
+                                      body.mesh, [&](const Vec3& x) { return x[0] < lattice.corner()[0] + 1e-9; },
+                                      [](const Vec3&) { return Vec3::Zero(); }));
+    body.potential.linearize(NodeVector::Zero(static_cast<Eigen::Index>(body.mesh.num_dofs())), Hessian::projected);
+    const NodeVector b = noise(body.mesh.num_dofs(), 1, 1);
+    ConjugateGradients conjugate_gradients;
+    ConjugateGradients::Options options;
+    options.relative_tolerance = 1e-8;
+    Multigrid multigrid(hierarchy, body.potential, constraints);
+    NodeVector usual, careful, cycle, careful_cycle;
+    multigrid.apply(b, cycle);
+    const auto before = conjugate_gradients.solve(body.potential, constraints, &multigrid, b, options, usual);
+    multigrid.smooth_carefully();
+    multigrid.apply(b, careful_cycle);
+    EXPECT_GT((careful_cycle - cycle).norm(), 1e-3 * cycle.norm());
+    const auto after = conjugate_gradients.solve(body.potential, constraints, &multigrid, b, options, careful);
+    printf("nu = %g: %d iterations, carefully %d\n", poisson, before.iterations, after.iterations);
+    EXPECT_EQ(after.end, ConjugateGradients::End::solved);
+    EXPECT_LE(after.iterations, 1.5 * before.iterations);
+    EXPECT_LT((careful - usual).norm(), 1e-6 * usual.norm());
+  }
+}
+
 /// A column of 100 x 10 x 10 mm that stands on its end x = 0, under forces on its other end.
 struct Column {
   Column(Elasticity elasticity, const Vec3& force)
