@@ -399,7 +399,7 @@ TEST(Motion, AStepThatFailsIsHalved) {
   s.elasticity = Elasticity::neo_hookean;
   Condition push = held_end({11.5, 0, 0}, {1, 0, 0});
   push.name = "push";
-  push.history = History{{{0, Vec3::Zero()}, {0.02, Vec3(-6, 0, 0)}}};
+  push.history = History{{{0, Vec3::Zero()}, {0.02, Vec3(-9, 0, 0)}}};
   s.conditions.push_back(push);
   Motion motion(lattice, s, 0);
   ASSERT_TRUE(motion.step()) << motion.reason();
