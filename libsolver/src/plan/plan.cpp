@@ -324,7 +324,7 @@ SolvePlan plan_solution(const hexmesh::Lattice& whole, const Scene& asked, int l
   const std::optional<hexmesh::Lattice> rest = without_islands(whole, scene, level, dropped);
   const hexmesh::Lattice& lattice = rest ? *rest : whole;
   SolvePlan plan = scene.dynamics ? plan_motion(lattice, scene, level) : plan_equilibrium(lattice, scene, level);
-  constexpr std::size_t program = 24 << 20;
+  constexpr std::size_t program = 30 << 20;  // with what large pages take more
   const std::size_t beside = plan.look ? plan.look->bytes : plan.levels.size() > 1 ? plan.levels.end()[-2].bytes : 0;
   plan.finds_cells = finds_cells;
   const CondensedBytes condensed =
