@@ -83,17 +83,16 @@ void use_large_pages() {
   constexpr double most = 2e9;
   constexpr int usual_pad = 128 << 10;
   constexpr std::size_t more_than_is_left = 1 << 20;
-  const auto end_of_heap = [] { return reinterpret_cast<std::uintptr_t>(sbrk(0)); };
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_TRIM_THRESHOLD, -1);
   mallopt(M_TOP_PAD, static_cast<int>(std::min(most, most_in_heap)));
-  const std::uintptr_t before = end_of_heap();
+  void* begin = sbrk(0);
   void* volatile block = std::malloc(more_than_is_left);  // which no compiler leaves out
   std::free(block);
   mallopt(M_TOP_PAD, usual_pad);
-  constexpr std::uintptr_t large = 1 << 21;
-  const std::uintptr_t begin = (before + large - 1) / large * large, end = end_of_heap();
-  if (end > begin) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+  constexpr std::size_t large = 1 << 21;
+  auto bytes = static_cast<std::size_t>(static_cast<char*>(sbrk(0)) - static_cast<char*>(begin));
+  if (std::align(large, large, begin, bytes)) madvise(begin, bytes, MADV_HUGEPAGE);
 #endif
 }
 
