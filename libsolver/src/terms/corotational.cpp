@@ -350,9 +350,16 @@ void CorotationalCells::add_diagonal(std::size_t cell, NodeBlocks& blocks) const
   hexsolver::add_diagonal(rotates(cell) ? kept_frame(cell).r : kept_rotation(cell), model(cell).stiffness, blocks);
 }
 
-/// b . Q v = b . R^T v: the part of Q from the change of R has no trace.
+/// R Q^T b. It is R b where b are V times the gradients that R is found by, since the part of Q from the change of R
+/// has no trace by these; condensed cells have others.
 Dilatation CorotationalCells::dilatation(std::size_t cell) const {
-  return rotated_dilatation(cell, rotates(cell) ? kept_frame(cell).r : kept_rotation(cell));
+  if (!rotates(cell)) return rotated_dilatation(cell, kept_rotation(cell));
+  CorotationalFrame frame = kept_frame(cell);
+  if (!model(cell).condensed) return rotated_dilatation(cell, frame.r);
+  Dilatation out = rotated_dilatation(cell, Mat3::Identity());
+  add_forces(out.divergence, frame);
+  out.divergence = force(frame, model(cell).mean_gradient);
+  return out;
 }
 
 void CorotationalCells::add_cell_hessian(std::size_t cell, CellMatrix& hessian) const {

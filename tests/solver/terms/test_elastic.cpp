@@ -187,6 +187,33 @@ TEST(CondensedCells, TurnWithTheirMaterial) {
   EXPECT_GT(num_soft, 5);
 }
 
+/// A multigrid takes this part out of a Hessian and smooths the rest, which is to be positive: it was not in cells that
+/// turn, and Newton's method ended on nearly incompressible lungs.
+TEST(CondensedCells, ResistChangeOfVolumeAsTheySayWhereTheyTurn) {
+  const auto volume = make_volume({24, 24, 24}, {1, 1, 1}, [](const Index3& v) {
+    return Vec3(v[0] - 11.3, v[1] - 12.2, v[2] - 10.9).norm() < 9.7 ? 1 : 0;
+  });
+  const Lattice lattice = hexmesh::build_lattice(
+      volume, {{volume.segments[0], hexmesh::material_from_units(100, 0.4999, 1000), 0, ""}}, {4, {0, 0, 0}});
+  const Scene scene = parse_scene("[solve]\nstiffness = \"condensed\"\n", "test", "");
+  for (const int level : {1, 2}) {
+    const MeshCells cells(lattice, level);
+    const Mesh mesh = cells.make_mesh();
+    std::optional<hexmesh::Condensation> known;
+    const auto elastic = make_elastic_cells(
+        mesh, cells, elastic_settings(scene, Elasticity::corotational, {}, condense(cells, scene, {}, known)));
+    elastic->linearize(large_deformation(mesh, 0.05), Hessian::projected);
+    for (std::size_t c = 0; c < mesh.num_cells(); ++c) {
+      CellMatrix h = CellMatrix::Zero();
+      elastic->add_cell_hessian(c, h);
+      const CellMatrix rest = h - elastic->dilatation(c).hessian();
+      const Eigen::SelfAdjointEigenSolver<CellMatrix> eigen(rest, Eigen::EigenvaluesOnly);
+      EXPECT_GT(eigen.eigenvalues()[0], -1e-6 * eigen.eigenvalues()[23]) << "cell " << c << " of level " << level;
+      EXPECT_LT(rest.norm(), 0.5 * h.norm()) << "hardly compressible";
+    }
+  }
+}
+
 /// A bar one or two cells thick that bends under its weight. Trilinear cells shear where they should bend.
 TEST(IncompatibleModes, CellsBendAsTheirVoxelsDo) {
   for (const auto& [strain, gravity, volumetric] :
