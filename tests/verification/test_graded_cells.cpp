@@ -62,6 +62,44 @@ TEST(GradedCells, TakeAQuarterOfTheUnknownsForAnError) {
   EXPECT_LT(3 * median(fine.dofs), 1.5 * median(uniform.dofs));
 }
 
+TEST(GradedCells, AnAccuracyTakesFewUnknowns) {
+  const Positions found = pull(0, [](const Scene& scene) {
+    Scene accurate = graded(scene);
+    accurate.accuracy = 0.15;
+    return accurate;
+  });
+  printf("%.3f mm with %.0f unknowns\n", median(found.error), median(found.dofs));
+  EXPECT_LT(median(found.error), 0.06);
+  EXPECT_LT(median(found.dofs), 5000);
+}
+
+/// Where graded cells are so many that they are not worth while, cells alike go on: never with fewer.
+TEST(GradedCells, GiveWayToCellsAlike) {
+  const Lattice lattice = liver_of_phantom(2, 0.3);
+  Scene alike = with(phantom_patches(10));
+  alike.accuracy = 1e-3;
+  const Solved voxels = solve(lattice, alike, 0);
+  for (const double asked : {1e-3, 0.06}) {
+    Scene scene = graded(alike);
+    scene.accuracy = asked;
+    const Solved solved = solve(lattice, scene, 0);
+    const std::vector<LevelReport>& levels = solved.report.levels;
+    std::size_t most_graded = 0, first_alike = 0;
+    for (std::size_t l = 1; l < levels.size() && first_alike == 0; ++l) {
+      if (levels[l].level > levels[l - 1].level)
+        first_alike = l;
+      else
+        most_graded = levels[l].cells;
+    }
+    ASSERT_GT(first_alike, 0U) << "no cells alike took over";
+    EXPECT_GE(levels.back().cells, most_graded);
+    EXPECT_EQ(levels.back().cells, lattice.levels[hexmesh::as_size(levels.back().level)].cells.size());
+    if (asked == 1e-3) {
+      EXPECT_LT(distance(solved.result.displacement, voxels.result.displacement).largest, 1e-4);
+    }
+  }
+}
+
 /// Across a fissure, straight and oblique, whose end lies in large cells unless they are divided there.
 TEST(GradedCells, AreSmallWhereGapsEnd) {
   for (const int slope : {0, 1})

@@ -23,8 +23,10 @@ using hexmesh::Lattice;
 
 int finest_level(const Scene& scene, const Lattice& lattice) { return finest_level(scene, cells_of_levels(lattice)); }
 
+/// Cells that are solved without a thought.
+static constexpr std::size_t few_cells = 20000;
+
 int finest_level(const Scene& scene, const std::vector<std::size_t>& num_cells) {
-  constexpr std::size_t default_most_cells = 20000;
   const int count = static_cast<int>(num_cells.size());
   if (scene.level) {
     if (*scene.level >= count)
@@ -34,7 +36,7 @@ int finest_level(const Scene& scene, const std::vector<std::size_t>& num_cells) 
   }
   if (scene.is_open_ended()) return 0;
   for (int level = 0; level < count; ++level)
-    if (num_cells[static_cast<std::size_t>(level)] <= default_most_cells) return level;
+    if (num_cells[static_cast<std::size_t>(level)] <= few_cells) return level;
   return count - 1;
 }
 
@@ -181,6 +183,85 @@ Outcome solve_from_loaded(const Lattice& lattice, const Scene& scene, int level,
   return out;
 }
 
+/// Solves scenes of a body whose lattice shows it at rest.
+class FromRest {
+public:
+  FromRest(const Lattice& lattice, int level, const Matchings& matchings, const SolveProgress& progress)
+      : lattice_(lattice), level_(level), matchings_(matchings), progress_(progress) {}
+
+  /// @param report  with what the scene says before anything is solved
+  /// @param start   of the finest level; null: from coarser ones
+  /// @param least_cells  of a level that keeps an accuracy
+  Outcome solve(const Scene& scene, const SolveReport& report, const std::vector<Vec3>* start,
+                std::size_t least_cells = least_compared) {
+    Levels<LocalLevel> levels = describe_levels<LocalLevel>(lattice_, scene, level_);
+    NodeVector begin;
+    if (start) {
+      begin = to_field(*start);
+      levels.start = &begin;
+    }
+    levels.make = [this](int n, const Scene& of_level) {
+      return std::make_unique<LocalLevel>(lattice_, of_level, n, matchings_, shared_);
+    };
+    levels.least_cells = least_cells;
+    bool are_many = false;
+    if (scene.is_graded()) grade(scene, levels, are_many);
+    SolveReport in_vain;
+    {
+      Outcome out = solve_forward(lattice_, scene, level_, std::move(levels), report, progress_);
+      if (!are_many) return out;
+      in_vain = std::move(out.report);
+    }
+    Outcome out = solve(with_cells_alike(scene), report, start, in_vain.levels.back().cells);
+    add_before(in_vain, out.report);
+    return out;
+  }
+
+private:
+  /// @param are_many  true once the error of an accuracy's cells would have to be told from more than are worth while
+  void grade(const Scene& scene, Levels<LocalLevel>& levels, bool& are_many) const {
+    constexpr std::size_t part_of_finest = 4;
+    const std::size_t worth_while =
+        std::max(few_cells, lattice_.level(levels.finest_there_is).cells.size() / part_of_finest);
+    const auto divided = [this, &scene](const LocalLevel& of, const std::vector<bool>& which) {
+      return std::make_unique<LocalLevel>(divide(of, which), scene, matchings_, shared_);
+    };
+    levels.halve = [=, &scene, &are_many](const LocalLevel& of) -> std::unique_ptr<LocalLevel> {
+      if (of.level_of_largest() == 0) return nullptr;
+      const std::vector<bool> all(of.num_cells(), true);
+      are_many = scene.asks_accuracy() && of.problem().cells().divided(all).size() > worth_while;
+      return are_many ? nullptr : divided(of, all);
+    };
+    if (scene.asks_accuracy())
+      levels.refine = [&scene, divided](const LocalLevel& of, LocalLevel& halved, const NodeVector& u,
+                                        const NodeVector& change, double part) {
+        return divided(of, find_cells_to_divide(of, halved, u, change, scene, part));
+      };
+  }
+
+  static Scene with_cells_alike(Scene scene) {
+    scene.keep_cells();
+    scene.grading = Grading::off;
+    return scene;
+  }
+
+  /// What was solved before a report's solution.
+  static void add_before(const SolveReport& before, SolveReport& to) {
+    to.levels.insert(to.levels.begin(), before.levels.begin(), before.levels.end());
+    to.setup_seconds += before.setup_seconds;
+    to.solve_seconds += before.solve_seconds;
+    for (Effect& e : to.effects)
+      for (const Effect& of_before : before.effects)
+        if (of_before.kind == e.kind) e.seconds += of_before.seconds;
+  }
+
+  const Lattice& lattice_;
+  int level_;
+  const Matchings& matchings_;
+  const SolveProgress& progress_;
+  std::shared_ptr<SharedFindings> shared_ = std::make_shared<SharedFindings>();
+};
+
 }  // namespace
 
 Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int level, const SolveProgress& progress,
@@ -193,34 +274,8 @@ Outcome solve_equilibrium(const Lattice& whole, const Scene& as_written, int lev
   const std::optional<Lattice> rest = without_islands(whole, scene_at_end(scene), level, report.dropped_cells);
   const Lattice& lattice = rest ? *rest : whole;
   if (rest) warn_of_dropped_cells(whole, level, report);
-  const auto solve_from_rest = [&] {
-    Levels<LocalLevel> levels = describe_levels<LocalLevel>(lattice, scene, level);
-    NodeVector begin;
-    if (start) {
-      begin = to_field(*start);
-      levels.start = &begin;
-    }
-    const auto shared = std::make_shared<SharedFindings>();
-    levels.make = [&](int n, const Scene& of_level) {
-      return std::make_unique<LocalLevel>(lattice, of_level, n, matchings, shared);
-    };
-    if (scene.is_graded()) {
-      const auto divided = [&, shared](const LocalLevel& of, const std::vector<bool>& which) {
-        return std::make_unique<LocalLevel>(divide(of, which), scene, matchings, shared);
-      };
-      levels.halve = [=](const LocalLevel& of) {
-        return of.level_of_largest() > 0 ? divided(of, std::vector<bool>(of.num_cells(), true)) : nullptr;
-      };
-      if (scene.asks_accuracy())
-        levels.refine = [=, &scene](const LocalLevel& of, LocalLevel& halved, const NodeVector& u,
-                                    const NodeVector& change) {
-          return divided(of, find_cells_to_divide(of, halved, u, change, scene));
-        };
-    }
-    return solve_forward(lattice, scene, level, std::move(levels), std::move(report), progress);
-  };
-  Outcome outcome =
-      scene.loaded ? solve_from_loaded(lattice, scene, level, std::move(report), progress) : solve_from_rest();
+  Outcome outcome = scene.loaded ? solve_from_loaded(lattice, scene, level, std::move(report), progress)
+                                 : FromRest(lattice, level, matchings, progress).solve(scene, report, start);
   outcome.result.labels = whole.labels;  // with the islands that were left out
   return outcome;
 }

@@ -62,10 +62,10 @@ double unseen_by_cycle(const hexmesh::Lattice& lattice) {
 }
 
 double usual_margin(const Scene& scene, Elasticity elasticity) {
-  constexpr double usual = 1.5, where_cells_turn = 2.5;
+  constexpr double usual = 1.5, of_condensed = 2.5;
   if (!scene.contacts.empty()) return unsure_margin;
-  const bool is_condensed = scene.stiffness_of_cells() == Stiffness::condensed;
-  return is_condensed && elasticity == Elasticity::corotational ? where_cells_turn : usual;
+  const bool are_halved = scene.is_graded() && elasticity != Elasticity::corotational;
+  return scene.stiffness_of_cells() == Stiffness::condensed && !are_halved ? of_condensed : usual;
 }
 
 double rate_of_errors(const std::vector<double>& coarse_to_fine) {

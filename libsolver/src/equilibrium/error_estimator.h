@@ -20,6 +20,9 @@ inline constexpr double nested_tolerance = 1e-4;
 /// them a twentieth, a quarter of it for reactions and for what one cycle does not see.
 inline constexpr double deserved_part = 0.15 / 0.85 / 20 / 4;
 
+/// Likewise of looks on the way to an accuracy, of which only the size counts.
+inline constexpr double part_of_looks = 0.02;
+
 /// By how much more than one cycle says equations may be off: in its measure, change of volume, errors that keep volume
 /// count for little. As measured: nothing up to kappa / mu = 50 (nu = 0.49), a hundredth of the error is seen at 5000.
 double unseen_by_cycle(const hexmesh::Lattice& lattice);
@@ -31,7 +34,8 @@ inline constexpr std::size_t least_compared = 100;
 inline constexpr double unsure_margin = 3;
 
 /// Likewise one that is sure. What is inside condensed cells turns with them alone: what turns there by itself shows on
-/// the finest levels only.
+/// the finest levels only. And coarse levels of condensed cells may agree by chance, where a thin part or a gap that
+/// ends inside them bends on none of them: it does once cells are halved where the error comes from.
 double usual_margin(const Scene& scene, Elasticity elasticity);
 
 /// What is left of errors one level finer, as the last two show, or as is usual.

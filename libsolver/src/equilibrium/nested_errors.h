@@ -111,7 +111,7 @@ void NestedIteration<Level>::refine_by_error(Solved<Level>& best) {
     if (report_.levels.back().error.mean_mm) {
       Vector change = halved.level->make_zero();
       set_sum(change, halved.state.u, -1, *halved.coarser.back());
-      next.level = levels_.refine(*best.level, *halved.level, halved.state.u, change);
+      next.level = levels_.refine(*best.level, *halved.level, halved.state.u, change, part_allowed());
     } else {
       next.level = levels_.halve(*best.level);
     }
@@ -139,13 +139,27 @@ double NestedIteration<Level>::margin() const {
   return is_sure_ && estimator_.closes_in() ? usual_margin(scene_, report_.elasticity) : unsure_margin;
 }
 
+/// Of the error of the last level, what may be left.
+template <EquilibriumLevel Level>
+double NestedIteration<Level>::part_allowed() const {
+  const ErrorEstimate& error = report_.levels.back().error;
+  const double usual = usual_margin(scene_, report_.elasticity);
+  double part = 1;
+  const auto allow = [&](const std::optional<double>& told, const std::optional<double>& asked) {
+    if (told && asked) part = std::min(part, *asked / (usual * *told));
+  };
+  allow(error.mean_mm, scene_.accuracy);
+  allow(error.of_reactions, scene_.reaction_accuracy);
+  return part;
+}
+
 /// A level that is not the finest there is must have cells enough for its differences to mean something, and keep
 /// what is asked with what an estimate may miss.
 template <EquilibriumLevel Level>
 bool NestedIteration<Level>::is_accurate() const {
   const LevelReport& last = report_.levels.back();
   const bool is_finest = last.level == finest_ && !scene_.is_graded();
-  if (!is_finest && last.cells < least_compared) return false;
+  if (!is_finest && last.cells < levels_.least_cells) return false;
   const auto holds = [&](const std::optional<double>& error, const std::optional<double>& asked) {
     return !asked || (error && (is_finest ? 1 : margin()) * *error <= *asked);
   };

@@ -143,6 +143,7 @@ void NestedIteration<Level>::solve_level(Solved<Level>& next, const Solved<Level
   else if (levels_.start && !coarser.level)
     start = copy_of(*levels_.start);
   if (scene_.finds_tolerance && !scene_.asks_accuracy() && start) options.part_of_way = deserved_part / levels_.unseen;
+  if (aim == Aim::look && scene_.asks_accuracy()) options.part_of_way = part_of_looks / levels_.unseen;
   if (aim == Aim::look)  // as many as the solution took, or what easy ones take
     options.most_linear_iterations_in_all = std::max(500, coarser.state.newton.linear_iterations);
   if (aim == Aim::result && is_only_a_start && !scene_.asks_accuracy()) aim = Aim::lead;

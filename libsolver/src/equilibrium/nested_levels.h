@@ -37,11 +37,15 @@ public:
     bool looks_beyond_graded = false;                                  ///< at cells halved, see cells_beyond()
     std::function<bool(bool)> agree = [](bool mine) { return mine; };  ///< of what all processes decide alike
     const Vector* start = nullptr;                                     ///< of the finest: no coarser one is solved
-    /// Of graded cells: a level with all of them halved; null if there is nothing to halve.
+    std::size_t least_cells = least_compared;                          ///< of a level that keeps an accuracy
+    /// Of graded cells: a level with all of them halved; null if there is nothing to halve, or it is not worth while.
     std::function<std::unique_ptr<Level>(const Level&)> halve;
     /// Where they are graded by the error: one with those halved that most of it comes from.
     /// @param halved, u, change  a level with all cells halved, its solution, and what it differs by
-    std::function<std::unique_ptr<Level>(const Level&, Level& halved, const Vector& u, const Vector& change)> refine;
+    /// @param part               of the error that may be left
+    std::function<std::unique_ptr<Level>(const Level&, Level& halved, const Vector& u, const Vector& change,
+                                         double part)>
+        refine;
   };
 
   /// @param report  with the effects of the scene
@@ -85,6 +89,7 @@ private:
   void add_report(Solved<Level>& now, double seconds);
   void explain_rotation(const std::string& why, std::optional<bool> active);
   double margin() const;
+  double part_allowed() const;
   bool is_accurate() const;
   void conclude(const Solved<Level>& best, const std::optional<std::string>& refused);
 

@@ -11,8 +11,11 @@
 namespace hexsolver {
 namespace {
 
-/// Of the error, what the cells that are divided tell.
-constexpr double told_by_divided = 0.6;
+/// Of the error, what the cells that are divided tell: of what they tell a part is left.
+double told_by_divided(double part_allowed) {
+  constexpr double left = 0.4, least = 0.6, most = 0.85;
+  return std::clamp((1 - part_allowed) / (1 - left), least, most);
+}
 
 /// What forces along a field, as large everywhere in the material, do to the body in a state.
 struct Dual {
@@ -140,7 +143,7 @@ std::vector<double> find_works(const Mesh& fine, const Children& children, const
 }  // namespace
 
 std::vector<bool> find_cells_to_divide(const LocalLevel& of, LocalLevel& halved, const NodeVector& u,
-                                       const NodeVector& change, const Scene& scene) {
+                                       const NodeVector& change, const Scene& scene, double part) {
   const LevelProblem& fine = halved.problem();
   const Dual dual = solve_dual(halved, u, change);
   NodeVector reactions, magnitude;
@@ -168,7 +171,7 @@ std::vector<bool> find_cells_to_divide(const LocalLevel& of, LocalLevel& halved,
   std::vector<std::size_t> order(parts.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return parts[a] > parts[b]; });
-  const double enough = told_by_divided * std::accumulate(parts.begin(), parts.end(), 0.0);
+  const double enough = told_by_divided(part) * std::accumulate(parts.begin(), parts.end(), 0.0);
   std::vector<bool> divide(parts.size());
   double told = 0;
   for (const std::size_t c : order) {

@@ -18,8 +18,9 @@ namespace hexsolver {
 /// @param u       the solution there
 /// @param change  e, there
 /// @param scene   what is to be accurate
+/// @param part    of the error that may be left: the less, the more cells at once
 /// @returns by cell; some are true unless no cell can be divided
 std::vector<bool> find_cells_to_divide(const LocalLevel& of, LocalLevel& halved, const NodeVector& u,
-                                       const NodeVector& change, const Scene& scene);
+                                       const NodeVector& change, const Scene& scene, double part);
 
 }  // namespace hexsolver

@@ -52,6 +52,10 @@ double largest_eigenvalue(const LanczosSpace<Vector>& space, const Multiply& mul
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_steps, most_steps>> eigen;
   double rz = 1, alpha = 1, largest = 1, added = 0;
   Eigen::Index steps = 0;
+  const auto find_largest = [&] {
+    eigen.computeFromTridiagonal(diagonal.head(steps), beside.head(steps - 1), Eigen::EigenvaluesOnly);
+    return eigen.eigenvalues()[steps - 1];
+  };
   for (bool goes_on = true; goes_on && steps < most_steps;) {
     scale(r, z);
     const double rz_next = dot(r, z), beta = steps == 0 ? 0 : rz_next / rz;
@@ -69,12 +73,13 @@ double largest_eigenvalue(const LanczosSpace<Vector>& space, const Multiply& mul
     rz = rz_next;
     r -= static_cast<Scalar>(alpha) * q;
     ++steps;
-    eigen.computeFromTridiagonal(diagonal.head(steps), beside.head(steps - 1), Eigen::EigenvaluesOnly);
+    if (steps < usual_steps - 2) continue;  // of which nothing follows
     const double added_before = added, before = largest;
-    largest = eigen.eigenvalues()[steps - 1];
+    largest = find_largest();
     added = largest - before;
     goes_on = steps < usual_steps || added > added_before || added > at_rest * largest;
   }
+  if (steps > 0 && steps < usual_steps - 2) largest = find_largest();
   return margin * largest;
 }
 

@@ -29,8 +29,8 @@ struct Pair {
     fine.build(Elasticity::cauchy, nullptr, at_rest);
     at_rest = fine.make_zero();
   }
-  std::vector<bool> divide(const NodeVector& change) {
-    return find_cells_to_divide(coarse, fine, at_rest, change, scene);
+  std::vector<bool> divide(const NodeVector& change, double part = 1) {
+    return find_cells_to_divide(coarse, fine, at_rest, change, scene, part);
   }
 };
 
@@ -61,6 +61,16 @@ TEST(Refinement, CellsThatAreHeldElsewhereAreDivided) {
   const std::vector<bool> divided = pair.divide(moved);
   EXPECT_TRUE(std::any_of(divided.begin(), divided.end(), [](bool d) { return d; }));
   for (std::size_t c = 0; c < divided.size(); ++c) EXPECT_TRUE(!divided[c] || coarse.cells()[c][0] == 0) << c;
+}
+
+TEST(Refinement, TheLessErrorMayBeLeftTheMoreCellsAreDivided) {
+  Pair pair;
+  const NodeVector change = noise(pair.fine.problem().mesh().num_dofs(), 1);
+  const std::vector<bool> some = pair.divide(change, 0.7), more = pair.divide(change, 0.1);
+  const auto count = [](const std::vector<bool>& divided) { return std::count(divided.begin(), divided.end(), true); };
+  EXPECT_GT(count(more), 1.2 * static_cast<double>(count(some)));
+  EXPECT_LT(count(more), static_cast<std::ptrdiff_t>(more.size()));
+  for (std::size_t c = 0; c < more.size(); ++c) EXPECT_TRUE(more[c] || !some[c]) << c;
 }
 
 struct Case {
