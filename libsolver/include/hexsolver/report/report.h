@@ -180,7 +180,8 @@ struct SolveReport {
   std::vector<MatchReport> matches;
   std::optional<Eigen::Isometry3d> pose;  ///< the rigid motion that matches began from
   BalanceReport balance;
-  std::vector<LevelReport> levels;  ///< coarse to fine, the last is the mechanical level
+  /// Coarse to fine, the last is the mechanical level; graded ones first where cells alike took over from them.
+  std::vector<LevelReport> levels;
   std::vector<Effect> effects;
   Elasticity elasticity = Elasticity::corotational;  ///< the scene's, or the one found
   std::vector<std::string> warnings;
