@@ -204,12 +204,13 @@ public:
       return std::make_unique<LocalLevel>(lattice_, of_level, n, matchings_, shared_);
     };
     levels.least_cells = least_cells;
-    bool are_many = false;
-    if (scene.is_graded()) grade(scene, levels, are_many);
+    bool gives_way = false;
+    levels.give_way = [&gives_way] { gives_way = true; };
+    if (scene.is_graded()) grade(scene, levels);
     SolveReport in_vain;
     {
       Outcome out = solve_forward(lattice_, scene, level_, std::move(levels), report, progress_);
-      if (!are_many) return out;
+      if (!gives_way) return out;
       in_vain = std::move(out.report);
     }
     Outcome out = solve(with_cells_alike(scene), report, start, in_vain.levels.back().cells);
@@ -218,19 +219,20 @@ public:
   }
 
 private:
-  /// @param are_many  true once the error of an accuracy's cells would have to be told from more than are worth while
-  void grade(const Scene& scene, Levels<LocalLevel>& levels, bool& are_many) const {
+  /// Cells of an accuracy give way where their error would have to be told from more than are worth while.
+  void grade(const Scene& scene, Levels<LocalLevel>& levels) const {
     constexpr std::size_t part_of_finest = 4;
     const std::size_t worth_while =
         std::max(few_cells, lattice_.level(levels.finest_there_is).cells.size() / part_of_finest);
     const auto divided = [this, &scene](const LocalLevel& of, const std::vector<bool>& which) {
       return std::make_unique<LocalLevel>(divide(of, which), scene, matchings_, shared_);
     };
-    levels.halve = [=, &scene, &are_many](const LocalLevel& of) -> std::unique_ptr<LocalLevel> {
+    levels.halve = [=, give_way = levels.give_way, &scene](const LocalLevel& of) -> std::unique_ptr<LocalLevel> {
       if (of.level_of_largest() == 0) return nullptr;
       const std::vector<bool> all(of.num_cells(), true);
-      are_many = scene.asks_accuracy() && of.problem().cells().divided(all).size() > worth_while;
-      return are_many ? nullptr : divided(of, all);
+      if (!scene.asks_accuracy() || of.problem().cells().divided(all).size() <= worth_while) return divided(of, all);
+      give_way();
+      return nullptr;
     };
     if (scene.asks_accuracy())
       levels.refine = [&scene, divided](const LocalLevel& of, LocalLevel& halved, const NodeVector& u,

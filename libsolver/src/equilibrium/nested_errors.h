@@ -88,7 +88,7 @@ void NestedIteration<Level>::look_beyond(const Solved<Level>& best) {
 /// chance: an estimate is sure where the one before it was not far too small, as is seen by then.
 template <EquilibriumLevel Level>
 void NestedIteration<Level>::refine_by_error(Solved<Level>& best) {
-  constexpr double far_too_small = 0.5;
+  constexpr double far_too_small = 0.5, elsewhere = 10;
   for (int looks = 0;; ++looks) {
     const Stopwatch look;
     Solved<Level> halved;
@@ -119,11 +119,23 @@ void NestedIteration<Level>::refine_by_error(Solved<Level>& best) {
     std::vector<std::string> warnings = next.level->check(scene_);
     solve_level(next, best);
     if (!replaces(next, best)) return;
+    // Where the start leads nowhere, load steps may come to another equilibrium.
+    const std::optional<double> told = report_.levels.back().error.mean_mm;
+    if (told && distance_to_start(next) > elsewhere * *told) return levels_.give_way();
     level_warnings_ = std::move(warnings);
     compare(next);
     add_report(next, watch.seconds());
     best = std::move(next);
   }
+}
+
+/// Mean distance of a solution from the coarser level's that it started from [mm].
+template <EquilibriumLevel Level>
+double NestedIteration<Level>::distance_to_start(const Solved<Level>& solved) const {
+  if (solved.coarser.empty() || !solved.coarser.back()) return 0;
+  Vector change = solved.level->make_zero();
+  set_sum(change, solved.state.u, -1, *solved.coarser.back());
+  return solved.level->size_in_material(change, false).mean;
 }
 
 template <EquilibriumLevel Level>

@@ -40,6 +40,7 @@ public:
     std::size_t least_cells = least_compared;                          ///< of a level that keeps an accuracy
     /// Of graded cells: a level with all of them halved; null if there is nothing to halve, or it is not worth while.
     std::function<std::unique_ptr<Level>(const Level&)> halve;
+    std::function<void()> give_way = [] {};  ///< graded cells lead no further to an accuracy: cells alike go on
     /// Where they are graded by the error: one with those halved that most of it comes from.
     /// @param halved, u, change  a level with all cells halved, its solution, and what it differs by
     /// @param part               of the error that may be left
@@ -82,6 +83,7 @@ private:
   bool looks_beyond(const Solved<Level>& best) const;
   void look_beyond(const Solved<Level>& best);
   void refine_by_error(Solved<Level>& best);
+  double distance_to_start(const Solved<Level>& solved) const;
   void add_look(double seconds);
   void find_strain();
   LoadedState<Vector> solve(Level& level, const NewtonOptions& options, std::optional<Vector> start, Aim aim) const;
