@@ -120,7 +120,7 @@ TEST(RealScans, CondensedCellsOfALiverConvergeAtEveryPosition) {
   }
 }
 
-/// On two of these positions coarse levels agree by chance: the thin end bends on none of them.
+/// At the first of these positions coarse levels agree by chance: the thin end bends on none of them.
 TEST(RealScans, AccuraciesOfALiverAreKeptAtEveryPosition) {
   SKIP_WITHOUT_DATA();
   const LabelVolume labels = pulled_liver();

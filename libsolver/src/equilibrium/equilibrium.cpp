@@ -21,10 +21,14 @@ namespace hexsolver {
 
 using hexmesh::Lattice;
 
-int finest_level(const Scene& scene, const Lattice& lattice) { return finest_level(scene, cells_of_levels(lattice)); }
+namespace {
 
 /// Cells that are solved without a thought.
-static constexpr std::size_t few_cells = 20000;
+constexpr std::size_t few_cells = 20000;
+
+}  // namespace
+
+int finest_level(const Scene& scene, const Lattice& lattice) { return finest_level(scene, cells_of_levels(lattice)); }
 
 int finest_level(const Scene& scene, const std::vector<std::size_t>& num_cells) {
   const int count = static_cast<int>(num_cells.size());
@@ -78,17 +82,16 @@ void add_memory(const Lattice& lattice, const LevelProblem& problem, const Newto
                   {"multigrid", newton.preconditioner_bytes}};
 }
 
-/// Some cells of a level divided. @throws Error{input} where that would take more memory than is left
-MeshCells divide(const LocalLevel& of, const std::vector<bool>& which) {
+/// @param cells  those of a level, some divided
+/// @throws Error{input} where they would take more memory than is left
+void expect_memory_for(const MeshCells& cells, const LocalLevel& of) {
   const LevelProblem& problem = of.problem();
-  MeshCells cells = problem.cells().divided(which);
   std::size_t bytes = problem.hierarchy().bytes() + problem.constraints().bytes();
   for (const Potential::Cost& cost : problem.potential().costs()) bytes += cost.bytes;
   constexpr double with_multigrid = 2;
   const double growth = static_cast<double>(cells.size()) / static_cast<double>(of.num_cells());
   hexmesh::expect_memory(static_cast<std::size_t>(with_multigrid * growth * static_cast<double>(bytes)),
                          fmt::format("level {} divided into {} cells", of.level(), cells.size()));
-  return cells;
 }
 
 /// A report with what a scene says before anything is solved.
@@ -189,8 +192,8 @@ public:
   FromRest(const Lattice& lattice, int level, const Matchings& matchings, const SolveProgress& progress)
       : lattice_(lattice), level_(level), matchings_(matchings), progress_(progress) {}
 
-  /// @param report  with what the scene says before anything is solved
-  /// @param start   of the finest level; null: from coarser ones
+  /// @param report       with what the scene says before anything is solved
+  /// @param start        of the finest level; null: from coarser ones
   /// @param least_cells  of a level that keeps an accuracy
   Outcome solve(const Scene& scene, const SolveReport& report, const std::vector<Vec3>* start,
                 std::size_t least_cells = least_compared) {
@@ -224,20 +227,21 @@ private:
     constexpr std::size_t part_of_finest = 4;
     const std::size_t worth_while =
         std::max(few_cells, lattice_.level(levels.finest_there_is).cells.size() / part_of_finest);
-    const auto divided = [this, &scene](const LocalLevel& of, const std::vector<bool>& which) {
-      return std::make_unique<LocalLevel>(divide(of, which), scene, matchings_, shared_);
+    const auto divided = [this, &scene](const LocalLevel& of, MeshCells cells) {
+      expect_memory_for(cells, of);
+      return std::make_unique<LocalLevel>(std::move(cells), scene, matchings_, shared_);
     };
     levels.halve = [=, give_way = levels.give_way, &scene](const LocalLevel& of) -> std::unique_ptr<LocalLevel> {
       if (of.level_of_largest() == 0) return nullptr;
-      const std::vector<bool> all(of.num_cells(), true);
-      if (!scene.asks_accuracy() || of.problem().cells().divided(all).size() <= worth_while) return divided(of, all);
+      MeshCells halved = of.problem().cells().divided(std::vector<bool>(of.num_cells(), true));
+      if (!scene.asks_accuracy() || halved.size() <= worth_while) return divided(of, std::move(halved));
       give_way();
       return nullptr;
     };
     if (scene.asks_accuracy())
       levels.refine = [&scene, divided](const LocalLevel& of, LocalLevel& halved, const NodeVector& u,
                                         const NodeVector& change, double part) {
-        return divided(of, find_cells_to_divide(of, halved, u, change, scene, part));
+        return divided(of, of.problem().cells().divided(find_cells_to_divide(of, halved, u, change, scene, part)));
       };
   }
 

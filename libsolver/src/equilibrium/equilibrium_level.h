@@ -70,6 +70,12 @@ struct Solved {
   std::vector<std::optional<typename Level::Vector>> coarser;  ///< solutions of the levels before, coarse to fine, here
 
   bool converged() const { return level && state.newton.converged; }
+  /// From another state on this level.
+  typename Level::Vector change_from(const typename Level::Vector& u) const {
+    typename Level::Vector change = level->make_zero();
+    set_sum(change, state.u, -1, u);
+    return change;
+  }
 };
 
 /// Why what converged is no solution: it is not what was asked, or what matches pull to moves on.

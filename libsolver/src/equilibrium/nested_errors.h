@@ -33,9 +33,7 @@ void NestedIteration<Level>::compare(Solved<Level>& next) {
     for (std::optional<Vector>& u : next.coarser) {
       differences.emplace_back();
       if (!u) continue;
-      Vector change = next.level->make_zero();
-      set_sum(change, next.state.u, -1, *u);
-      differences.back() = next.level->size_in_material(change, false);
+      differences.back() = next.level->size_in_material(next.change_from(*u), false);
     }
   for (Effect& e : report_.effects)
     if (e.kind == EffectKind::error_estimate && !differences.empty()) e.active = true;
@@ -109,8 +107,7 @@ void NestedIteration<Level>::refine_by_error(Solved<Level>& best) {
     const Stopwatch watch;
     Solved<Level> next;
     if (report_.levels.back().error.mean_mm) {
-      Vector change = halved.level->make_zero();
-      set_sum(change, halved.state.u, -1, *halved.coarser.back());
+      const Vector change = halved.change_from(*halved.coarser.back());
       next.level = levels_.refine(*best.level, *halved.level, halved.state.u, change, part_allowed());
     } else {
       next.level = levels_.halve(*best.level);
@@ -121,21 +118,13 @@ void NestedIteration<Level>::refine_by_error(Solved<Level>& best) {
     if (!replaces(next, best)) return;
     // Where the start leads nowhere, load steps may come to another equilibrium.
     const std::optional<double> told = report_.levels.back().error.mean_mm;
-    if (told && distance_to_start(next) > elsewhere * *told) return levels_.give_way();
+    const double moved = next.level->size_in_material(next.change_from(*next.coarser.back()), false).mean;
+    if (told && moved > elsewhere * *told) return levels_.give_way();
     level_warnings_ = std::move(warnings);
     compare(next);
     add_report(next, watch.seconds());
     best = std::move(next);
   }
-}
-
-/// Mean distance of a solution from the coarser level's that it started from [mm].
-template <EquilibriumLevel Level>
-double NestedIteration<Level>::distance_to_start(const Solved<Level>& solved) const {
-  if (solved.coarser.empty() || !solved.coarser.back()) return 0;
-  Vector change = solved.level->make_zero();
-  set_sum(change, solved.state.u, -1, *solved.coarser.back());
-  return solved.level->size_in_material(change, false).mean;
 }
 
 template <EquilibriumLevel Level>

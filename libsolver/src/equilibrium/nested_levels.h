@@ -83,7 +83,6 @@ private:
   bool looks_beyond(const Solved<Level>& best) const;
   void look_beyond(const Solved<Level>& best);
   void refine_by_error(Solved<Level>& best);
-  double distance_to_start(const Solved<Level>& solved) const;
   void add_look(double seconds);
   void find_strain();
   LoadedState<Vector> solve(Level& level, const NewtonOptions& options, std::optional<Vector> start, Aim aim) const;
