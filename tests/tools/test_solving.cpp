@@ -54,6 +54,23 @@ void expect_last_frame(const std::string& stream_of_all, const hexmesh::Result& 
                   result.surface.points[p][d] + result.surface_displacement[p][d], 1e-4);
 }
 
+/// What CalculiX printed for all nodes of a result.
+void expect_displacements(const std::string& printed, const hexmesh::Result& ours, double tolerance_mm) {
+  std::istringstream rows(printed);
+  std::string line;
+  std::size_t compared = 0;
+  while (std::getline(rows, line)) {
+    std::istringstream values(line);
+    std::size_t node = 0;
+    hexmesh::Vec3 u;
+    if (!(values >> node >> u[0] >> u[1] >> u[2])) continue;
+    ASSERT_LE(node, ours.nodes.size());
+    EXPECT_LT((ours.displacement[node - 1] - u).norm(), tolerance_mm) << "node " << node;
+    ++compared;
+  }
+  EXPECT_EQ(compared, ours.nodes.size());
+}
+
 TEST_F(Tools, ThreadsWaitWithoutSpinningUnlessTold) {
   for (const char* tool : {"hexscan", "hexmesh", "hexsolve", "hexfit", "hexexport", "hexslice"}) {
     const std::string asks = std::string(tool) + " --version";
@@ -255,19 +272,51 @@ TEST_F(Tools, ADeckIsTheSameModel) {
   EXPECT_LT(sum.norm(), 1e-12);
   if (run("command -v ccx").exit_code != 0) GTEST_SKIP() << "no ccx on this machine";
   ASSERT_EQ(run("OMP_NUM_THREADS=1 ccx -i deck").exit_code, 0);
-  std::istringstream rows(read_text(*folder / "deck.dat"));
-  std::string line;
-  std::size_t compared = 0;
-  while (std::getline(rows, line)) {
-    std::istringstream values(line);
-    std::size_t node = 0;
-    hexmesh::Vec3 u;
-    if (!(values >> node >> u[0] >> u[1] >> u[2])) continue;
-    ASSERT_LE(node, ours.nodes.size());
-    EXPECT_LT((ours.displacement[node - 1] - u).norm(), 1e-4) << "node " << node;
-    ++compared;
-  }
-  EXPECT_EQ(compared, ours.nodes.size());
+  expect_displacements(read_text(*folder / "deck.dat"), ours, 1e-4);
+}
+
+TEST_F(Tools, ADeckHoldsObstacles) {
+  // The body is pulled onto a plane, which moves towards it, and pressed by a ball and a box.
+  const std::string scene =
+      "[solve]\nstrain = \"cauchy\"\nvolumetric = \"full\"\ntolerance = 1e-10\n[[fix]]\non = \"nodes\"\n"
+      "halfspace = { point_mm = [-60, 0, 0], normal = [-1, 0, 0] }\n[[force]]\nnewton = [0, -0.3, 0]\n"
+      "halfspace = { point_mm = [60, 0, 0], normal = [1, 0, 0] }\n";
+  const auto contact = [](const std::string& name, const std::string& shape, const std::string& by,
+                          const std::string& more) {
+    return "[[contact]]\nname = \"" + name + "\"\n" + shape + "\nby_mm = " + by + "\n" + more + "\n";
+  };
+  const auto obstacles = [&](const std::string& more) {
+    return contact("plane", "plane = { point_mm = [60, -54, 0], normal = [-0.15, 1, 0] }", "[0, 7, 0]", more) +
+           contact("ball", "sphere = { center_mm = [80, 0, -68], radius_mm = 45 }", "[0, 0, 20]", more) +
+           contact("box",
+                   "box = { center_mm = [60, 20, 80], size_mm = [40, 40, 40], turned_about = [1, 0, 0], "
+                   "degrees = 30 }",
+                   "[0, 0, -5]", more);
+  };
+  ASSERT_EQ(run("hexscan phantom liver --spacing 8 -o pressed.nrrd && hexmesh build pressed.nrrd --material "
+                "'*:young_kpa=40,poisson=0.3' -o pressed.hexmesh")
+                .exit_code,
+            0);
+  const auto deck_of = [&](const std::string& name, const std::string& more) {
+    write_text(*folder / (name + ".toml"), scene + obstacles(more));
+    ASSERT_EQ(run("hexsolve pressed.hexmesh " + name + ".toml --level 0 -o " + name + ".hexresult").exit_code, 0);
+  };
+  const auto solve = [&](const std::string& name) {
+    ASSERT_EQ(run("hexexport " + name + ".hexresult --inp " + name + ".inp").exit_code, 0);
+    ASSERT_EQ(run("OMP_NUM_THREADS=1 ccx -i " + name).exit_code, 0);
+  };
+  deck_of("rubbed", "friction = 0.3");
+  expect_failure("hexexport rubbed.hexresult --inp rubbed.inp", 3, {"friction"});
+  deck_of("soft", "stiffness_n_mm = 0.2");
+  const hexmesh::Result soft = hexmesh::read_result(*folder / "soft.hexresult");
+  for (const json& c : json::parse(soft.report)["contacts"]) EXPECT_GT(c["points"], 0) << c["name"];
+  if (run("command -v ccx").exit_code != 0) GTEST_SKIP() << "no ccx on this machine";
+  solve("soft");
+  expect_displacements(read_text(*folder / "soft.dat"), soft, 1e-5);
+  // Hard ones are as deep as the rounds that press them out leave, a thousandth of a voxel.
+  deck_of("hard", "");
+  solve("hard");
+  expect_displacements(read_text(*folder / "hard.dat"), hexmesh::read_result(*folder / "hard.hexresult"), 8e-3);
 }
 
 TEST_F(Tools, TheNumberOfThreadsChangesNoDigit) {

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "cli/result_report.h"
+#include "cli/result_state.h"
 #include "hexmesh/core/error.h"
 #include "hexmesh/file/calculix_deck.h"
 
@@ -22,8 +23,18 @@ void write_deck(const hexmesh::Result& result, const std::filesystem::path& path
   expect(report.value("converged", false), "the result is not converged", "one that is");
   expect(report["forces"].empty() || !result.load.empty(), "the result does not say which forces are on its nodes",
          "one of this version's hexsolve, not of hexsolve-mpi");
-  expect(report["contacts"].empty(), "obstacles are planes and balls, for which a deck needs meshes",
-         "a scene without contacts");
+  for (const json& contact : report["contacts"]) {
+    expect(!contact.contains("between") && !contact.contains("self"), "the scene has segments that touch",
+           "obstacles alone");
+    expect(contact.contains("friction"), "the result does not say how obstacles rub", "one of this version's hexsolve");
+    expect(contact["friction"] == 0, "obstacles have friction, and where that holds follows from the way there",
+           "[[contact]] without friction");
+  }
+  const std::vector<hexmesh::Obstacle> obstacles = obstacles_of(result);
+  expect(obstacles.size() == report["contacts"].size(), "the result does not hold surfaces that obstacles are",
+         "planes, spheres, capsules, cylinders and boxes");
+  expect(obstacles.empty() || !result.conditions.empty(), "nothing but obstacles holds the body",
+         "a [[fix]] or [[displace]]");
   expect(report.value("volumetric", "") == "full", "C3D8 integrates the volumetric term fully",
          "solve.volumetric = \"full\"");
   expect(report.value("strain", "") == "cauchy", "decks are written for small strain", "solve.strain = \"cauchy\"");
@@ -32,7 +43,10 @@ void write_deck(const hexmesh::Result& result, const std::filesystem::path& path
   expect(is_of_voxels || is_exact, "springs, modes, condensed and averaged cells have no counterpart above level 0",
          "solve.stiffness = \"exact\" and solve.supports = \"area\"");
   expect(report.value("held_cells", 0U) == 0, "springs of held islands have no counterpart", "a scene without");
-  hexmesh::write_calculix_deck(result, path);
+  std::vector<hexmesh::DeckObstacle> met;
+  for (std::size_t n = 0; n < obstacles.size(); ++n)
+    met.push_back({obstacles[n].solid, ResultReport::number_in(report["contacts"][n], "stiffness_n_mm", 0)});
+  hexmesh::write_calculix_deck(result, met, path);
 }
 
 }  // namespace hextools

@@ -212,6 +212,8 @@ void add_scene(json& report, const hexsolver::Scene& scene) {
   json& rows = report["contacts"];
   for (std::size_t n = 0; n < scene.contacts.size() && n < rows.size(); ++n) {
     const hexsolver::Contact& c = scene.contacts[n];
+    rows[n]["friction"] = c.friction;
+    if (c.stiffness > 0) rows[n]["stiffness_n_mm"] = c.stiffness;
     if (c.self)
       rows[n]["self"] = c.self->empty() ? json(true) : json(*c.self);
     else if (c.between)

@@ -60,6 +60,62 @@ private:
   std::map<std::array<long, 3>, std::size_t> number_;
 };
 
+/// The centre of an outer face that an obstacle may touch.
+struct GapPoint {
+  std::array<std::int32_t, 4> corners;
+  Vec3 rest;
+  Vec3 normal;       ///< out of the obstacle
+  double clearance;  ///< at rest along it [mm]
+  double stiffness;  ///< of what it meets [N/mm]
+};
+
+/// Corners of the faces that one cell alone has.
+std::vector<std::pair<std::size_t, std::array<std::int32_t, 4>>> outer_faces(const Result& result) {
+  constexpr std::array<std::array<std::size_t, 4>, 6> corners_of_face = {
+      {{0, 2, 4, 6}, {1, 3, 5, 7}, {0, 1, 4, 5}, {2, 3, 6, 7}, {0, 1, 2, 3}, {4, 5, 6, 7}}};
+  std::map<std::array<std::int32_t, 4>, std::pair<std::size_t, int>> cells_at;  ///< the last, and how many
+  for (std::size_t c = 0; c < result.cells.size(); ++c)
+    for (const std::array<std::size_t, 4>& face : corners_of_face) {
+      std::array<std::int32_t, 4> nodes{};
+      for (std::size_t n = 0; n < 4; ++n) nodes[n] = static_cast<std::int32_t>(result.cell_nodes[c][face[n]]);
+      std::sort(nodes.begin(), nodes.end());
+      std::pair<std::size_t, int>& at = cells_at[nodes];
+      at = {c, at.second + 1};
+    }
+  std::vector<std::pair<std::size_t, std::array<std::int32_t, 4>>> out;
+  for (const auto& [nodes, at] : cells_at)
+    if (at.second == 1) out.emplace_back(at.first, nodes);
+  return out;
+}
+
+std::vector<GapPoint> gap_points(const Result& result, const std::vector<DeckObstacle>& obstacles) {
+  constexpr double reach_in_voxels = 2;
+  constexpr double hardness = 1e6;  // times what a voxel resists: what a face sinks in is that part of its strain
+  std::vector<GapPoint> out;
+  if (obstacles.empty()) return out;
+  std::map<std::int32_t, double> young_of;
+  for (const LatticeSegment& s : result.segments)
+    if (s.material) young_of[s.segment.label] = s.material->young;
+  const double edge = result.voxels.spacing().maxCoeff();
+  for (const auto& [cell, corners] : outer_faces(result)) {
+    const auto young = young_of.find(result.segment[cell]);
+    if (young == young_of.end()) continue;
+    Vec3 rest = Vec3::Zero(), moved = Vec3::Zero();
+    for (const std::int32_t n : corners) {
+      rest += 0.25 * result.nodes[as_size(n)];
+      moved += 0.25 * result.displacement[as_size(n)];
+    }
+    for (const DeckObstacle& obstacle : obstacles) {
+      const Gap gap = gap_to(obstacle.solid, rest + moved);
+      if (gap.depth > reach_in_voxels * edge) continue;
+      const double hard = hardness * young->second * edge;
+      out.push_back({corners, rest, gap.normal, gap.depth - gap.normal.dot(moved),
+                     obstacle.stiffness > 0 ? obstacle.stiffness : hard});
+    }
+  }
+  return out;
+}
+
 /// Names of sets have no blanks and no other signs.
 std::string set_name(const std::string& name, std::size_t number) {
   std::string out = fmt::format("S{}_", number);
@@ -69,7 +125,8 @@ std::string set_name(const std::string& name, std::size_t number) {
 
 }  // namespace
 
-void write_calculix_deck(const Result& result, const std::filesystem::path& path) {
+void write_calculix_deck(const Result& result, const std::vector<DeckObstacle>& obstacles,
+                         const std::filesystem::path& path) {
   check(result);
   const NodeFinder nodes(result);
   // Before anything is written: the nodes of all conditions; where they share one, the last says where it goes.
@@ -103,6 +160,33 @@ void write_calculix_deck(const Result& result, const std::filesystem::path& path
     print("*MATERIAL, NAME={0}\n*ELASTIC\n{1:.9g}, {2:.9g}\n*SOLID SECTION, ELSET={0}, MATERIAL={0}\n", set,
           segment.material->young, segment.material->poisson);
   }
+  const std::vector<GapPoint> gaps = gap_points(result, obstacles);
+  // Of each gap the node on the face, then the one that stands for the obstacle.
+  const auto number_of = [&](std::size_t gap) { return result.nodes.size() + 2 * gap + 1; };
+  if (!gaps.empty()) {
+    print("** Without a law that yields CalculiX solves no gap.\n*MATERIAL, NAME=ITERATE\n*ELASTIC\n1., 0.\n");
+    print("*PLASTIC\n1.e20, 0.\n*NODE\n");
+    for (std::size_t g = 0; g < gaps.size(); ++g) {
+      const Vec3 facing = gaps[g].rest - gaps[g].clearance * gaps[g].normal;
+      print("{}, {:.9g}, {:.9g}, {:.9g}\n", number_of(g), gaps[g].rest[0], gaps[g].rest[1], gaps[g].rest[2]);
+      print("{}, {:.9g}, {:.9g}, {:.9g}\n", number_of(g) + 1, facing[0], facing[1], facing[2]);
+    }
+  }
+  for (std::size_t g = 0; g < gaps.size(); ++g) {
+    const GapPoint& gap = gaps[g];
+    for (int d = 1; d <= 3; ++d) {
+      print("*EQUATION\n5\n{}, {}, 1.", number_of(g), d);
+      for (const std::int32_t n : gap.corners) print(", {}, {}, -0.25", n + 1, d);
+      print("\n");
+    }
+    print("*ELEMENT, TYPE=GAPUNI, ELSET=G{}\n{}, {}, {}\n", g + 1, result.cells.size() + g + 1, number_of(g) + 1,
+          number_of(g));
+    constexpr double pull = 1e-15;  // where it is open, as a part of what the spring exerts when it is closed by 1 mm
+    print("*GAP, ELSET=G{}\n{:.12g}, {:.12g}, {:.12g}, {:.12g}, , {:.9g}, {:.9g}\n", g + 1, gap.clearance,
+          gap.normal[0], gap.normal[1], gap.normal[2], gap.stiffness, pull * gap.stiffness);
+  }
+  if (!gaps.empty()) print("*BOUNDARY\n");
+  for (std::size_t g = 0; g < gaps.size(); ++g) print("{}, 1, 3\n", number_of(g) + 1);
   print("*STEP\n*STATIC\n*BOUNDARY\n");
   for (const auto& [dof, value] : prescribed)
     print("{}, {}, {}, {:.9g}\n", dof.first + 1, dof.second + 1, dof.second + 1, value);
