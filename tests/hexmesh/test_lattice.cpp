@@ -69,7 +69,7 @@ protected:
 
 TEST_P(LatticeLevels, KeepEveryInvariant) {
   const std::vector<Finding> findings = check_lattice(lattice);
-  EXPECT_EQ(findings.size(), lattice.levels.size() * 15 + 1);
+  EXPECT_EQ(findings.size(), lattice.levels.size() * 16 + 1);
   for (const Finding& f : findings)
     EXPECT_TRUE(f.holds()) << f.property << ", level " << f.level << ": " << f.error << " > " << f.limit;
 }

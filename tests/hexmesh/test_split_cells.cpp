@@ -252,6 +252,32 @@ TEST(SplitCells, AFissureStaysOpenAtEveryLevelAndPosition) {
   }
 }
 
+TEST(SplitCells, OpenGapsAreMeasured) {
+  // A fissure from below j = begin to the top: its sides share the nodes up to the cells in which it ends.
+  const int begin = 11;
+  const Index3 extent = {44, 60, 20};
+  const auto cut = [&](const Index3& v) -> std::uint16_t { return v[0] == 21 && v[1] >= begin ? 0 : 1; };
+  for (const Index3& offset : {Index3{0, 0, 0}, Index3{3, 1, 2}, Index3{1, 5, 6}, Index3{2, 12, 3}}) {
+    const Lattice lattice = make(extent, cut, gaps, offset);
+    ASSERT_GE(lattice.num_levels(), 5);
+    const auto shared_up_to = [&](int size) { return (begin + offset[1] + size - 1) / size * size; };  // in voxels
+    const int top = (extent[1] + offset[1] + 1) / 2 * 2, along = (extent[2] - 1 + offset[2]) / 2 - offset[2] / 2 + 2;
+    const double volume = static_cast<double>(lattice.level(0).cells.size()), area = std::pow(8 / volume, 2.0 / 3);
+    const auto closed_by = [&](int size) { return along * (shared_up_to(size) - shared_up_to(2)) / 2 * area; };
+    for (int l = 0; l < 5; ++l) {
+      const int size = 1 << l;
+      const OpenGaps& found = lattice.level(l).gaps;
+      const double open = along * (top - shared_up_to(size)) / 2 * area;
+      EXPECT_NEAR(found.open, l > 1 ? open : 0, 1e-12) << l;
+      EXPECT_NEAR(found.closed, l > 1 ? closed_by(size) : 0, 1e-12) << l;
+      EXPECT_NEAR(found.closed_finer, l > 1 ? closed_by(size / 2) : 0, 1e-12) << l;
+    }
+    expect_checked(lattice);
+  }
+  const Lattice whole = make(extent, [](const Index3&) -> std::uint16_t { return 1; }, gaps, {0, 0, 0});
+  for (const Level& level : whole.levels) EXPECT_EQ(level.gaps, OpenGaps{});
+}
+
 TEST(SplitCells, GapsEndInCellsThatMoveTwoNodesOfOnePlaceAlike) {
   const auto oblique = [](const Index3& v) -> std::uint16_t { return v[0] + v[1] == 26 && v[1] > 5 ? 0 : 1; };
   const std::pair<Index3, std::function<std::uint16_t(const Index3&)>> bodies[] = {

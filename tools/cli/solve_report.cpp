@@ -53,7 +53,8 @@ const char* why_unknown(const SolveReport& r) {
   if (looks != r.effects.end() && looks->seconds == 0)
     return "no finer level was looked at (solve.error_estimate says when one is)";
   if (r.levels.back().error.is_hidden)
-    return "cells average over layers of different stiffness that are thinner than those of the next finer level";
+    return "cells average over layers of different stiffness that are thinner than those of the next finer level, or "
+           "gaps end in them where they end in those";
   return "the levels do not come closer to each other";
 }
 

@@ -211,6 +211,11 @@ std::string Reader::text_attribute(const std::string& group, const std::string& 
   return bytes.c_str();
 }
 
+bool Reader::has_attribute(const std::string& group, const std::string& name) const {
+  const Lock lock;
+  return has(group) && H5Aexists_by_name(file_, group.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
 std::size_t Reader::count_links(const std::string& group) const {
   const Lock lock;
   H5G_info_t info;

@@ -214,6 +214,7 @@ public:
     return values;
   }
   std::string text_attribute(const std::string& group, const std::string& name) const;
+  bool has_attribute(const std::string& group, const std::string& name) const;
 
   /// How many links a group holds. @pre has(group)
   std::size_t count_links(const std::string& group) const;

@@ -61,6 +61,7 @@ void add_level(const hdf5::Reader& file, int level, std::size_t num_materials, C
   content.add_attribute<std::int32_t>(group, "merge", 3);
   content.add_attribute<std::int32_t>(group, "voxels_per_cell", 3);
   content.add_attribute<double>(group, "mixture", 1);
+  if (file.has_attribute(group, hdf5::gaps_name)) content.add_attribute<double>(group, hdf5::gaps_name, 3);
   content.add<std::uint16_t>(group + "/cells", {0, 3});
   if (file.has(group + "/split/corners")) {
     content.add<std::int64_t>(group + "/split/corners", {0});

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -47,6 +48,8 @@ void write_level(hdf5::Writer& file, const Lattice& lattice, int number, Element
   file.attribute(group, "merge", std::span<const std::int32_t>(level.merge));
   file.attribute(group, "voxels_per_cell", std::span<const std::int32_t>(level.voxels_per_cell));
   file.attribute(group, "mixture", std::span<const double>(&level.mixture, 1));
+  const std::array<double, 3> gaps = {level.gaps.open, level.gaps.closed, level.gaps.closed_finer};
+  if (gaps != std::array<double, 3>{}) file.attribute(group, hdf5::gaps_name, std::span<const double>(gaps));
   hdf5::write_cells(file, group + "/cells", level.cells);
   hdf5::write_split(file, group + "/split", level.split);
   file.write<std::int32_t>(group + "/element", level.element, {level.cells.size()}, true);

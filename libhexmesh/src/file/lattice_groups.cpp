@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 
 #include "cell_checks.h"
 #include "hexmesh/file/lattice_file.h"
@@ -32,6 +33,16 @@ double read_mixture(const Reader& file, int level) {
     file.fail(fmt::format("has a mixture of {:g} in '{}', expected {}", mixture, level_group(level),
                           level == 0 ? "0, of voxels" : "0 to 1e12"));
   return mixture;
+}
+
+/// Files of before have none.
+OpenGaps read_gaps(const Reader& file, int level) {
+  if (!file.has_attribute(level_group(level), gaps_name)) return {};
+  const std::vector<double> v = file.attribute<double>(level_group(level), gaps_name, 3);
+  for (const double area : v)
+    if (!(area >= 0 && area < std::numeric_limits<double>::infinity()))
+      file.fail(fmt::format("has gaps of {:g} in '{}', expected areas", area, level_group(level)));
+  return {v[0], v[1], v[2]};
 }
 
 /// Whether as many voxels can lie in these subcells: at most as many as fit, and one at least in each.
@@ -207,6 +218,7 @@ std::vector<Level> read_merges(const Reader& file) {
     level.voxels_per_cell = read_index(file, level_group(n), "voxels_per_cell");
     check_merge(file, levels, n);
     level.mixture = read_mixture(file, n);
+    level.gaps = read_gaps(file, n);
   }
   return levels;
 }

@@ -39,6 +39,8 @@ Lattice read_outline(const Reader& file);
 std::vector<Children> to_children(const Reader& file, int level, const std::vector<std::int32_t>& values,
                                   const Index3& merge, std::size_t num_finer);
 
+inline constexpr const char* gaps_name = "gaps";  ///< of levels' attributes that not all have
+
 /// Datasets for the matrices of a level, whose rows come by write_matrices().
 void declare_matrices(Writer& file, int level, std::size_t num_elements);
 /// Where the material of each element is, beside its matrices.

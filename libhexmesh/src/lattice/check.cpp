@@ -117,6 +117,7 @@ void check_topology(const Lattice& lattice, std::vector<Finding>& findings) {
     add("elements are those of the children", found.children == expected.children && found.element == expected.element);
     add("parts are those of the voxels", found.parts == expected.parts);
     add("mixture is that of the voxels", found.mixture == expected.mixture);
+    add("gaps are those of the voxels", found.gaps == expected.gaps || found.gaps == OpenGaps{});
   }
 }
 

@@ -2,9 +2,12 @@
 #include "hexmesh/lattice/gap_ends.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
+#include "hexmesh/core/partition.h"
 #include "hexmesh/lattice/merge.h"
+#include "hexmesh/lattice/nodes.h"
 
 namespace hexmesh {
 namespace {
@@ -45,27 +48,100 @@ void for_each_corner_at(const Level& level, const Index3& node, F&& f) {
   }
 }
 
+/// Calls f(place, parent, another parent) for places of two nodes of a finer level that a coarser one moves alike, with
+/// the cells of the latter that do. A place may come again.
+template <class F>
+void for_each_closed(const Lattice& lattice, int finer, int coarser, F&& f) {
+  const Level &above = lattice.level(coarser), &below = lattice.level(finer);
+  const std::vector<std::int64_t>& corners = below.split.corners;
+  if (corners.empty()) return;
+  const std::vector<std::int32_t> parents = coarser_cells_of(lattice, finer, coarser);
+  const Index3 ratio = coarser_index(above.voxels_per_cell, below.voxels_per_cell);
+  for (std::size_t n = 0; n < corners.size(); ++n) {
+    const auto cell = static_cast<std::size_t>(corners[n] / 8);
+    const Index3 node = corner_of(below.cells[cell], static_cast<int>(corners[n] % 8));
+    const std::int32_t parent = parents[cell];
+    Vec3 local;
+    for (std::size_t d = 0; d < 3; ++d)
+      local[static_cast<Eigen::Index>(d)] =
+          static_cast<double>(node[d] - ratio[d] * above.cells[as_size(parent)][d]) / ratio[d];
+    const NodeWeights weights = shape_functions(local);
+    for_each_corner_at(below, node, [&](std::int32_t c, int corner) {
+      const std::int32_t other = parents[as_size(c)];
+      if (below.split.copy(c, corner) != below.split.copies[n] && move_alike(above, parent, other, weights))
+        f(node, parent, other);
+    });
+  }
+}
+
+/// Places of two nodes on level 1, and the gaps that they are of: places that corners of one cell can be are of one.
+class Gaps {
+public:
+  explicit Gaps(const Level& level) {
+    for (const std::int64_t corner : level.split.corners)
+      places_.push_back(sort_key(corner_of(level.cells[as_size(corner / 8)], static_cast<int>(corner % 8))));
+    std::sort(places_.begin(), places_.end());
+    places_.erase(std::unique(places_.begin(), places_.end()), places_.end());
+    Partition parts(places_.size());
+    for (const std::int64_t corner : level.split.corners) {
+      const Index3& cell = level.cells[as_size(corner / 8)];
+      const std::size_t own = number(corner_of(cell, static_cast<int>(corner % 8)));
+      for (int a = 0; a < 8; ++a)
+        if (const std::size_t n = number(corner_of(cell, a)); n < places_.size())
+          parts.join(static_cast<std::int32_t>(own), static_cast<std::int32_t>(n));
+    }
+    for (std::size_t n = 0; n < places_.size(); ++n) gap_of_.push_back(parts.root(static_cast<std::int32_t>(n)));
+  }
+
+  std::size_t size() const { return places_.size(); }
+  /// Which places a level closes.
+  std::vector<bool> closed_by(const Lattice& lattice, int level) const {
+    std::vector<bool> out(places_.size());
+    for_each_closed(lattice, 1, level,
+                    [&](const Index3& place, std::int32_t, std::int32_t) { out[number(place)] = true; });
+    return out;
+  }
+  std::int32_t gap_of(std::size_t place) const { return gap_of_[place]; }
+
+private:
+  std::size_t number(const Index3& place) const {
+    const auto found = std::lower_bound(places_.begin(), places_.end(), sort_key(place));
+    return found != places_.end() && *found == sort_key(place) ? as_size(found - places_.begin()) : places_.size();
+  }
+
+  std::vector<std::uint64_t> places_;
+  std::vector<std::int32_t> gap_of_;
+};
+
 }  // namespace
 
 std::vector<bool> cells_where_gaps_end(const Lattice& lattice, int level) {
-  const Level &above = lattice.level(level), &below = lattice.level(level - 1);
-  std::vector<bool> out(above.cells.size());
-  const std::vector<std::int64_t>& corners = below.split.corners;
-  if (corners.empty()) return out;
-  const std::vector<std::int32_t> parents = coarser_cells_of(lattice, level - 1, level);
-  for (std::size_t n = 0; n < corners.size(); ++n) {
-    const auto cell = static_cast<std::size_t>(corners[n] / 8);
-    const auto own_corner = static_cast<int>(corners[n] % 8);
-    const Index3 node = corner_of(below.cells[cell], own_corner);
-    const NodeWeights weights =
-        weights_in_parent(slot_in_parent(below.cells[cell], above.merge), own_corner, above.merge);
-    for_each_corner_at(below, node, [&](std::int32_t c, int corner) {
-      if (below.split.copy(c, corner) != below.split.copies[n] &&
-          move_alike(above, parents[cell], parents[as_size(c)], weights))
-        out[as_size(parents[cell])] = out[as_size(parents[as_size(c)])] = true;
-    });
-  }
+  std::vector<bool> out(lattice.level(level).cells.size());
+  for_each_closed(lattice, level - 1, level, [&](const Index3&, std::int32_t parent, std::int32_t other) {
+    out[as_size(parent)] = out[as_size(other)] = true;
+  });
   return out;
+}
+
+void measure_open_gaps(Lattice& lattice) {
+  for (Level& level : lattice.levels) level.gaps = {};
+  if (lattice.num_levels() < 3 || lattice.level(1).split.corners.empty()) return;
+  const Gaps gaps(lattice.level(1));
+  const double volume = static_cast<double>(lattice.level(0).cells.size()) * lattice.voxels.voxel_volume();
+  const double area = std::pow(lattice.cell_size(1).prod() / volume, 2.0 / 3);  // of a place
+  std::vector<bool> closed_finer(gaps.size());
+  for (int l = 2; l < lattice.num_levels(); ++l) {
+    std::vector<bool> closed = gaps.closed_by(lattice, l), is_open(gaps.size());
+    for (std::size_t n = 0; n < gaps.size(); ++n)
+      if (!closed[n]) is_open[as_size(gaps.gap_of(n))] = true;
+    OpenGaps& of_level = lattice.level(l).gaps;
+    for (std::size_t n = 0; n < gaps.size(); ++n) {
+      if (!is_open[as_size(gaps.gap_of(n))]) continue;
+      (closed[n] ? of_level.closed : of_level.open) += area;
+      if (closed_finer[n]) of_level.closed_finer += area;
+    }
+    closed_finer.swap(closed);
+  }
 }
 
 std::vector<bool> cells_round_gap_ends(const Level& level) {

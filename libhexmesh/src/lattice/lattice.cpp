@@ -12,6 +12,7 @@
 #include "hexmesh/core/error.h"
 #include "hexmesh/core/interruption.h"
 #include "hexmesh/core/memory.h"
+#include "hexmesh/lattice/gap_ends.h"
 #include "parts.h"
 #include "splitter.h"
 
@@ -239,6 +240,7 @@ void add_levels(Lattice& lattice, int num_levels) {
   interruption_point();
   count_filled(lattice.levels, lattice.materials.size());
   count_mixture(lattice.levels, lattice.materials);
+  measure_open_gaps(lattice);
   count_parts(lattice);
   lattice.faces = std::make_shared<const FacesInMemory>(find_faces(lattice));
 }

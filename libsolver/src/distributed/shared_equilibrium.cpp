@@ -224,7 +224,7 @@ SolveReport solve_equilibrium(const Run&, const std::filesystem::path& lattice, 
       scene = placed(scene, matchings);
     }
     for (int n = 0; n < static_cast<int>(outline->levels.size()); ++n) levels.num_cells.push_back(file->num_cells(n));
-    for (const hexmesh::Level& l : outline->levels) levels.mixture.push_back(l.mixture);
+    levels.averages = averages_of(*outline);
     levels.unseen = unseen_by_cycle(*outline);
     finest = finest_level(scene, levels.num_cells);
     check_open_ended(scene, levels.num_cells, finest);

@@ -19,6 +19,7 @@ struct StrainChoice {
   Elasticity elasticity = Elasticity::corotational;
   double angle_without_effect = 0;  ///< of cells that need not rotate [rad]
   bool is_sure = true;              ///< whether a finer level need not be asked
+  double deformation = 0;           ///< mean, of what was compared [mm]
   std::string why;
 };
 
@@ -78,8 +79,9 @@ StrainChoice choose_strain(int number, int levels_coarser, const Scene& scene, c
   const LoadedState<Vector> turned = solve_in_load_steps(
       *build(Elasticity::corotational), options, std::optional<Vector>(copy_of(straight.u)), progress, Aim::look);
 
-  const double allowed = scene.accuracy.value_or(default_part * level->mean_deformation(straight.u));
   StrainChoice out;
+  out.deformation = level->mean_deformation(straight.u);
+  const double allowed = scene.accuracy.value_or(default_part * out.deformation);
   out.angle_without_effect = std::sqrt(allowed / level->diameter());
   out.why = fmt::format("solve.strain = \"auto\": on level {} rotating cells changes the displacement", number);
   if (!turned.newton.converged) {

@@ -69,7 +69,7 @@ Levels<Level> describe_levels(const Lattice& lattice, const Scene& scene, int le
   Levels<Level> levels;
   levels.num_cells = cells_of_levels(lattice, scene);
   levels.looks_beyond_graded = cells_beyond(lattice, scene, level) > 0;
-  for (const hexmesh::Level& l : lattice.levels) levels.mixture.push_back(l.mixture);
+  levels.averages = averages_of(lattice);
   levels.unseen = unseen_by_cycle(lattice);
   while (levels.num_cells[static_cast<std::size_t>(levels.finest_there_is)] == 0) ++levels.finest_there_is;
   return levels;

@@ -26,10 +26,18 @@ struct Rate {
   }
 };
 
-/// Whether what the cells of a level average over is seen by no level as fine as the finest one.
-bool is_hidden(double mixture, double mixture_of_finest) {
-  constexpr double without_effect = 0.05, mostly = 0.75;
+constexpr double mostly = 0.75;
+
+/// Whether no level as fine as the finest one sees what stiffnesses the cells of a level average over.
+bool is_mixed_in_both(double mixture, double mixture_of_finest) {
+  constexpr double without_effect = 0.05;
   return mixture_of_finest > without_effect && mixture_of_finest > mostly * mixture;
+}
+
+/// Whether the next finer level has gaps end where a level does.
+bool closes_as_finer(const hexmesh::OpenGaps& gaps) {
+  constexpr double without_effect = 0.02;
+  return gaps.open > without_effect && gaps.closed > 0 && gaps.closed_finer > mostly * gaps.closed;
 }
 
 /// The cosine between two differences of these lengths whose sum has that one.
@@ -52,6 +60,12 @@ std::optional<double> largest_part(const std::vector<std::optional<double>>& err
 }
 
 }  // namespace
+
+std::vector<Averages> averages_of(const hexmesh::Lattice& lattice) {
+  std::vector<Averages> out;
+  for (const hexmesh::Level& level : lattice.levels) out.push_back({level.mixture, level.gaps});
+  return out;
+}
 
 double unseen_by_cycle(const hexmesh::Lattice& lattice) {
   constexpr double seen = 50;
@@ -102,9 +116,16 @@ std::optional<double> ErrorEstimator::error(std::size_t i, const Distance& dista
     return (step + by_chance) * std::abs(rate.series(0));
   }
   if (finer == 0) return distance(i, last);
-  if (is_hidden(known_[i].measures.mixture, known_[last].measures.mixture)) return {};
+  if (is_hidden(i)) return {};
   if (measured && *measured > 1) return {};
   return distance(i, last) + by_chance + (step + by_chance) * std::max(0.0, rate.series(finer).real());
+}
+
+bool ErrorEstimator::is_hidden(std::size_t i) const {
+  const Averages &own = known_[i].measures.averages, &finest = known_.back().measures.averages;
+  if (is_mixed_in_both(own.mixture, finest.mixture)) return true;
+  return i + 1 < known_.size() && std::all_of(known_.begin() + static_cast<std::ptrdiff_t>(i), known_.end() - 1,
+                                              [](const Known& k) { return closes_as_finer(k.measures.averages.gaps); });
 }
 
 double ErrorEstimator::difference(std::size_t i, std::size_t j, double ElasticCells::Size::*size) const {
@@ -135,7 +156,7 @@ void ErrorEstimator::write(std::vector<LevelReport>& levels) const {
       return error(
           i, [&](std::size_t a, std::size_t b) { return difference(a, b, size); }, 0);
     };
-    e.is_hidden = known_.back().finer > 0 && is_hidden(known_[i].measures.mixture, last.mixture);
+    e.is_hidden = known_.back().finer > 0 && is_hidden(i);
     e.mean_mm = by_size(&ElasticCells::Size::mean);
     e.max_mm = by_size(&ElasticCells::Size::largest);
     const auto of_energy = [&](std::size_t a, std::size_t b) {

@@ -41,11 +41,20 @@ double usual_margin(const Scene& scene, Elasticity elasticity);
 /// What is left of errors one level finer, as the last two show, or as is usual.
 double rate_of_errors(const std::vector<double>& coarse_to_fine);
 
+/// What the cells of a level take together, and what levels that do so alike do not show.
+struct Averages {
+  double mixture = 0;      ///< of stiffnesses, see hexmesh::count_mixture()
+  hexmesh::OpenGaps gaps;  ///< as far as they are closed
+};
+
+/// Of each level of a lattice.
+std::vector<Averages> averages_of(const hexmesh::Lattice& lattice);
+
 /// What is compared of a solution beside its displacement.
 struct LevelMeasures {
   double strain_energy = 0;     ///< [N mm]
   std::vector<Vec3> reactions;  ///< of each condition [N]
-  double mixture = 0;           ///< of stiffnesses in the level's cells, see hexmesh::count_mixture()
+  Averages averages = {};
 };
 
 /// How far the levels of a nested iteration are from the lattice's finest level, from what they differ by.
@@ -58,7 +67,8 @@ struct LevelMeasures {
 /// as that, at most twice. That of n itself is unknown unless it is the finest of the lattice: then it is its distance
 /// from cells of no size, d_(n-1)n |q + q^2 + ...|. Where differences do not fall, what is left cannot be told: errors
 /// are unknown. Neither can it where the cells of n average over stiffnesses that differ as those of i do: what is in
-/// them, such as layers thinner than a cell, shows in no difference.
+/// them, such as layers thinner than a cell, shows in no difference; or where gaps end in the cells of n as they do in
+/// those of i, which hold together what is beside a gap as far as they reach.
 class ErrorEstimator {
 public:
   /// @param measures_rates  false: not all cells are halved from level to level, which then show none; the usual rate,
@@ -84,6 +94,7 @@ public:
   void write(std::vector<LevelReport>& levels) const;
 
 private:
+  bool is_hidden(std::size_t i) const;  ///< what the known level averages over: it shows in no difference
   struct Known {
     std::vector<std::optional<ElasticCells::Size>> differences;
     LevelMeasures measures;

@@ -38,7 +38,7 @@ void NestedIteration<Level>::compare(Solved<Level>& next) {
   for (Effect& e : report_.effects)
     if (e.kind == EffectKind::error_estimate && !differences.empty()) e.active = true;
   LevelMeasures measures = next.level->measures(next.state.u);
-  measures.mixture = levels_.mixture[static_cast<std::size_t>(next.level->level_of_largest())];
+  measures.averages = levels_.averages[static_cast<std::size_t>(next.level->level_of_largest())];
   estimator_.add(std::move(differences), std::move(measures), next.level->level_of_largest());
 }
 
@@ -84,14 +84,15 @@ void NestedIteration<Level>::look_beyond(const Solved<Level>& best) {
 /// Graded cells, again and again: halve those that most of the error comes from, until what all of them halved differ
 /// by says that it is little enough. Where that tells nothing all are halved. Cells may agree with their halves by
 /// chance: an estimate is sure where the one before it was not far too small, as is seen by then.
+/// @returns false: all is to be solved again, see is_to_turn()
 template <EquilibriumLevel Level>
-void NestedIteration<Level>::refine_by_error(Solved<Level>& best) {
+bool NestedIteration<Level>::refine_by_error(Solved<Level>& best) {
   constexpr double far_too_small = 0.5, elsewhere = 10;
   for (int looks = 0;; ++looks) {
     const Stopwatch look;
     Solved<Level> halved;
     halved.level = levels_.halve(*best.level);
-    if (!halved.level) return;
+    if (!halved.level) return true;
     solve_level(halved, best, Aim::look);
     if (halved.converged()) {
       const std::size_t before = report_.levels.size() - (looks > 0 ? 2 : 1);
@@ -103,7 +104,7 @@ void NestedIteration<Level>::refine_by_error(Solved<Level>& best) {
       is_sure_ = looks > 0 && told && shown && *told >= far_too_small * *shown;
     }
     add_look(look.seconds());
-    if (is_accurate()) return;
+    if (is_accurate()) return true;
     const Stopwatch watch;
     Solved<Level> next;
     if (report_.levels.back().error.mean_mm) {
@@ -115,11 +116,15 @@ void NestedIteration<Level>::refine_by_error(Solved<Level>& best) {
     halved = {};
     std::vector<std::string> warnings = next.level->check(scene_);
     solve_level(next, best);
-    if (!replaces(next, best)) return;
+    if (is_to_turn(next)) return false;
+    if (!replaces(next, best)) return true;
     // Where the start leads nowhere, load steps may come to another equilibrium.
     const std::optional<double> told = report_.levels.back().error.mean_mm;
     const double moved = next.level->size_in_material(next.change_from(*next.coarser.back()), false).mean;
-    if (told && moved > elsewhere * *told) return levels_.give_way();
+    if (told && moved > elsewhere * *told) {
+      levels_.give_way();
+      return true;
+    }
     level_warnings_ = std::move(warnings);
     compare(next);
     add_report(next, watch.seconds());

@@ -15,7 +15,7 @@ Solved<Level> NestedIteration<Level>::run() {
     report_.setup_seconds = setup.seconds();
   }
   const Stopwatch solve;
-  if (scene_.finds_strain) find_strain();
+  if (scene_.finds_strain && !turns_) find_strain();
   Solved<Level> best;
   for (int level = first_; level >= finest_; --level) {
     if (best.level && !has_time_for(level)) break;
@@ -35,6 +35,7 @@ Solved<Level> NestedIteration<Level>::run() {
       continue;
     }
     solve_level(next, best);
+    if (is_to_turn(next)) return run_with_rotations();
     if (!replaces(next, best)) break;
     if (scene_.asks_accuracy() && best.level) {
       // What the level before is off is known now: if that is little enough it is the one.
@@ -51,7 +52,7 @@ Solved<Level> NestedIteration<Level>::run() {
     if (carries_less(best)) break;
     if (levels_.refine && best.converged() && (best.level->num_cells() >= least_compared || level == finest_)) {
       try {
-        refine_by_error(best);
+        if (!refine_by_error(best)) return run_with_rotations();
       } catch (const hexmesh::Error& e) {
         const bool is_of_those_cells =
             e.kind() == hexmesh::ErrorKind::geometry || e.kind() == hexmesh::ErrorKind::input;
@@ -67,6 +68,18 @@ Solved<Level> NestedIteration<Level>::run() {
   report_.warnings.insert(report_.warnings.end(), level_warnings_.begin(), level_warnings_.end());
   conclude(best, refused);
   return best;
+}
+
+/// All again, where a level shows that what began without rotations needs them.
+template <EquilibriumLevel Level>
+Solved<Level> NestedIteration<Level>::run_with_rotations() {
+  turns_ = true;
+  report_.levels.clear();
+  level_warnings_.clear();
+  estimator_ = ErrorEstimator(!scene_.is_graded());
+  is_sure_ = true;
+  carried_.reset();
+  return run();
 }
 
 template <EquilibriumLevel Level>
@@ -169,22 +182,42 @@ void NestedIteration<Level>::sharpen(Solved<Level>& next, NewtonOptions options)
 template <EquilibriumLevel Level>
 void NestedIteration<Level>::find_strain() {
   const StrainLevels levels = levels_to_compare_strains(levels_.num_cells, first_, finest_);
-  std::optional<StrainChoice> choice;
-  std::string unfit;
-  for (int level = levels.coarsest; level >= levels.finest && !(choice && choice->is_sure); --level) try {
-      choice = choose_strain<Level>(
-          level, level - finest_, scene_, [this](int number) { return make(number); },
-          [&](double load, int iteration, double residual, int linear) {
-            if (progress_) progress_(level, load, iteration, residual, linear);
-          });
+  std::string unfit = "no level can be compared";
+  bool is_compared = false, is_sure = false;
+  for (int level = levels.coarsest; level >= levels.finest && !is_sure; --level) try {
+      is_sure = compare_strains(level);
+      is_compared = true;
     } catch (const hexmesh::Error& e) {
       if (e.kind() != hexmesh::ErrorKind::geometry) throw;  // else of a coarse level, which need not be fit
       unfit = e.what();
     }
-  if (!choice) return explain_rotation(fmt::format("solve.strain = \"auto\": not compared: {}", unfit), true);
-  report_.elasticity = choice->elasticity;
-  angle_without_effect_ = choice->angle_without_effect;
-  explain_rotation(choice->why, choice->elasticity == Elasticity::corotational);
+  if (!is_compared) explain_rotation(fmt::format("solve.strain = \"auto\": not compared: {}", unfit), true);
+}
+
+/// Take the strain that a level asks for. @returns whether a finer one need not be asked
+template <EquilibriumLevel Level>
+bool NestedIteration<Level>::compare_strains(int level) {
+  const StrainChoice choice = choose_strain<Level>(
+      level, level - finest_, scene_, [this](int number) { return make(number); },
+      [&](double load, int iteration, double residual, int linear) {
+        if (progress_) progress_(level, load, iteration, residual, linear);
+      });
+  report_.elasticity = choice.elasticity;
+  angle_without_effect_ = choice.angle_without_effect;
+  compared_at_ = choice.elasticity == Elasticity::cauchy ? choice.deformation : 0;
+  explain_rotation(choice.why, choice.elasticity == Elasticity::corotational);
+  return choice.is_sure;
+}
+
+/// Whether a solution without rotations needs them: where it deforms by much more than the level on which they made no
+/// difference, whose cells were too stiff to tell, they are compared again on its own.
+template <EquilibriumLevel Level>
+bool NestedIteration<Level>::is_to_turn(const Solved<Level>& now) {
+  constexpr double much_more = 1.5;
+  if (compared_at_ == 0 || !now.converged() || report_.elasticity != Elasticity::cauchy) return false;
+  if (now.level->mean_deformation(now.state.u) <= much_more * compared_at_) return false;
+  compare_strains(now.level->level());
+  return report_.elasticity == Elasticity::corotational;
 }
 
 /// @param active  of a first reason; nothing: added to it

@@ -29,7 +29,7 @@ public:
   /// What levels are made of.
   struct Levels {
     std::vector<std::size_t> num_cells;  ///< of each level of the lattice
-    std::vector<double> mixture;         ///< likewise, see hexmesh::count_mixture()
+    std::vector<Averages> averages;      ///< likewise
     double unseen = 1;                   ///< see unseen_by_cycle()
     /// A level under a scene. @throws Error{geometry} for selections and missing supports
     std::function<std::unique_ptr<Level>(int, const Scene&)> make;
@@ -66,7 +66,8 @@ public:
 private:
   bool estimates_errors() const { return scene_.asks_accuracy() || scene_.error_estimation != ErrorEstimation::off; }
   bool chooses_cells() const {
-    return scene_.finds_strain && report_.elasticity == Elasticity::corotational && scene_.rotation == Rotation::polar;
+    return scene_.finds_strain && !turns_ && report_.elasticity == Elasticity::corotational &&
+           scene_.rotation == Rotation::polar;
   }
   std::unique_ptr<Level> make(int level) const {
     return levels_.make(level, level == finest_ ? scene_ : coarse_scene_);
@@ -82,9 +83,12 @@ private:
   void compare(Solved<Level>& next);
   bool looks_beyond(const Solved<Level>& best) const;
   void look_beyond(const Solved<Level>& best);
-  void refine_by_error(Solved<Level>& best);
+  bool refine_by_error(Solved<Level>& best);
   void add_look(double seconds);
   void find_strain();
+  bool is_to_turn(const Solved<Level>& now);
+  bool compare_strains(int level);
+  Solved<Level> run_with_rotations();
   LoadedState<Vector> solve(Level& level, const NewtonOptions& options, std::optional<Vector> start, Aim aim) const;
   std::optional<double> algebraic_error(const Solved<Level>& solved) const;
   void add_report(Solved<Level>& now, double seconds);
@@ -106,6 +110,9 @@ private:
   bool is_sure_ = true;              ///< what it says; of graded cells see refine_by_error()
   std::optional<double> carried_;    ///< part of the load that the last level reached, if it failed
   double angle_without_effect_ = 0;  ///< of cells that need not rotate, with strain = "auto" [rad]
+  double compared_at_ =
+      0;                ///< deformation of the level that "auto" compared last, to leave rotations out; 0: none [mm]
+  bool turns_ = false;  ///< rotations count, as finer levels show, which began without
 };
 
 }  // namespace hexsolver

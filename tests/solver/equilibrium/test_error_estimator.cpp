@@ -84,20 +84,31 @@ TEST(ErrorEstimator, AStepThatIsShortByChanceCountsForMore) {
 }
 
 TEST(ErrorEstimator, WhatCellsHideIsUnknown) {
-  const auto mean_of_first = [](double mixture, double finer_mixture, int beyond) {
+  const auto is_first_known = [](const Averages& first, const Averages& finer, int beyond) {
     ErrorEstimator estimator;
-    estimator.add({}, {10, {}, mixture}, beyond + 1);
-    estimator.add({Size{1, 1}}, {11, {}, finer_mixture}, beyond);
+    estimator.add({}, {10, {}, first}, beyond + 1);
+    estimator.add({Size{1, 1}}, {11, {}, finer}, beyond);
     std::vector<LevelReport> levels(2);
     estimator.write(levels);
     EXPECT_EQ(levels[0].error.is_hidden, !levels[0].error.mean_mm);
     return levels[0].error.mean_mm.has_value();
+  };
+  const auto mean_of_first = [&](double mixture, double finer_mixture, int beyond) {
+    return is_first_known({mixture, {}}, {finer_mixture, {}}, beyond);
   };
   EXPECT_TRUE(mean_of_first(0, 0, 2));
   EXPECT_FALSE(mean_of_first(2, 2, 2));   // layers of single voxels
   EXPECT_TRUE(mean_of_first(2, 0.9, 2));  // most of them are resolved
   EXPECT_TRUE(mean_of_first(0.04, 0.04, 2));
   EXPECT_TRUE(mean_of_first(2, 0, 0));  // the voxels themselves
+  const auto with_gap = [&](const hexmesh::OpenGaps& gaps, int beyond) {
+    return is_first_known({0, gaps}, {0, {0.2, 0.1, 0}}, beyond);
+  };
+  EXPECT_FALSE(with_gap({0.1, 0.04, 0.04}, 2));  // it ends at the same place in both
+  EXPECT_TRUE(with_gap({0.1, 0.04, 0.02}, 2));
+  EXPECT_TRUE(with_gap({0.01, 0.04, 0.04}, 2));  // a groove
+  EXPECT_TRUE(with_gap({0.1, 0, 0}, 2));
+  EXPECT_TRUE(with_gap({0.1, 0.04, 0.04}, 0));
 }
 
 TEST(ErrorEstimator, AtTheFinestLevelOfTheLatticeItIsTheDistanceFromCellsOfNoSize) {

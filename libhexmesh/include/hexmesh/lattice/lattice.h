@@ -37,6 +37,15 @@ struct VoxelMaterial {
   Material material;
 };
 
+/// Gaps between cells of level 1, as far as a coarser level has them open and some of them closed: cells that a gap
+/// ends in hold both sides together. Areas over V^(2/3), V the volume of the material.
+struct OpenGaps {
+  double open = 0;
+  double closed = 0;
+  double closed_finer = 0;  ///< what the next finer level has closed of the same gaps
+  bool operator==(const OpenGaps&) const = default;
+};
+
 /// The cells of one resolution. Level 0 = voxels; each next level merges two cells along some or all axes.
 ///
 /// Cells alike share one element. An element is known by its children, the elements of the next finer level; those of
@@ -53,6 +62,7 @@ struct Level {
   std::vector<std::int64_t> filled;    ///< shape (num_elements), voxels with material
   std::vector<SubcellMask> subcells;   ///< shape (num_elements), those with material; 0 = not known
   double mixture = 0;                  ///< see count_mixture()
+  OpenGaps gaps;                       ///< see measure_open_gaps()
   StoredMatrices matrices;             ///< of the elements, as read from a file that has them; empty: to be formed
 
   /// Filled part of a cell's volume, in (0, 1].

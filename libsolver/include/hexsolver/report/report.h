@@ -110,7 +110,7 @@ struct ErrorEstimate {
   std::optional<double> strain_energy_n_mm;        ///< [N mm]
   std::vector<std::optional<double>> reactions_n;  ///< of each condition [N]
   std::optional<double> of_reactions;              ///< the largest of these over the largest reaction [1]
-  bool is_hidden = false;  ///< unknown, since cells average over layers that no level compared with resolves
+  bool is_hidden = false;  ///< unknown: cells average over layers, or gaps end in them, as on the levels compared with
   std::optional<double> algebraic_mm;  ///< mean, of the equations of this level not being solved to the end
 };
 
