@@ -24,8 +24,8 @@ using namespace testing_support;
 
 /// @param label_of  of each voxel; 0 = none
 Lattice make(const Index3& extent, const std::function<std::uint16_t(const Index3&)>& label_of, const Parting& parting,
-             const Index3& offset = {0, 0, 0}) {
-  LabelVolume volume = make_volume(extent, Vec3(1, 1.25, 1.5), label_of);
+             const Index3& offset = {0, 0, 0}, const Vec3& spacing = {1, 1.25, 1.5}) {
+  LabelVolume volume = make_volume(extent, spacing, label_of);
   std::vector<LatticeSegment> segments;
   std::uint16_t most = 0;
   for (const std::uint16_t label : volume.labels) most = std::max(most, label);
@@ -253,12 +253,13 @@ TEST(SplitCells, AFissureStaysOpenAtEveryLevelAndPosition) {
 }
 
 TEST(SplitCells, OpenGapsAreMeasured) {
-  // A fissure from below j = begin to the top: its sides share the nodes up to the cells in which it ends.
+  // A fissure from j = begin to the top, along a border of cells of every size: its sides share the nodes up to the
+  // cells in which it ends.
   const int begin = 11;
-  const Index3 extent = {44, 60, 20};
-  const auto cut = [&](const Index3& v) -> std::uint16_t { return v[0] == 21 && v[1] >= begin ? 0 : 1; };
-  for (const Index3& offset : {Index3{0, 0, 0}, Index3{3, 1, 2}, Index3{1, 5, 6}, Index3{2, 12, 3}}) {
-    const Lattice lattice = make(extent, cut, gaps, offset);
+  const Index3 extent = {60, 60, 20};
+  const auto cut = [&](const Index3& v) -> std::uint16_t { return v[0] == 31 && v[1] >= begin ? 0 : 1; };
+  for (const Index3& offset : {Index3{0, 0, 0}, Index3{0, 1, 2}, Index3{0, 5, 6}, Index3{0, 12, 3}}) {
+    const Lattice lattice = make(extent, cut, gaps, offset, {1, 1, 1});
     ASSERT_GE(lattice.num_levels(), 5);
     const auto shared_up_to = [&](int size) { return (begin + offset[1] + size - 1) / size * size; };  // in voxels
     const int top = (extent[1] + offset[1] + 1) / 2 * 2, along = (extent[2] - 1 + offset[2]) / 2 - offset[2] / 2 + 2;
