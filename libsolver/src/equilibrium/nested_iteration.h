@@ -204,7 +204,8 @@ bool NestedIteration<Level>::compare_strains(int level) {
       });
   report_.elasticity = choice.elasticity;
   angle_without_effect_ = choice.angle_without_effect;
-  compared_at_ = choice.elasticity == Elasticity::cauchy ? choice.deformation : 0;
+  compared_.reset();
+  if (choice.elasticity == Elasticity::cauchy) compared_ = {level, choice.deformation};
   explain_rotation(choice.why, choice.elasticity == Elasticity::corotational);
   return choice.is_sure;
 }
@@ -214,9 +215,10 @@ bool NestedIteration<Level>::compare_strains(int level) {
 template <EquilibriumLevel Level>
 bool NestedIteration<Level>::is_to_turn(const Solved<Level>& now) {
   constexpr double much_more = 1.5;
-  if (compared_at_ == 0 || !now.converged() || report_.elasticity != Elasticity::cauchy) return false;
-  if (now.level->mean_deformation(now.state.u) <= much_more * compared_at_) return false;
-  compare_strains(now.level->level());
+  const int level = now.level->level();
+  if (!compared_ || compared_->level == level || !now.converged()) return false;
+  if (now.level->mean_deformation(now.state.u) <= much_more * compared_->deformation) return false;
+  compare_strains(level);
   return report_.elasticity == Elasticity::corotational;
 }
 

@@ -110,8 +110,12 @@ private:
   bool is_sure_ = true;              ///< what it says; of graded cells see refine_by_error()
   std::optional<double> carried_;    ///< part of the load that the last level reached, if it failed
   double angle_without_effect_ = 0;  ///< of cells that need not rotate, with strain = "auto" [rad]
-  double compared_at_ =
-      0;                ///< deformation of the level that "auto" compared last, to leave rotations out; 0: none [mm]
+  /// The level that "auto" compared last, which made it leave rotations out.
+  struct Compared {
+    int level;
+    double deformation;  ///< mean [mm]
+  };
+  std::optional<Compared> compared_;
   bool turns_ = false;  ///< rotations count, as finer levels show, which began without
 };
 
