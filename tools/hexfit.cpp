@@ -43,8 +43,8 @@ int run(FitOptions& o, const CommonOptions& common, const Console& console) {
   const Input* scene_file = files.input_if_named(o.scene, Content::text);
   const Targets targets(o, files, console);
   const SceneWriter scene_writer(o);
-  Output& output = files.output(o.output, Content::binary);
-  Output* report_file = files.output_if_named(o.report, Content::text);
+  Output& output = files.output(o.output, Content::binary, ".hexresult");
+  Output* report_file = files.output_if_named(o.report, Content::text, ".json");
 
   Scene scene = scene_of(o, scene_file, files);
   if (o.level) scene.name_level(o.level);

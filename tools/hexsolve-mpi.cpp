@@ -67,8 +67,8 @@ int solve(const Run& run, const Options& o, const CommonOptions& common, const C
     scene = read_scene(o);
     hexsolver::mpi::check_is_shareable(scene);
     for (const std::filesystem::path& file : hexsolver::files_of(scene)) files.input(file.string());
-    output = &files.output(o.output, Content::binary);
-    report_file = files.output_if_named(o.report, Content::text);
+    output = &files.output(o.output, Content::binary, ".hexresult");
+    report_file = files.output_if_named(o.report, Content::text, ".json");
   });
   std::optional<ProgressTeller> teller;
   if (run.is_first()) teller.emplace("hexsolve-mpi", common);

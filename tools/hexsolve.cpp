@@ -29,8 +29,22 @@ void check_names(const SolveOptions& o, bool solves) {
                                               o.scene.empty() ? "SCENE" : "-o RESULT"));
 }
 
+/// What a call asks for is said once.
+void check_settings(const SolveOptions& o) {
+  const auto expect_one = [&](bool is_asked, const char* option) {
+    for (const char* key : {"solve.level", "solve.accuracy_mm", "solve.accuracy_reactions", "solve.budget_s"})
+      for (const std::string& s : o.settings)
+        if (is_asked && s.starts_with(std::string(key) + "="))
+          throw Error(ErrorKind::usage, fmt::format("--set {} and {} are both given, expected one of them", s, option));
+  };
+  expect_one(!o.levels.empty(), "--level");
+  expect_one(!o.accuracy.empty(), "--accuracy");
+  expect_one(o.request.budget.has_value(), "--budget");
+}
+
 /// The scene of the file with what the command line overrides.
 Scene read_scene(const SolveOptions& o, const Input& input, RunFiles& files, const Console& console) {
+  check_settings(o);
   Scene scene = hextools::read_scene(input, files, o.settings);
   apply(o.request, scene);
   for (const std::string& w : scene.warnings) console.warning(w);
@@ -47,7 +61,7 @@ Scene read_scene(const SolveOptions& o, const Input& input, RunFiles& files, con
 int write_example(const SolveOptions& o, const CommonOptions& common) {
   RunFiles files(common);
   const Input& lattice = files.input(o.lattice);
-  Output& output = files.output(o.output.empty() ? "-" : o.output, Content::text);
+  Output& output = files.output(o.output.empty() ? "-" : o.output, Content::text, ".toml");
   output.write(hexsolver::example_scene(hexmesh::read_lattice(lattice.path(), {-1})));
   files.commit();
   return 0;
@@ -65,8 +79,8 @@ int run(const SolveOptions& o, const CommonOptions& common, const Console& conso
   if (!o.stream.empty()) files.reserve_standard_output(Content::binary);
   if (!o.steer.empty()) files.input(o.steer, Content::text);  // read as it comes, in place
   if (o.plan && !o.output.empty()) throw Error(ErrorKind::usage, "-o goes with a solution or --check, not with --plan");
-  Output* output = files.output_if_named(o.output, Content::binary);
-  Output* report_file = files.output_if_named(o.report, Content::text);
+  Output* output = files.output_if_named(o.output, Content::binary, ".hexresult");
+  Output* report_file = files.output_if_named(o.report, Content::text, ".json");
   Output* record_file = files.output_if_named(o.record, Content::text);
   int level = 0;
   const hexmesh::Lattice lattice =

@@ -245,6 +245,13 @@ TEST_F(Outputs, NamesAreCheckedBeforeAnythingIsWritten) {
     EXPECT_EQ(full.exit_code, 6) << output << "\n" << full.errors;
     EXPECT_FALSE(std::filesystem::exists(*folder / std::string(output).substr(std::string(output).find(' ') + 1)));
   }
+  for (const char* command :
+       {"hexmesh build liver.nrrd -o full", "hexsolve liver.hexmesh liver.toml --level 2 -o full"}) {
+    const CommandResult full = run(fmt::format("bash -c \"trap '' XFSZ; ulimit -f 8; {}\"", command));
+    EXPECT_EQ(full.exit_code, 6) << full.errors;
+    EXPECT_NE(full.errors.find("into 'full': File too large"), std::string::npos) << full.errors;
+    EXPECT_FALSE(std::filesystem::exists(*folder / "full"));
+  }
 }
 
 TEST_F(Outputs, TheReportIsThatOfTheSolution) {

@@ -61,6 +61,12 @@ TEST_F(Tools, UsageErrorsExit2) {
   expect_failure("hexexport liver.hexmesh", 2, {"--lattice"});
   expect_failure("hexslice planes x --count 0 -o a", 2, {"--count"});
   expect_failure("hexmesh build liver.nrrd -o liver.nrrd --force", 2, {"also an input"});
+  expect_failure("hexsolve liver.hexmesh liver.toml -o a.vtu", 2, {"'a.vtu' would be no .vtu", ".hexresult"});
+  expect_failure("hexsolve liver.hexmesh liver.toml --level 2 --set solve.level=1 -o a", 2,
+                 {"solve.level=1", "--level"});
+  expect_failure("hexsolve liver.hexmesh liver.toml --example", 2, {"excludes"});
+  expect_failure("hexslice planes liver.hexresult -o a.png", 2, {"'a.png' would be a folder"});
+  expect_failure("hexslice volume liver.hexresult --view left --direction 1,0,0 -o a.png", 2, {"excludes"});
 }
 
 TEST_F(Tools, BadInputExits3) {

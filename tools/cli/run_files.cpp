@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cctype>
+#include <set>
+
 #include "cli/progress.h"
 #include "cli/streams.h"
 #include "hexmesh/core/error.h"
@@ -19,6 +22,18 @@ namespace {
 
 /// @throws Error{input} that says why an input is not there
 void check_readable(const std::string& name) { const hexmesh::InputFile file(name); }
+
+/// What a name promises, in small letters: its ending, if a kind of file is known by it.
+std::string promised(const std::string& name) {
+  static const std::set<std::string> known = {
+      ".hexmesh", ".hexresult", ".hexsurface", ".toml", ".json", ".csv",  ".inp", ".html", ".vtu",
+      ".vtk",     ".vtp",       ".vtkhdf",     ".vti",  ".pvd",  ".xdmf", ".stl", ".obj",  ".ply",
+      ".off",     ".nrrd",      ".nhdr",       ".nii",  ".gz",   ".mha",  ".mhd", ".dcm",  ".png",
+      ".jpg",     ".jpeg",      ".gif",        ".mp4",  ".webm", ".avi",  ".mov"};
+  std::string ending = std::filesystem::path(name).extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return known.contains(ending) ? ending : "";
+}
 
 std::string output_name(const std::string& name) { return name == "-" ? "standard output" : "output '" + name + "'"; }
 
@@ -115,6 +130,10 @@ Output& RunFiles::output(const std::string& name, Content content, const std::st
   FileIdentity identity = identity_of_output(name);
   check_output(name, identity, content);
   Output& out = outputs_.emplace_back(name, content, extension, options_.force);
+  if (const std::string other = promised(name);
+      !extension.empty() && !other.empty() && other != promised("file" + extension))
+    throw Error(ErrorKind::usage,
+                fmt::format("output '{}' would be no {}, expected a name that ends in {}", name, other, extension));
   declared_.push_back({name, std::move(identity)});
   return out;
 }
@@ -131,6 +150,9 @@ void RunFiles::reserve_standard_output(Content content) {
 
 void RunFiles::make_folder(const std::string& name) {
   if (name.empty()) throw Error(ErrorKind::usage, "the name of the output folder is empty, expected one");
+  if (!promised(name).empty() && !std::filesystem::is_directory(name))
+    throw Error(ErrorKind::usage,
+                fmt::format("output '{}' would be a folder, expected a name without {}", name, promised(name)));
   folders_.emplace_back(name);
 }
 

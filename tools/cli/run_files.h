@@ -81,8 +81,9 @@ public:
   /// Nothing for an empty name.
   Input* input_if_named(const std::string& name, Content content = Content::binary);
 
-  /// @param extension  of the temporary file: some libraries choose the format by it
-  /// @throws Error{usage} if it is an input or another output, or binary and goes to a terminal; as hexmesh::OutputFile
+  /// @param extension  that the format is known by, also to libraries that choose it by the name; empty: any
+  /// @throws Error{usage} if it is an input or another output, or binary and goes to a terminal, or its name promises
+  ///         another format; as hexmesh::OutputFile
   Output& output(const std::string& name, Content content, const std::string& extension = "");
 
   /// Nothing for an empty name.
@@ -92,7 +93,7 @@ public:
   /// @throws Error{usage} as output()
   void reserve_standard_output(Content content);
 
-  /// Makes a folder for outputs. @throws Error{output}
+  /// Makes a folder for outputs. @throws Error{output}; Error{usage} where its name promises a file
   void make_folder(const std::string& name);
 
   /// Whether a file is one of the inputs, which is never to be removed.

@@ -331,12 +331,12 @@ std::function<Declare> declare_subcommands(std::vector<Subcommand> subcommands) 
 
 namespace {
 
-/// A number that is finite and more than `bound`.
-CLI::Validator finite_above(double bound, const std::string& expected, const std::string& description) {
+/// A finite number for which a condition holds.
+CLI::Validator finite(bool (*holds)(double), const std::string& expected, const std::string& description) {
   return CLI::Validator(
       [=](const std::string& text) {
         double value = 0;
-        const bool is_good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && value > bound;
+        const bool is_good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && holds(value);
         return is_good ? std::string() : fmt::format("is {}, expected {}", text, expected);
       },
       description);
@@ -344,8 +344,9 @@ CLI::Validator finite_above(double bound, const std::string& expected, const std
 
 }  // namespace
 
-const CLI::Validator finite_number = finite_above(-INFINITY, "a number", "");
-const CLI::Validator positive_number = finite_above(0, "a number > 0", "NUMBER > 0");
+const CLI::Validator finite_number = finite([](double) { return true; }, "a number", "");
+const CLI::Validator positive_number = finite([](double v) { return v > 0; }, "a number > 0", "NUMBER > 0");
+const CLI::Validator number_from_0 = finite([](double v) { return v >= 0; }, "a number >= 0", "NUMBER >= 0");
 
 CLI::Option* add_output(CLI::App& app, std::string& output, const std::string& what) {
   return app.add_option("-o,--output", output, what + "; - is standard output")->required();

@@ -77,6 +77,7 @@ extern const CLI::Validator finite_number;
 
 /// Likewise, and positive.
 extern const CLI::Validator positive_number;
+extern const CLI::Validator number_from_0;
 
 /// -o/--output; "-" is standard output.
 CLI::Option* add_output(CLI::App& app, std::string& output, const std::string& what);

@@ -73,7 +73,7 @@ void SceneWriter::write(const Input* base, const std::vector<hexsolver::Match>& 
     }
     if (m.trust > 0) text += fmt::format("trust_mm = {}\n", m.trust);
   }
-  files.output(o_.scene_output, Content::text).write(std::move(text));
+  files.output(o_.scene_output, Content::text, ".toml").write(std::move(text));
 }
 
 }  // namespace hextools

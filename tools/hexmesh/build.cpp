@@ -125,8 +125,8 @@ int run_build(const BuildOptions& o, const CommonOptions& common, const Console&
   RunFiles files(common);
   SegmentReader segments(o.segments, files, console);
   const BuildInputs inputs = inputs_of(o, files);
-  Output& output = files.output(o.output, Content::binary);
-  Output* report_file = files.output_if_named(o.report, Content::text);
+  Output& output = files.output(o.output, Content::binary, ".hexmesh");
+  Output* report_file = files.output_if_named(o.report, Content::text, ".json");
   Notes notes;
   std::vector<std::string> read;  // checksum lines
   Lattice lattice = build(o, inputs, segments, notes, read);

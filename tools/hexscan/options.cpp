@@ -19,10 +19,6 @@ void note_segments(const hexmesh::LabelVolume& volume, const Console& console) {
 }
 
 Output* volume_if_named(const std::string& name, RunFiles& files) {
-  for (const char* other : {".nii", ".nii.gz", ".mha", ".mhd", ".vti", ".dcm", ".stl", ".obj"})
-    if (name.ends_with(other))
-      throw hexmesh::Error(hexmesh::ErrorKind::usage,
-                           fmt::format("output '{}' would hold an NRRD, expected a name in .nrrd", name));
   return files.output_if_named(name, Content::binary, ".nrrd");
 }
 

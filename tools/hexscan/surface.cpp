@@ -20,7 +20,7 @@ struct SurfaceOptions {
 int run_surface(const SurfaceOptions& o, const CommonOptions& common, const Console& console) {
   RunFiles files(common);
   const Input& input = files.input(o.input);
-  Output& output = files.output(o.output, Content::binary);
+  Output& output = files.output(o.output, Content::binary, ".hexsurface");
   hexmesh::TriangleSurface surface = hexmesh::merged(hexmesh::read_surface(input.path()));
   for (hexmesh::Vec3& p : surface.points) p *= o.scale;
   if (hexmesh::edges_of(surface).open == 0 && hexmesh::enclosed_volume(surface) < 0)

@@ -173,6 +173,7 @@ std::function<int()> declare_volume(CLI::App& app, const CommonOptions& common, 
       ->check(CLI::IsMember({"anterior", "posterior", "left", "right", "superior", "inferior", "oblique"}))
       ->capture_default_str();
   app.add_option("--direction", o->view, "Direction of view instead, x,y,z LPS")
+      ->excludes("--view")
       ->delimiter(',')
       ->expected(3)
       ->check(finite_number);

@@ -62,9 +62,10 @@ void add_options(CLI::App& app, SolveOptions& o) {
   accuracy->check([&o](const std::string& text) { return read_accuracy(text, o); })->excludes(budget);
   budget->check(positive_number);
   add_repeated(app, "--set", o.settings, "KEY=VALUE: override a key of the scene, e.g. solve.strain=cauchy");
-  app.add_flag("--example", o.example,
-               "Print a scene for this lattice: three places held, a fourth pulled by 40 mm, less where the body is "
-               "thin or small");
+  CLI::Option* example = app.add_flag(
+      "--example", o.example,
+      "Print a scene for this lattice: three places held, a fourth pulled by 40 mm, less where the body is "
+      "thin or small");
   CLI::Option* check =
       app.add_flag("--check", o.check,
                    "Only say what each condition selects and whether every part is held; with -o a result at rest that "
@@ -88,6 +89,9 @@ void add_options(CLI::App& app, SolveOptions& o) {
   app.add_option("--record", o.record, "Write the commands that were carried out, with their times, for --steer")
       ->needs(steer);
   app.add_option("--report", o.report, "Write a JSON report; - is standard output");
+  for (const char* other :
+       {"scene", "--level", "--accuracy", "--budget", "--set", "--check", "--plan", "--stream", "--steer", "--report"})
+    example->excludes(other);
   app.add_option("-o,--output", o.output, "Result file (.hexresult, HDF5); - is standard output");
 }
 

@@ -22,13 +22,13 @@ void add_options(CLI::App& app, ViewOptions& o) {
   app.add_option("--script", o.script, "What to do, line by line, as a user would (FORMATS.md, \"Scripts\")");
   app.add_option("--pace", o.pace, "Seconds of the motion in a second; 0: as fast as it is solved")
       ->needs(scene)
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_from_0)
       ->check(finite_number)
       ->capture_default_str();
   app.add_option("--reach", o.reach,
                  "How far around a grabbed point the surface is held [mm]; default: a fortieth of the body's size")
       ->needs(scene)
-      ->check(CLI::NonNegativeNumber)
+      ->check(number_from_0)
       ->check(finite_number);
   app.add_option("--level", o.levels, "Mechanical level, as of hexsolve")->needs(scene);
   add_repeated(app, "--set", o.settings, "KEY=VALUE: override a key of the scene")->needs(scene);

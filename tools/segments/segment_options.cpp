@@ -81,7 +81,7 @@ void add_segment_options(CLI::App& app, SegmentOptions& o) {
   app.add_option("--roi-markup,--roi", o.roi_markup, "Zone of interest: a 3D Slicer ROI (.mrk.json)")->excludes(roi);
   app.add_option("--margin", o.margin,
                  "Room around the zone of interest, or else around the segments [mm], >= 0; the rest is cut off")
-      ->check(CLI::NonNegativeNumber);
+      ->check(number_from_0);
   add_drawing(app, o);
   add_cleaning(app, o);
 }

@@ -35,15 +35,18 @@ private:
 class Handle {
 public:
   using Close = herr_t (*)(hid_t);
-  Handle(hid_t id, Close close) : id_(id), close_(close) {}
-  ~Handle() {
-    if (id_ < 0) return;
-    const Lock lock;
-    close_(id_);
-  }
+  Handle(hid_t id, Close how) : id_(id), close_(how) {}
+  ~Handle() { close(); }
   Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, -1)), close_(other.close_) {}
   Handle& operator=(Handle&&) = delete;
   operator hid_t() const { return id_; }
+
+  /// Before its end, to know whether that goes well.
+  bool close() {
+    if (id_ < 0) return true;
+    const Lock lock;
+    return close_(std::exchange(id_, -1)) >= 0;
+  }
 
 private:
   hid_t id_;
@@ -159,7 +162,7 @@ private:
   void attribute_raw(const std::string& group, const std::string& name, hid_t type, const void* data,
                      std::size_t count);
   void make_groups(const std::string& path);
-  void check(bool good, const std::string& name) const;
+  void check(bool good, const std::string& name, std::string why = {}) const;
 
   std::filesystem::path path_;
   Handle file_;

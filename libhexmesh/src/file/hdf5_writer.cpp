@@ -4,6 +4,9 @@
 #include <sys/statvfs.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <string_view>
 
 #include "../core/text.h"
 #include "hdf5.h"
@@ -33,14 +36,31 @@ Handle open_for_writing(const std::filesystem::path& path, Writer::Start start) 
           H5Fclose};
 }
 
+/// What the system said to the call that failed last, e.g. "No space left on device"; empty: nothing.
+std::string said_by_system() {
+  std::string said;
+  const auto find = [](unsigned, const H5E_error2_t* e, void* out) -> herr_t {
+    const std::string_view words = e->desc ? e->desc : "", before = "error message = '";
+    const std::size_t begin = words.find(before), end = words.find('\'', begin + before.size());
+    if (begin != words.npos && end != words.npos)
+      *static_cast<std::string*>(out) = words.substr(begin + before.size(), end - begin - before.size());
+    return 0;
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, find, &said);
+  return said;
+}
+
 }  // namespace
 
 Writer::Writer(const std::filesystem::path& path, Start start) : path_(path), file_(open_for_writing(path, start)) {
-  check(file_ >= 0, "file");
+  check(file_ >= 0, "the beginning");
 }
 
-void Writer::check(bool good, const std::string& name) const {
-  if (!good) throw Error(ErrorKind::output, fmt::format("cannot write '{}' into '{}'", name, path_.string()));
+void Writer::check(bool good, const std::string& name, std::string why) const {
+  if (good) return;
+  if (why.empty()) why = said_by_system();
+  throw Error(ErrorKind::output,
+              fmt::format("cannot write '{}' into '{}'{}{}", name, path_.string(), why.empty() ? "" : ": ", why));
 }
 
 void Writer::make_groups(const std::string& path) {
@@ -77,8 +97,9 @@ Handle Writer::declare_raw(const std::string& name, hid_t type, const Shape& sha
 
 void Writer::write_raw(const std::string& name, hid_t type, const void* data, const Shape& shape,
                        std::size_t value_size, const Storage& storage) {
-  const Handle set = declare_raw(name, type, shape, value_size, storage);
+  Handle set = declare_raw(name, type, shape, value_size, storage);
   check(H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0, name);
+  check(set.close(), name);  // what the cache of chunks holds goes to the disk now
   note(name, type, data, std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>()));
 }
 
@@ -92,12 +113,13 @@ void Writer::note(const std::string& name, hid_t type, const void* data, hsize_t
 
 void Writer::write_rows_raw(const std::string& name, hid_t type, const void* data, hsize_t first, hsize_t count) {
   if (count == 0) return;
-  const Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
+  Handle set(H5Dopen2(file_, name.c_str(), H5P_DEFAULT), H5Dclose);
   check(set >= 0, name);
   Shape shape;
   const Handle rows = rows_of(set, first, count, shape);
   const Handle memory(H5Screate_simple(static_cast<int>(shape.size()), shape.data(), nullptr), H5Sclose);
   check(H5Dwrite(set, type, memory, rows, H5P_DEFAULT, data) >= 0, name);
+  check(set.close(), name);
   note(name, type, data, std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>()));
 }
 
@@ -132,7 +154,7 @@ void Writer::copy(const Reader& from, const std::string& name) {
   const Lock lock;
   from.check_storage(from.open(name, {}), 1);
   make_groups(name);
-  check(has_room(file_, path_, stored_bytes(from.file_, name)), name);
+  check(has_room(file_, path_, stored_bytes(from.file_, name)), name, std::strerror(ENOSPC));
   check(H5Ocopy(from.file_, name.c_str(), file_, name.c_str(), H5P_DEFAULT, H5P_DEFAULT) >= 0, name);
 }
 
@@ -155,9 +177,9 @@ void Writer::variable_text(const std::string& name, const std::string& text) {
   const hsize_t one = 1;
   const Handle space(H5Screate_simple(1, &one, nullptr), H5Sclose);
   make_groups(name);
-  const Handle set(H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, layout, H5P_DEFAULT), H5Dclose);
+  Handle set(H5Dcreate2(file_, name.c_str(), type, space, H5P_DEFAULT, layout, H5P_DEFAULT), H5Dclose);
   const char* value = text.c_str();
-  check(set >= 0 && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, &value) >= 0, name);
+  check(set >= 0 && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, &value) >= 0 && set.close(), name);
 }
 
 void Writer::attribute_raw(const std::string& group, const std::string& name, hid_t type, const void* data,
@@ -185,7 +207,7 @@ void Writer::ascii_attribute(const std::string& group, const std::string& name, 
 
 void Writer::close() {
   const Lock lock;
-  check(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0, "file");
+  check(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0, "what describes its parts");
 }
 
 }  // namespace hexmesh::hdf5

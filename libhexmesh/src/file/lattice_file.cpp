@@ -160,6 +160,7 @@ std::optional<double> stored_matrix_error(const std::filesystem::path& path, con
 
 std::vector<bool> levels_with_matrices(const std::filesystem::path& path) {
   const hdf5::Reader file(path, "lattice");
+  hdf5::read_header(file, lattice_format, lattice_version, split_lattice_version);
   std::vector<bool> out(as_size(hdf5::count_levels(file)));
   for (std::size_t n = 0; n < out.size(); ++n) out[n] = hdf5::has_matrices(file, static_cast<int>(n));
   return out;

@@ -42,7 +42,7 @@ std::optional<std::string> LandmarkMatching::why_missed(const MatchReport& dista
   if (mean <= most) return {};
   return fmt::format(
       "match '{}': landmarks are {:.3g} mm off in the mean, number {} by {:.3g} mm, expected at most {:.3g} mm: are "
-      "they in the same order, and none mirrored? A larger trust_mm takes them less exactly",
+      "they in the same order, and none mirrored? A larger trust_mm (--trust) takes them less exactly",
       name_, mean, distances.worst, distances.distance.largest_mm, most);
 }
 

@@ -28,7 +28,7 @@ const LatticeSegment& segment_of(const Match& match, const Lattice& lattice) {
   const LatticeSegment* found = nullptr;
   for (const LatticeSegment& s : lattice.segments) {
     if (!s.material || (!match.segment.empty() && s.segment.name != match.segment)) continue;
-    if (found) fail("names no segment", "segment = one of");
+    if (found) fail("names no segment", "segment (hexfit: --body) = one of");
     found = &s;
   }
   if (!found) fail(fmt::format("has segment '{}'", match.segment), "one with a material");

@@ -293,7 +293,7 @@ std::optional<std::string> SurfaceMatching::why_missed(const MatchReport& distan
   if (distances.kept_mean_mm > most)
     return fmt::format(
         "match '{}' is {:.3g} mm off in the mean, expected at most {:.3g} mm, a hundredth of the body's size: is the "
-        "target this body? A smaller trust_mm pulls harder",
+        "target this body? A smaller trust_mm (--trust) pulls harder",
         name_, distances.kept_mean_mm, most);
   if (outliers_) return {};
   if (distances.uncovered > most_within)
@@ -304,7 +304,8 @@ std::optional<std::string> SurfaceMatching::why_missed(const MatchReport& distan
   if (distances.unreached > most_within || distances.left_out > most_left_out)
     return fmt::format(
         "match '{}': {:.0f} % of the target is far from the body, expected at most {:.0f} %, or {:.0f} % in pieces of "
-        "their own: is all of it this body's? A larger trust_mm may lead there; outliers_mm (--outliers) says what is "
+        "their own: is all of it this body's? A larger trust_mm (--trust) may lead there; outliers_mm (--outliers) "
+        "says what is "
         "far, 0: nothing",
         name_, 100 * std::max(distances.unreached, distances.left_out), 100 * most_within, 100 * most_left_out);
   return {};

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <numbers>
 
 #include "scene/read_tables.h"
@@ -79,7 +80,8 @@ Condition read_condition(TomlReader table, const std::string& kind, const std::f
   c.selection = read_selection(table, folder, kind, line);
   if (auto axes = table.text("axes", "some of the letters x, y, z")) {
     for (std::size_t d = 0; d < 3; ++d) c.axes[d] = axes->find("xyz"[d]) != std::string::npos;
-    if (axes->find_first_not_of("xyz") != std::string::npos)
+    const bool is_named_twice = std::count(c.axes.begin(), c.axes.end(), true) != std::ssize(*axes);
+    if (axes->find_first_not_of("xyz") != std::string::npos || is_named_twice)
       table.fail_here(fmt::format("axes is '{}', expected some of the letters x, y, z", *axes));
   }
   if (kind == "displace") read_displacement(table, dynamics, line, c);
