@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "constraints/support_springs.h"
 #include "core/parallel.h"
@@ -23,10 +24,10 @@ constexpr double smoothing_range = 80;
 }  // namespace
 
 Multigrid::Multigrid(const Hierarchy& hierarchy, const Potential& potential, const HeldDirections& constraints) {
-  if (hierarchy.in_double)
-    cycles_ = std::make_unique<CyclesOf<double>>(hierarchy, potential, constraints);
-  else
-    cycles_ = std::make_unique<CyclesOf<float>>(hierarchy, potential, constraints);
+  if (!hierarchy.in_double) cycles_ = std::make_unique<CyclesOf<float>>(hierarchy, potential, constraints);
+  if (cycles_ && cycles_->is_positive()) return;
+  auto in_double = std::make_unique<CyclesOf<double>>(hierarchy, potential, constraints);
+  if (!cycles_ || in_double->is_positive()) cycles_ = std::move(in_double);
 }
 
 Multigrid::~Multigrid() = default;

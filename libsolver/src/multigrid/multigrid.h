@@ -18,7 +18,7 @@ namespace hexsolver {
 /// exactly; coarser ones see them as w H^T H, cell-local and exact there (H_coarse = H P). Smoother: Chebyshev
 /// polynomial of degree 6 on 3x3 block Jacobi. Near-incompressible bodies have coarse cells that resist change of their
 /// own volume only, and the Braess-Sarazin smoother. In single precision, scaled to the residual, unless the hierarchy
-/// asks for double.
+/// asks for double, or it is positive in double alone: thin bodies bend so easily that single sees nothing of it.
 class Multigrid final : public Preconditioner {
 public:
   /// All three must outlive this. Of a body that several processes have, all make theirs at once, and call all but

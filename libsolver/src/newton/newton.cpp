@@ -16,7 +16,7 @@ const char* reason_of(NewtonEnd end, bool is_conservative) {
     case NewtonEnd::too_many_iterations:
       return "too many Newton iterations (does the body buckle or fold there?)";
     case NewtonEnd::not_positive:
-      return "the stiffness matrix is not positive definite (missing supports?)";
+      return "the stiffness matrix is not positive definite (does the body buckle there, or bend too easily?)";
     case NewtonEnd::supports_turn_inside_out:
       return "under the prescribed displacements points of the body would turn inside out";
     case NewtonEnd::no_descent:

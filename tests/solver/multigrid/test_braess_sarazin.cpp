@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <cmath>
+#include <numbers>
 
 #include "multigrid/braess_sarazin.h"
 #include "newton/minimize.h"
@@ -219,6 +221,30 @@ TEST(Multigrid, NearlyIncompressibleBodiesTakeFewMoreIterations) {
     EXPECT_LE(iterations(0.49, whole), 1.5 * usual);
     EXPECT_LE(iterations(0.495, whole), 2 * usual);
   }
+}
+
+TEST(Multigrid, IsPositiveForAThinBodyThatSinglePrecisionCannotTellFromALooseOne) {
+  // A turn of a coil two voxels thick bends a million times as easily as it changes its volume.
+  const auto axis = [](double x) {
+    const double turn = 2 * std::numbers::pi * x / 60;
+    return Vec3(x, 17.5 + 15 * std::cos(turn), 17.5 + 15 * std::sin(turn));
+  };
+  const Lattice lattice = one_material(
+      {60, 36, 36}, {1, 1, 1},
+      [&](const Index3& i) {
+        double distance = 2;
+        for (double x = i[0] - 2; x <= i[0] + 2; x += 0.1)
+          distance = std::min(distance, (Vec3(i[0], i[1], i[2]) - axis(x)).norm());
+        return distance <= 1.2;
+      },
+      20, 0.4999);
+  const Body body(lattice, 0, Elasticity::cauchy);
+  const Constraints constraints(
+      body.mesh, hold_nodes(
+                     body.mesh, [](const Vec3& x) { return x[0] < 2; }, [](const Vec3&) { return Vec3::Zero(); }));
+  const Hierarchy hierarchy(body.mesh, lattice.corner(), 300);
+  ASSERT_FALSE(hierarchy.in_double);
+  EXPECT_TRUE(Multigrid(hierarchy, body.potential, constraints).is_positive());
 }
 
 }  // namespace test_braess_sarazin
