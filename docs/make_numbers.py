@@ -303,18 +303,28 @@ def rows_of_markdown(page):
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in (ROOT / page).read_text().splitlines() if line.startswith("|")]
 
 
+def estimates_table(name):
+    """Of a table of pipelines/estimates: its rows, those of all mean errors and accuracies, levels and unknown ones."""
+    rows = rows_of_markdown(f"pipelines/estimates/{name}.md")
+    means = next(r for r in rows if r[0] == "all")
+    return rows, means, rows[-1], int(means[2]), int(means[3])
+
+
+def estimates_drawn():
+    rows, means, asked, levels, unknown = estimates_table("drawn")
+    reactions = [r for r in rows if r[0] == "all"][2]
+    return (f"Drawn by lot ([table](drawn.md)): {means[6]} of {levels} estimates of the mean error within a factor of 2, {means[7]} within 3, {unknown} more unknown; of {reactions[2]} reactions {reactions[6]} and "
+            f"{reactions[7]}; of {asked[1]} accuracies {asked[4]} were broken.")
+
+
 def estimates_graded():
-    rows = rows_of_markdown("pipelines/estimates/graded.md")
-    means, asked = next(r for r in rows if r[0] == "all"), rows[-1]
-    levels, unknown = int(means[2]), int(means[3])
+    rows, means, asked, levels, unknown = estimates_table("graded")
     return (f"Graded cells ([table](graded.md)): {means[6]} within a factor of 2, {means[7]} within 3, {means[8]} below a third, {unknown} of {levels + unknown} levels unknown; "
             f"of {asked[1]} accuracies {asked[4]} were broken.")
 
 
 def estimates():
-    rows = rows_of_markdown("pipelines/estimates/table.md")
-    means, asked = next(r for r in rows if r[0] == "all"), rows[-1]
-    levels, unknown = int(means[2]), int(means[3])
+    rows, means, asked, levels, unknown = estimates_table("table")
     equations = next(r for r in rows if r[0].startswith("over the true mean error"))
     return (f"The [table](table.md): {means[6]} of the estimates of the mean error are within a factor of 2 of the truth, {means[7]} within 3, "
             f"{unknown} of {levels + unknown} levels say that it is unknown; of {asked[1]} accuracies {asked[4]} were broken. "
@@ -344,7 +354,7 @@ def fits():
 
 
 NUMBERS = {f.__name__: f for f in (about, limits, accuracy, law_of_strain, tetrahedra, uniform, effects, dilatation, reading, motion, solvers, rotations, size, beside_calculix, table1,
-                                   table2, table2_words, figure14, figure7, volume, calculix, smooth, estimates, estimates_graded, plans, graded, fits)}
+                                   table2, table2_words, figure14, figure7, volume, calculix, smooth, estimates, estimates_graded, estimates_drawn, plans, graded, fits)}
 BLOCK = re.compile(r"<!-- numbers: (\w+) -->\n.*?<!-- end -->", re.S)
 
 

@@ -1,6 +1,6 @@
 """Measure the estimates of all scenes; one line of JSON each.
 
-usage: measure.py FOLDER WORD [GRADING]     (WORD: only scenes whose name has it)
+usage: measure.py FOLDER WORD [GRADING]     (WORD: only scenes whose name has it; drawn:FIRST:COUNT: those of drawn.py)
 """
 import concurrent.futures
 import json
@@ -11,9 +11,10 @@ import sys
 
 import scenes
 
+MOST_SECONDS = int(os.environ.get("MOST_SECONDS", 300))  # each
 
 def run(*command):
-    return subprocess.run(command, capture_output=True, text=True, env=dict(os.environ, OMP_NUM_THREADS="1"))
+    return subprocess.run(["timeout", str(MOST_SECONDS), *command], capture_output=True, text=True, env=dict(os.environ, OMP_NUM_THREADS="1"))
 
 
 def measure(folder, grading, number, scene):
@@ -30,7 +31,7 @@ def measure(folder, grading, number, scene):
              ["hexbench", "-q", "estimates", lattice, file, "--accuracies", "0.1,0.03", "-o", report, "--force"]]
     for step in ([made] if made and made.returncode else []) or (run(*s) for s in steps):
         if step.returncode:
-            return {**told, "failed": step.stderr.strip().splitlines()[-1] if step.stderr.strip() else str(step.returncode)}
+            return {**told, "failed": f"took more than {MOST_SECONDS} s" if step.returncode == 124 else step.stderr.strip().splitlines()[-1] if step.stderr.strip() else str(step.returncode)}
     for path in (volume, lattice):
         path.unlink()
     return {**told, **json.loads(report.read_text())}
@@ -38,7 +39,12 @@ def measure(folder, grading, number, scene):
 
 def main():
     folder, word, grading = pathlib.Path(sys.argv[1]), sys.argv[2], (sys.argv[3:] or ["off"])[0]
-    wanted = [(n, s) for n, s in enumerate(scenes.scenes()) if word in s[0]]
+    if word.startswith("drawn:"):
+        import drawn
+        first, count = map(int, word.split(":")[1:])
+        wanted = zip(range(first, first + count), map(drawn.scene, range(first, first + count)))
+    else:
+        wanted = [(n, s) for n, s in enumerate(scenes.scenes()) if word in s[0]]
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
         for row in pool.map(lambda s: measure(folder, grading, *s), wanted):
             print(json.dumps(row), flush=True)

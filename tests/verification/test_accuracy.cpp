@@ -8,6 +8,7 @@
 
 #include "hexbench/level_errors.h"
 #include "hexmesh/scan/phantom.h"
+#include "support/bodies.h"
 #include "support/experiments.h"
 #include "support/files.h"
 #include "support/limits.h"
@@ -138,6 +139,24 @@ TEST(EstimateOfARealLiver, IsTheErrorWithinAFactorOfTwo) {
   expect_estimates("linear", lattice, with(patches(10)));
   expect_estimates("larger patches", lattice, with(patches(20)));
   expect_estimates("co-rotational", lattice, with(patches(10), Elasticity::corotational));
+}
+
+TEST(EstimateOfASmallBody, IsItsErrorForLevelZeroIsLookedAt) {
+  // Two blocks that meet in a hinge of two by two voxels, which no coarser level shows.
+  const auto blocks = [](const Index3& v) -> std::uint16_t {
+    return (v[0] < 20 && v[1] < 12) || (v[0] >= 18 && v[1] >= 10) ? 1 : 0;
+  };
+  const Lattice lattice = lattice_of(make_volume({38, 22, 12}, {2, 2, 2}, blocks), 100, 0.3);
+  Scene scene = with({beyond("end", {1, 0, 0}, {-1, 0, 0}, Vec3::Zero()), patch("tip", {74, 32, 12}, 8, {2, 6, 0})});
+  scene.error_estimation = ErrorEstimation::automatic;
+  const hextools::LevelErrorMeter meter(lattice, scene);
+  for (const int level : {2, 1}) {
+    const hextools::LevelErrors errors = meter.of_level(level);
+    constexpr double of_a_look = 0.05;  // which is solved roughly
+    EXPECT_NEAR(errors.mean.estimate.value_or(0), errors.mean.error, of_a_look * errors.mean.error);
+    for (const hextools::Estimated& r : errors.reactions)
+      EXPECT_NEAR(r.estimate.value_or(0), r.error, of_a_look * r.error);
+  }
 }
 
 class HangingBeam : public testing::TestWithParam<double> {};

@@ -92,6 +92,36 @@ TEST(AutomaticStrain, ComparesAgainWhereACoarseLevelWasTooStiff) {
   }
 }
 
+TEST(AutomaticStrain, ComparesOnTheLevelThatAnAccuracyEndsOn) {
+  // A block that is stretched, with a thin tab that turns: the cells of level 2 show half of that, and the mean
+  // deformation is the block's.
+  const auto block_with_tab = [](const Index3& v) -> std::uint16_t {
+    const bool in_block = v[0] < 16, in_tab = v[1] >= 4 && v[1] < 12 && v[2] >= 22 && v[2] < 24;
+    return in_block || in_tab ? 1 : 0;
+  };
+  const Lattice lattice = lattice_of(make_volume({44, 16, 26}, {2, 2, 2}, block_with_tab), 100, 0.3);
+  Scene scene =
+      with({beyond("bottom", {0, 0, 1.5}, {0, 0, -1}, Vec3::Zero()), beyond("top", {0, 0, 48.5}, {0, 0, 1}, {4, 0, 3})},
+           Elasticity::corotational);
+  Force tip;
+  tip.name = tip.where = "tip";
+  tip.selection.balls = {{{86, 15, 45}, 12}};
+  tip.total = {0, 0, -0.002};
+  scene.forces = {tip};
+  const std::vector<Vec3> points = material_points(lattice);
+  const auto truth = displacement_at(solve(lattice, scene, 0).result, points);
+  scene.finds_strain = true;
+  scene.accuracy = 0.2;
+  for (const Grading grading : {Grading::off, Grading::scene}) {
+    scene.grading = grading;
+    const Solved found = solve(lattice, scene, 0);
+    const Distance left = distance(displacement_at(found.result, points), truth);
+    std::printf("%d: %g mm left\n", static_cast<int>(found.report.elasticity), left.mean);
+    EXPECT_EQ(found.report.elasticity, Elasticity::corotational);
+    EXPECT_LT(left.mean, 1.2 * *scene.accuracy);
+  }
+}
+
 struct Body {
   const char* name;
   std::function<Lattice()> lattice;

@@ -56,7 +56,7 @@ int show_plan(const hexsolver::SolvePlan& plan, Output* report, RunFiles& files)
                         l.seconds, megabytes(l.bytes), what_for);
   };
   for (const hexsolver::SolvePlan::Level& l : plan.levels) show_level(l, "");
-  if (plan.look) show_level(*plan.look, ", a look at it for the error estimate");
+  if (plan.look) show_level(*plan.look, ", a look that far for the error estimate");
   text += fmt::format("in all about {:.2g} s and {:.3g} MB at the peak", plan.seconds(), megabytes(plan.bytes));
   const char* and_of_it = "; of it ";
   for (const auto& [seconds, what] : {std::pair(plan.reading_seconds, "to read the lattice"),

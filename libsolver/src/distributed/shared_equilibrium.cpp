@@ -79,6 +79,7 @@ public:
     return shared_.size_in_material(field);
   }
   double mean_deformation(const OwnedVec& u) const { return shared_.mean_deformation(u); }
+  double share_of_turns(double angle, const OwnedVec& u) const { return shared_.share_of_turns(angle, u); }
   std::string limit_reached(const OwnedVec& u, bool nearly) const { return shared_.limit_reached(u, nearly); }
   std::optional<std::string> why_no_solution(const OwnedVec& u) const {
     return hexsolver::why_missed(shared_.matches(), shared_.part_of(u));

@@ -6,18 +6,16 @@
 
 #include "constraints/patch_springs.h"
 #include "constraints/select_points.h"
-#include "core/rotation.h"
 #include "distributed/cell_flags.h"
 #include "distributed/shared_supports.h"
 #include "level/level_problem.h"
 #include "terms/loads.h"
 #include "terms/make_elastic_cells.h"
+#include "terms/turns.h"
 
 namespace hexsolver::mpi {
 
 using hexmesh::Lattice;
-
-SharedLevel::~SharedLevel() = default;
 
 SharedLevel::SharedLevel(const Processes& all, const hexmesh::LatticeReader& file, const Lattice& outline,
                          const Scene& scene, int level, Matchings matchings)
@@ -80,10 +78,7 @@ std::vector<bool> SharedLevel::cells_rotated_by(double angle, const SharedLevel&
                                                 Vec u) const {
   coarser.copies_.get(u, coarser.x_);
   std::vector<bool> rotated;
-  for (std::size_t c = 0; c < coarser.mesh().num_cells(); ++c) {
-    const Mat3 f = coarser.elastic_->mean_gradient(c, coarser.x_);
-    rotated.push_back(rotation_angle(polar_decomposition(f).rotation) > angle);
-  }
+  for (const double turn : turns_of(*coarser.elastic_, coarser.x_)) rotated.push_back(turn > angle);
   return CellFlags(coarser, rotated).of(parents(coarser, merge));
 }
 
@@ -341,6 +336,12 @@ double SharedLevel::mean_deformation(Vec u) const {
   all_.add_up(fit.sums());
   fit.solve();
   return mean_of_all(mesh().num_cells() > 0 ? elastic_->deformation_in_material(x_, fit) : 0);
+}
+
+double SharedLevel::share_of_turns(double angle, Vec u) const {
+  copies_.get(u, x_);
+  const SquaresOfTurns own = squares_of_turns(*elastic_, x_, angle);
+  return SquaresOfTurns{all_.sum(own.all), all_.sum(own.below)}.share();
 }
 
 Vec3 SharedLevel::total(Vec forces) const {

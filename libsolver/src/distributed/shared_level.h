@@ -74,7 +74,7 @@ public:
   /// @throws SharedError{geometry} for selections and missing supports
   SharedLevel(const Processes& all, const hexmesh::LatticeReader& file, const hexmesh::Lattice& outline,
               const Scene& scene, int level, Matchings matchings = {});
-  ~SharedLevel();
+  ~SharedLevel() = default;
   SharedLevel(const SharedLevel&) = delete;
   SharedLevel& operator=(const SharedLevel&) = delete;
 
@@ -128,6 +128,7 @@ public:
 
   ElasticCells::Size size_in_material(Vec field) const;                  ///< see there
   double mean_deformation(Vec u) const;                                  ///< see EquilibriumLevel
+  double share_of_turns(double angle, Vec u) const;                      ///< likewise
   std::vector<BalanceReport::Row> loads(Vec u, const Arms& arms) const;  ///< forces of the scene, then gravity, matches
   double size_of_loads() const;  ///< the largest resultant of these, without matches [N]
   Vec3 total(Vec forces) const;  ///< of forces on the nodes [N]

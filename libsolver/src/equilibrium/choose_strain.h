@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -46,58 +47,79 @@ inline StrainLevels levels_to_compare_strains(const std::vector<std::size_t>& nu
   return {finest_of(std::min(most_cells, cells(asked) / least_part)), finest_of(most_cells)};
 }
 
+inline constexpr double tolerance_of_strains = 1e-5;
+
 /// How much less a coarse level may bend: 1 on the level asked, 2 one or two levels coarser, then doubled with each.
 inline double strain_margin(int levels_coarser) {
   return levels_coarser == 0 ? 1 : std::ldexp(1.0, std::max(1, levels_coarser - 1));
 }
 
-/// Solve a coarse level without rotations, take a few steps with them from there, and see what they change, beside
-/// what deforms: a rigid motion that is added to all conditions makes no difference. A cell that is rotated by w, but
-/// does not rotate, takes w^2 / 2 for strain, which over the length of the body moves its end by w^2 / 2 times that:
-/// half of what is allowed, for the largest w that is left out.
+/// The largest angle [rad] by which cells may be rotated and not rotate. A cell that is rotated by omega takes omega^2
+/// / 2 for strain, which over the length of the body moves its end by omega^2 / 2 times that: half of what is allowed.
+/// And cells up to that angle have at most a part of what all take for strain where none rotates.
+/// @param part  of what that changes, which may be left
+template <class Level>
+double angle_without_effect(const Level& level, const typename Level::Vector& u, double allowed, double part) {
+  constexpr double least = 1e-6;
+  double angle = std::sqrt(allowed / level.diameter());
+  while (angle > least && !(level.share_of_turns(angle, u) <= part)) angle *= std::sqrt(0.5);
+  return angle > least ? angle : 0;
+}
+
+/// From a level's solution without rotations take a few steps with them, and see what they change, beside what deforms:
+/// a rigid motion that is added to all conditions makes no difference. Cells that are left out have half of what is
+/// allowed.
+/// @param again           the level made anew
 /// @param levels_coarser  than the one asked
-/// @param make            level number -> Level. @throws Error{geometry} as it does
-template <class Level, class Make>
-StrainChoice choose_strain(int number, int levels_coarser, const Scene& scene, const Make& make,
-                           const LoadProgress& progress) {
+template <class Level>
+StrainChoice compare_strains(const Level& level, const typename Level::Vector& straight, Level& again,
+                             int levels_coarser, const Scene& scene, const LoadProgress& progress) {
   using Vector = typename Level::Vector;
-  constexpr double tolerance = 1e-5;
   constexpr int most_steps = 5;
   constexpr double default_part = 0.01;  // of the mean deformation, where no accuracy is asked
-  const auto build = [&](Elasticity elasticity) {
-    auto level = make(number);
-    Vector rest = level->make_zero();
-    level->build(elasticity, nullptr, rest);
-    return level;
-  };
   NewtonOptions options;
-  options.tolerance = tolerance;
+  options.tolerance = tolerance_of_strains;
   options.estimate_error = false;
-  const auto level = build(Elasticity::cauchy);
-  const LoadedState<Vector> straight = solve_in_load_steps(*level, options, std::optional<Vector>(), progress);
   options.max_iterations = most_steps;
-  const LoadedState<Vector> turned = solve_in_load_steps(
-      *build(Elasticity::corotational), options, std::optional<Vector>(copy_of(straight.u)), progress, Aim::look);
+  Vector rest = level.make_zero();
+  again.build(Elasticity::corotational, nullptr, rest);
+  const LoadedState<Vector> turned =
+      solve_in_load_steps(again, options, std::optional<Vector>(copy_of(straight)), progress, Aim::look);
 
   StrainChoice out;
-  out.deformation = level->mean_deformation(straight.u);
+  out.deformation = level.mean_deformation(straight);
   const double allowed = scene.accuracy.value_or(default_part * out.deformation);
-  out.angle_without_effect = std::sqrt(allowed / level->diameter());
-  out.why = fmt::format("solve.strain = \"auto\": on level {} rotating cells changes the displacement", number);
+  out.why = fmt::format("solve.strain = \"auto\": on level {} rotating cells changes the displacement", level.level());
+  Vector change_of_u = level.make_zero();
+  set_sum(change_of_u, turned.u, -1, straight);
+  const double change = level.size_in_material(change_of_u, true).mean;
+  const double margin = strain_margin(levels_coarser);
+  out.angle_without_effect = angle_without_effect(again, turned.u, allowed, 0.5 * allowed / (margin * change));
   if (!turned.newton.converged) {
     out.why += fmt::format(" by more than {} Newton steps follow", most_steps);
     return out;
   }
-  Vector change_of_u = level->make_zero();
-  set_sum(change_of_u, turned.u, -1, straight.u);
-  const double change = level->size_in_material(change_of_u, true).mean;
-  const double margin = strain_margin(levels_coarser);
   const bool rotates = margin * change > allowed;
   out.is_sure = !rotates || change > margin * allowed;
   if (!rotates) out.elasticity = Elasticity::cauchy;
   out.why += fmt::format(" by {:.2g} mm on average, {} {:.2g} mm, from where they count", change,
                          rotates ? "more than" : "less than", allowed / margin);
   return out;
+}
+
+/// Solve a level without rotations, and compare.
+/// @param make  () -> Level. @throws Error{geometry} as it does
+template <class Make>
+StrainChoice choose_strain(const Make& make, int levels_coarser, const Scene& scene, const LoadProgress& progress) {
+  const auto level = make();
+  using Vector = typename std::remove_cvref_t<decltype(*level)>::Vector;
+  NewtonOptions options;
+  options.tolerance = tolerance_of_strains;
+  options.estimate_error = false;
+  Vector rest = level->make_zero();
+  level->build(Elasticity::cauchy, nullptr, rest);
+  const LoadedState<Vector> straight = solve_in_load_steps(*level, options, std::optional<Vector>(), progress);
+  return compare_strains(*level, straight.u, *make(), levels_coarser, scene, progress);
 }
 
 }  // namespace hexsolver

@@ -51,7 +51,11 @@ int finest_level_needed(const Scene& scene, const std::vector<std::size_t>& num_
   const bool looks =
       scene.error_estimation == ErrorEstimation::look ||
       (scene.error_estimation == ErrorEstimation::automatic && num_cells[static_cast<std::size_t>(level) - 1] <= most);
-  return looks ? level - 1 : level;
+  if (!looks) return level;
+  const auto cells = [&](int n) { return num_cells[static_cast<std::size_t>(n)]; };
+  int finest = level - 1;
+  while (finest > 0 && !scene.is_graded() && cells(finest) < least_told_from && cells(finest - 1) > 0) --finest;
+  return finest;
 }
 
 bool leaves_islands_out(const Lattice& lattice, const Scene& scene, int level) {
@@ -237,6 +241,9 @@ private:
       if (!scene.asks_accuracy() || halved.size() <= worth_while) return divided(of, std::move(halved));
       give_way();
       return nullptr;
+    };
+    levels.again = [divided](const LocalLevel& of) {
+      return divided(of, of.problem().cells().divided(std::vector<bool>(of.num_cells(), false)));
     };
     if (scene.asks_accuracy())
       levels.refine = [&scene, divided](const LocalLevel& of, LocalLevel& halved, const NodeVector& u,

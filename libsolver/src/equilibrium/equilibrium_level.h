@@ -56,6 +56,8 @@ concept EquilibriumLevel = requires(Level level, const Level& other, typename Le
   /// Of a field in the material; parts held by springs only where asked.
   { other.size_in_material(u, true) } -> std::same_as<ElasticCells::Size>;
   { other.mean_deformation(u) } -> std::same_as<double>;  ///< of the material, beside the rigid motion next to u [mm]
+  /// Of SquaresOfTurns the part of cells that are rotated by an angle at most.
+  { other.share_of_turns(0.1, u) } -> std::same_as<double>;
   { other.limit_reached(u, true) } -> std::same_as<std::string>;  ///< see ElasticCells
   /// What balances in u and is not what was asked: an obstacle that went through the surface, a match that is far.
   { other.why_no_solution(u) } -> std::same_as<std::optional<std::string>>;

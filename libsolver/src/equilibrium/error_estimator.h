@@ -30,6 +30,10 @@ double unseen_by_cycle(const hexmesh::Lattice& lattice);
 /// Cells of a level whose differences from others mean something, at least.
 inline constexpr std::size_t least_compared = 100;
 
+/// Cells of the finest level that errors are told from, at least, where the lattice has as many: what necks, slits and
+/// thin walls of a small body do shows on none that has fewer.
+inline constexpr std::size_t least_told_from = 3000;
+
 /// By how much an estimate may be too small: one that is not sure, or with contacts.
 inline constexpr double unsure_margin = 3;
 

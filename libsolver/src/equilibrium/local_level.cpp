@@ -3,9 +3,9 @@
 
 #include <algorithm>
 
-#include "core/rotation.h"
 #include "level/condition_reports.h"
 #include "newton/level_equations.h"
+#include "terms/turns.h"
 
 namespace hexsolver {
 namespace {
@@ -18,11 +18,9 @@ const char* larger_stiffness(const Contact& contact) {
 /// @param parent_of  cell -> that of the coarser level
 std::vector<bool> cells_rotated_by(double angle, const ElasticCells& parents, const NodeVector& u,
                                    const std::vector<std::int32_t>& parent_of) {
-  std::vector<bool> rotates;
-  for (std::size_t parent = 0; parent < parents.mesh().num_cells(); ++parent)
-    rotates.push_back(rotation_angle(polar_decomposition(parents.mean_gradient(parent, u)).rotation) > angle);
+  const std::vector<double> turns = turns_of(parents, u);
   std::vector<bool> rotating;
-  for (const std::int32_t parent : parent_of) rotating.push_back(rotates[hexmesh::as_size(parent)]);
+  for (const std::int32_t parent : parent_of) rotating.push_back(turns[hexmesh::as_size(parent)] > angle);
   return rotating;
 }
 
@@ -64,6 +62,10 @@ double LocalLevel::mean_deformation(const NodeVector& u) const {
   problem_.elastic().add_to(fit, u);
   fit.solve();
   return problem_.elastic().deformation_in_material(u, fit);
+}
+
+double LocalLevel::share_of_turns(double angle, const NodeVector& u) const {
+  return squares_of_turns(problem_.elastic(), u, angle).share();
 }
 
 LevelMeasures LocalLevel::measures(const NodeVector& u) {

@@ -47,6 +47,7 @@ public:
   NewtonOutcome minimize(const NewtonOptions& options, NodeVector& u, const NewtonProgress& progress);
   ElasticCells::Size size_in_material(const NodeVector& field, bool with_islands) const;
   double mean_deformation(const NodeVector& u) const;
+  double share_of_turns(double angle, const NodeVector& u) const;
   LevelMeasures measures(const NodeVector& u);
   std::string limit_reached(const NodeVector& u, bool nearly) const;
   std::optional<std::string> why_no_solution(const NodeVector& u) const;

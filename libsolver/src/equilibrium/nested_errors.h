@@ -40,6 +40,7 @@ void NestedIteration<Level>::compare(Solved<Level>& next) {
   LevelMeasures measures = next.level->measures(next.state.u);
   measures.averages = levels_.averages[static_cast<std::size_t>(next.level->level_of_largest())];
   estimator_.add(std::move(differences), std::move(measures), next.level->level_of_largest());
+  told_from_ = next.level->num_cells();
 }
 
 template <EquilibriumLevel Level>
@@ -54,31 +55,46 @@ void NestedIteration<Level>::add_report(Solved<Level>& now, double seconds) {
   level.add_effect_seconds(report_);
 }
 
-/// Whether the error of the last level is to be told from the next finer one.
-template <EquilibriumLevel Level>
-bool NestedIteration<Level>::looks_beyond(const Solved<Level>& best) const {
-  if (scene_.is_graded()) return best.converged() && levels_.looks_beyond_graded;
-  const int needed = finest_level_needed(scene_, levels_.num_cells, finest_);
-  return best.converged() && needed < finest_ && needed >= levels_.finest_there_is;
-}
-
-/// Solve the next finer level, or graded cells all halved, and compare. It starts from the solution and ends where that
-/// does not lead there soon: load steps of a body that buckles took six times as long as its solution.
+/// Of the error of the last level, tell what finer ones show, or graded cells all halved.
 template <EquilibriumLevel Level>
 void NestedIteration<Level>::look_beyond(const Solved<Level>& best) {
+  if (!best.converged()) return;
+  std::optional<Solved<Level>> last;
+  const auto look = [&](const auto& make) {
+    const Solved<Level>& from = last ? *last : best;
+    last = look_at([&] { return make(*from.level); }, from);
+    return last.has_value();
+  };
+  if (scene_.is_graded()) {
+    if (!levels_.looks_beyond_graded) return;
+    while (look([this](const Level& of) { return levels_.halve(of); }) && !tells_enough()) continue;
+    return;
+  }
+  const int finest = std::max(finest_level_needed(scene_, levels_.num_cells, finest_), levels_.finest_there_is);
+  for (int level = finest_ - 1; level >= finest; --level)
+    if (!look([this, level](const Level& /*of*/) { return levels_.make(level, scene_); })) return;
+}
+
+/// Solve other cells and compare. They start from a solution and end where that does not lead there soon: load steps of
+/// a body that buckles took six times as long as its solution.
+/// @returns nothing where it does not
+template <EquilibriumLevel Level>
+template <class Make>
+std::optional<Solved<Level>> NestedIteration<Level>::look_at(const Make& make, const Solved<Level>& from) {
   const Stopwatch watch;
   Solved<Level> finer;
   try {
-    finer.level = scene_.is_graded() ? levels_.halve(*best.level) : levels_.make(finest_ - 1, scene_);
-    solve_level(finer, best, Aim::look);
+    finer.level = make();
+    solve_level(finer, from, Aim::look);
   } catch (const hexmesh::Error& e) {
     if (e.kind() != hexmesh::ErrorKind::geometry) throw;  // else of that level alone
-    return;
+    return {};
   }
-  if (!finer.converged()) return;
+  if (!finer.converged()) return {};
   compare(finer);
   estimator_.write(report_.levels);
   add_look(watch.seconds());
+  return finer;
 }
 
 /// Graded cells, again and again: halve those that most of the error comes from, until what all of them halved differ
@@ -159,13 +175,19 @@ double NestedIteration<Level>::part_allowed() const {
   return part;
 }
 
+/// Whether what the last level was compared with has cells enough, or is the finest that the lattice has.
+template <EquilibriumLevel Level>
+bool NestedIteration<Level>::tells_enough() const {
+  return told_from_ >= least_told_from || estimator_.knows_finest();
+}
+
 /// A level that is not the finest there is must have cells enough for its differences to mean something, and keep
 /// what is asked with what an estimate may miss.
 template <EquilibriumLevel Level>
 bool NestedIteration<Level>::is_accurate() const {
   const LevelReport& last = report_.levels.back();
   const bool is_finest = last.level == finest_ && !scene_.is_graded();
-  if (!is_finest && last.cells < levels_.least_cells) return false;
+  if (!is_finest && (last.cells < levels_.least_cells || !tells_enough())) return false;
   const auto holds = [&](const std::optional<double>& error, const std::optional<double>& asked) {
     return !asked || (error && (is_finest ? 1 : margin()) * *error <= *asked);
   };

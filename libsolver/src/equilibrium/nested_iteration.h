@@ -62,8 +62,9 @@ Solved<Level> NestedIteration<Level>::run() {
       break;
     }
   }
+  if (scene_.asks_accuracy() && is_to_turn(best, true)) return run_with_rotations();
   const std::optional<std::string> refused = why_refused(best, scene_, report_.warnings);
-  if (!refused && looks_beyond(best)) look_beyond(best);
+  if (!refused) look_beyond(best);
   report_.solve_seconds = solve.seconds();
   report_.warnings.insert(report_.warnings.end(), level_warnings_.begin(), level_warnings_.end());
   conclude(best, refused);
@@ -119,12 +120,14 @@ bool NestedIteration<Level>::carries_less(Solved<Level>& last) {
 template <EquilibriumLevel Level>
 LoadedState<typename Level::Vector> NestedIteration<Level>::solve(Level& level, const NewtonOptions& options,
                                                                   std::optional<Vector> start, Aim aim) const {
-  return solve_in_load_steps(
-      level, options, std::move(start),
-      [&](double load, int iteration, double residual, int linear) {
-        if (progress_) progress_(level.level(), load, iteration, residual, linear);
-      },
-      aim);
+  return solve_in_load_steps(level, options, std::move(start), progress_of(level.level()), aim);
+}
+
+template <EquilibriumLevel Level>
+LoadProgress NestedIteration<Level>::progress_of(int level) const {
+  return [this, level](double load, int iteration, double residual, int linear) {
+    if (progress_) progress_(level, load, iteration, residual, linear);
+  };
 }
 
 template <EquilibriumLevel Level>
@@ -185,7 +188,10 @@ void NestedIteration<Level>::find_strain() {
   std::string unfit = "no level can be compared";
   bool is_compared = false, is_sure = false;
   for (int level = levels.coarsest; level >= levels.finest && !is_sure; --level) try {
-      is_sure = compare_strains(level);
+      const StrainChoice choice =
+          choose_strain([&] { return make(level); }, level - finest_, scene_, progress_of(level));
+      take(choice, level);
+      is_sure = choice.is_sure;
       is_compared = true;
     } catch (const hexmesh::Error& e) {
       if (e.kind() != hexmesh::ErrorKind::geometry) throw;  // else of a coarse level, which need not be fit
@@ -194,31 +200,29 @@ void NestedIteration<Level>::find_strain() {
   if (!is_compared) explain_rotation(fmt::format("solve.strain = \"auto\": not compared: {}", unfit), true);
 }
 
-/// Take the strain that a level asks for. @returns whether a finer one need not be asked
+/// Take the strain that a level asks for.
 template <EquilibriumLevel Level>
-bool NestedIteration<Level>::compare_strains(int level) {
-  const StrainChoice choice = choose_strain<Level>(
-      level, level - finest_, scene_, [this](int number) { return make(number); },
-      [&](double load, int iteration, double residual, int linear) {
-        if (progress_) progress_(level, load, iteration, residual, linear);
-      });
+void NestedIteration<Level>::take(const StrainChoice& choice, int level) {
   report_.elasticity = choice.elasticity;
   angle_without_effect_ = choice.angle_without_effect;
   compared_.reset();
   if (choice.elasticity == Elasticity::cauchy) compared_ = {level, choice.deformation};
   explain_rotation(choice.why, choice.elasticity == Elasticity::corotational);
-  return choice.is_sure;
 }
 
-/// Whether a solution without rotations needs them: where it deforms by much more than the level on which they made no
-/// difference, whose cells were too stiff to tell, they are compared again on its own.
+/// Whether a solution without rotations needs them. Where it deforms by much more than the level on which they made no
+/// difference, whose cells were too stiff to tell, they are compared again on its own; so they are on the last one,
+/// which parts of the body may turn in that no coarser one sees.
 template <EquilibriumLevel Level>
-bool NestedIteration<Level>::is_to_turn(const Solved<Level>& now) {
+bool NestedIteration<Level>::is_to_turn(const Solved<Level>& now, bool is_last) {
   constexpr double much_more = 1.5;
+  constexpr int with_errors_of_cells = 1;  // beside them half of an accuracy is left, as one level coarser
   const int level = now.level->level();
   if (!compared_ || compared_->level == level || !now.converged()) return false;
-  if (now.level->mean_deformation(now.state.u) <= much_more * compared_->deformation) return false;
-  compare_strains(level);
+  if (!is_last && now.level->mean_deformation(now.state.u) <= much_more * compared_->deformation) return false;
+  const int coarser = is_last ? with_errors_of_cells : level - finest_;
+  const std::unique_ptr<Level> again = levels_.again ? levels_.again(*now.level) : make(level);
+  take(compare_strains(*now.level, now.state.u, *again, coarser, scene_, progress_of(level)), level);
   return report_.elasticity == Elasticity::corotational;
 }
 
@@ -246,6 +250,8 @@ void NestedIteration<Level>::conclude(const Solved<Level>& best, const std::opti
   if (report_.converged && scene_.asks_accuracy()) {
     report_.accuracy_missed = !is_accurate();
     report_.reason = accuracy_reached(report_.levels.back(), scene_);
+    if (report_.accuracy_missed && !tells_enough())
+      report_.reason += fmt::format("; it is told from {} cells, expected {}", told_from_, least_told_from);
   }
   if (scene_.budget && report_.levels.size() == 1 && levels_.agree(clock_.seconds() > *scene_.budget))
     report_.warnings.push_back(fmt::format("budget_s = {:g} is less than the first level takes", *scene_.budget));

@@ -40,6 +40,7 @@ public:
     std::size_t least_cells = least_compared;                          ///< of a level that keeps an accuracy
     /// Of graded cells: a level with all of them halved; null if there is nothing to halve, or it is not worth while.
     std::function<std::unique_ptr<Level>(const Level&)> halve;
+    std::function<std::unique_ptr<Level>(const Level&)> again;  ///< graded cells anew
     std::function<void()> give_way = [] {};  ///< graded cells lead no further to an accuracy: cells alike go on
     /// Where they are graded by the error: one with those halved that most of it comes from.
     /// @param halved, u, change  a level with all cells halved, its solution, and what it differs by
@@ -81,20 +82,23 @@ private:
   void sharpen(Solved<Level>& next, NewtonOptions options);
   void carry_on(const Solved<Level>& coarser, Solved<Level>& next);
   void compare(Solved<Level>& next);
-  bool looks_beyond(const Solved<Level>& best) const;
   void look_beyond(const Solved<Level>& best);
+  template <class Make>
+  std::optional<Solved<Level>> look_at(const Make& make, const Solved<Level>& from);
   bool refine_by_error(Solved<Level>& best);
   void add_look(double seconds);
   void find_strain();
-  bool is_to_turn(const Solved<Level>& now);
-  bool compare_strains(int level);
+  bool is_to_turn(const Solved<Level>& now, bool is_last = false);
+  void take(const StrainChoice& choice, int level);
   Solved<Level> run_with_rotations();
+  LoadProgress progress_of(int level) const;
   LoadedState<Vector> solve(Level& level, const NewtonOptions& options, std::optional<Vector> start, Aim aim) const;
   std::optional<double> algebraic_error(const Solved<Level>& solved) const;
   void add_report(Solved<Level>& now, double seconds);
   void explain_rotation(const std::string& why, std::optional<bool> active);
   double margin() const;
   double part_allowed() const;
+  bool tells_enough() const;
   bool is_accurate() const;
   void conclude(const Solved<Level>& best, const std::optional<std::string>& refused);
 
@@ -107,6 +111,7 @@ private:
   Stopwatch clock_;
   std::vector<std::string> level_warnings_;  ///< of the last level that counts
   ErrorEstimator estimator_;
+  std::size_t told_from_ = 0;        ///< cells of the last that it was told of
   bool is_sure_ = true;              ///< what it says; of graded cells see refine_by_error()
   std::optional<double> carried_;    ///< part of the load that the last level reached, if it failed
   double angle_without_effect_ = 0;  ///< of cells that need not rotate, with strain = "auto" [rad]

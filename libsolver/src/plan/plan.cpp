@@ -220,7 +220,9 @@ std::pair<int, std::string> expect_accuracy(const Scene& scene, const std::vecto
   const std::string why = fmt::format("level {} is {:.2g} times too far off, and {:.2g} of that is left a level", level,
                                       times.back(), rate);
   const auto counts = [&](int n) {
-    return n <= tried.levels.back().level && num_cells[static_cast<std::size_t>(n)] >= least_compared;
+    const auto cells = [&](int of) { return num_cells[static_cast<std::size_t>(of)]; };
+    const bool is_told = n <= finest + 1 || cells(n - 1) >= least_told_from;
+    return n <= tried.levels.back().level && cells(n) >= least_compared && is_told;
   };
   for (double left = times.back(); level > finest && !(left <= 1 && counts(level)); --level) left *= rate;
   return {level, why};
@@ -292,7 +294,8 @@ SolvePlan plan_equilibrium(const hexmesh::Lattice& lattice, const Scene& scene, 
     set_seconds(plan, EffectKind::error_estimate, looked_at.seconds);
   }
   if (look < level && num_cells[static_cast<std::size_t>(look)] > 0) {
-    plan.look = plan_level(lattice, scene, look, trial.as_a_start(look));
+    plan.look = plan_level(lattice, scene, look, 0);
+    for (int n = level - 1; n >= look; --n) plan.look->seconds += trial.as_a_start(n);
     set_seconds(plan, EffectKind::error_estimate, plan.look->seconds);
   }
   return plan;

@@ -45,7 +45,7 @@ struct SolvePlan {
   };
   std::vector<Effect> effects;  ///< with the expected seconds
   std::vector<Level> levels;    ///< coarse to fine
-  std::optional<Level> look;    ///< the next finer one, where the error is told from that
+  std::optional<Level> look;    ///< the finest that the error is told from, with the time of all looked at
   std::optional<End> end;
   double strain_seconds = 0;   ///< to find whether cells have to rotate
   double reading_seconds = 0;  ///< of the lattice, for who has read it

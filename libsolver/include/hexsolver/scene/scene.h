@@ -167,7 +167,7 @@ enum class Grading {
 /// What the error of the last level is estimated from.
 enum class ErrorEstimation {
   automatic,  ///< look where the next finer level has at most most_cells_looked_at
-  look,       ///< at the next finer level, solved roughly
+  look,       ///< at finer levels, solved roughly: the next, and on to one that has cells enough
   off         ///< not at all, unless an accuracy is asked
 };
 constexpr std::size_t most_cells_looked_at = 50000;
