@@ -49,6 +49,12 @@ inline StrainLevels levels_to_compare_strains(const std::vector<std::size_t>& nu
 
 inline constexpr double tolerance_of_strains = 1e-5;
 
+/// What rotations may change where they are left out.
+struct StrainLimits {
+  std::optional<double> allowed;  ///< [mm]; nothing: a part of the mean deformation
+  double margin = 1;              ///< by how much more than a level shows
+};
+
 /// How much less a coarse level may bend: 1 on the level asked, 2 one or two levels coarser, then doubled with each.
 inline double strain_margin(int levels_coarser) {
   return levels_coarser == 0 ? 1 : std::ldexp(1.0, std::max(1, levels_coarser - 1));
@@ -69,11 +75,11 @@ double angle_without_effect(const Level& level, const typename Level::Vector& u,
 /// From a level's solution without rotations take a few steps with them, and see what they change, beside what deforms:
 /// a rigid motion that is added to all conditions makes no difference. Cells that are left out have half of what is
 /// allowed.
-/// @param again           the level made anew
-/// @param levels_coarser  than the one asked
+/// @param again   the level made anew
+/// @param limits  of what they may change
 template <class Level>
 StrainChoice compare_strains(const Level& level, const typename Level::Vector& straight, Level& again,
-                             int levels_coarser, const Scene& scene, const LoadProgress& progress) {
+                             const StrainLimits& limits, const LoadProgress& progress) {
   using Vector = typename Level::Vector;
   constexpr int most_steps = 5;
   constexpr double default_part = 0.01;  // of the mean deformation, where no accuracy is asked
@@ -88,12 +94,12 @@ StrainChoice compare_strains(const Level& level, const typename Level::Vector& s
 
   StrainChoice out;
   out.deformation = level.mean_deformation(straight);
-  const double allowed = scene.accuracy.value_or(default_part * out.deformation);
+  const double allowed = limits.allowed.value_or(default_part * out.deformation);
   out.why = fmt::format("solve.strain = \"auto\": on level {} rotating cells changes the displacement", level.level());
   Vector change_of_u = level.make_zero();
   set_sum(change_of_u, turned.u, -1, straight);
   const double change = level.size_in_material(change_of_u, true).mean;
-  const double margin = strain_margin(levels_coarser);
+  const double margin = limits.margin;
   out.angle_without_effect = angle_without_effect(again, turned.u, allowed, 0.5 * allowed / (margin * change));
   if (!turned.newton.converged) {
     out.why += fmt::format(" by more than {} Newton steps follow", most_steps);
@@ -110,7 +116,7 @@ StrainChoice compare_strains(const Level& level, const typename Level::Vector& s
 /// Solve a level without rotations, and compare.
 /// @param make  () -> Level. @throws Error{geometry} as it does
 template <class Make>
-StrainChoice choose_strain(const Make& make, int levels_coarser, const Scene& scene, const LoadProgress& progress) {
+StrainChoice choose_strain(const Make& make, const StrainLimits& limits, const LoadProgress& progress) {
   const auto level = make();
   using Vector = typename std::remove_cvref_t<decltype(*level)>::Vector;
   NewtonOptions options;
@@ -119,7 +125,7 @@ StrainChoice choose_strain(const Make& make, int levels_coarser, const Scene& sc
   Vector rest = level->make_zero();
   level->build(Elasticity::cauchy, nullptr, rest);
   const LoadedState<Vector> straight = solve_in_load_steps(*level, options, std::optional<Vector>(), progress);
-  return compare_strains(*level, straight.u, *make(), levels_coarser, scene, progress);
+  return compare_strains(*level, straight.u, *make(), limits, progress);
 }
 
 }  // namespace hexsolver

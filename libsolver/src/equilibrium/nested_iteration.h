@@ -189,7 +189,7 @@ void NestedIteration<Level>::find_strain() {
   bool is_compared = false, is_sure = false;
   for (int level = levels.coarsest; level >= levels.finest && !is_sure; --level) try {
       const StrainChoice choice =
-          choose_strain([&] { return make(level); }, level - finest_, scene_, progress_of(level));
+          choose_strain([&] { return make(level); }, limits_of_strains(level), progress_of(level));
       take(choice, level);
       is_sure = choice.is_sure;
       is_compared = true;
@@ -211,18 +211,22 @@ void NestedIteration<Level>::take(const StrainChoice& choice, int level) {
 }
 
 /// Whether a solution without rotations needs them. Where it deforms by much more than the level on which they made no
-/// difference, whose cells were too stiff to tell, they are compared again on its own; so they are on the last one,
-/// which parts of the body may turn in that no coarser one sees.
+/// difference, whose cells were too stiff to tell, they are compared again on its own. So they are on the last one of
+/// an accuracy, since parts of the body may turn that no coarser one sees turn, beside what errors of its cells leave.
 template <EquilibriumLevel Level>
 bool NestedIteration<Level>::is_to_turn(const Solved<Level>& now, bool is_last) {
   constexpr double much_more = 1.5;
-  constexpr int with_errors_of_cells = 1;  // beside them half of an accuracy is left, as one level coarser
   const int level = now.level->level();
   if (!compared_ || compared_->level == level || !now.converged()) return false;
   if (!is_last && now.level->mean_deformation(now.state.u) <= much_more * compared_->deformation) return false;
-  const int coarser = is_last ? with_errors_of_cells : level - finest_;
+  StrainLimits limits = limits_of_strains(level);
+  if (is_last && scene_.accuracy) {
+    constexpr double most = 0.5;
+    const double of_cells = report_.levels.back().error.mean_mm.value_or(0);
+    limits = {std::clamp(*scene_.accuracy - of_cells, 0.0, most * *scene_.accuracy), 1};
+  }
   const std::unique_ptr<Level> again = levels_.again ? levels_.again(*now.level) : make(level);
-  take(compare_strains(*now.level, now.state.u, *again, coarser, scene_, progress_of(level)), level);
+  take(compare_strains(*now.level, now.state.u, *again, limits, progress_of(level)), level);
   return report_.elasticity == Elasticity::corotational;
 }
 

@@ -89,6 +89,7 @@ private:
   void add_look(double seconds);
   void find_strain();
   bool is_to_turn(const Solved<Level>& now, bool is_last = false);
+  StrainLimits limits_of_strains(int level) const { return {scene_.accuracy, strain_margin(level - finest_)}; }
   void take(const StrainChoice& choice, int level);
   Solved<Level> run_with_rotations();
   LoadProgress progress_of(int level) const;
