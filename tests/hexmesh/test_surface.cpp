@@ -88,12 +88,16 @@ TEST(SurfaceFile, PolygonsAreSplitAndBadOnesRefusedByName) {
   const TemporaryFolder folder;
   write_text(folder / "quad.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
   EXPECT_EQ(read_surface(folder / "quad.obj").triangles.size(), 2U);
-  const auto refused = [&](const std::string& name, const std::string& content) {
+  const auto refused = [&](const std::string& name, const std::string& content, const std::string& why = "") {
     write_text(folder / name, content);
-    EXPECT_NE(message_of(ErrorKind::input, [&] { read_surface(folder / name); }).find(name), std::string::npos);
+    const std::string message = message_of(ErrorKind::input, [&] { read_surface(folder / name); });
+    EXPECT_NE(message.find(name), std::string::npos);
+    EXPECT_NE(message.find(why), std::string::npos) << message;
   };
   refused("index.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n");
   refused("empty.obj", "");
+  refused("goes_on.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 \\\n3\n", "line 4 goes on");
+  refused("zero.obj", std::string("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n") + '\0', "line 5 has a byte 0");
   refused("nan.off", "OFF\n3 1 0\n0 0 nan\n1 0 0\n0 1 0\n3 0 1 2\n");
   refused("words.stl", "this is no surface");
   refused("words.vtp", "this is no surface");

@@ -71,15 +71,8 @@ TEST(AutomaticStrain, ARigidMotionOfTheWholeMakesNoDifference) {
   }
 }
 
-TEST(AutomaticStrain, ComparesAgainWhereACoarseLevelWasTooStiff) {
-  // A curved sheet of one or two voxels that hangs on an edge turns over, which the cells of level 3 do not show.
-  const auto sheet = [](const Index3& v) -> std::uint16_t {
-    const double height = 8 + 5 * std::sin(v[0] * std::numbers::pi / 20) * std::cos(v[1] * std::numbers::pi / 40);
-    return std::abs(v[2] - height) < 1.4 ? 1 : 0;
-  };
-  const Lattice lattice = lattice_of(make_volume({40, 40, 16}, {2, 2, 2}, sheet), 100, 0);
-  Scene scene = with({beyond("edge", {5.4, 0, 0}, {-1, 0, 0}, Vec3::Zero())}, Elasticity::corotational);
-  scene.gravity = {0, 0, -1000};
+/// An accuracy of 0.2 mm takes rotating cells, alike and graded, and is kept.
+void expect_rotations(const Lattice& lattice, Scene scene) {
   const std::vector<Vec3> points = material_points(lattice);
   const auto truth = displacement_at(solve(lattice, scene, 0).result, points);
   scene.finds_strain = true;
@@ -92,6 +85,17 @@ TEST(AutomaticStrain, ComparesAgainWhereACoarseLevelWasTooStiff) {
   }
 }
 
+TEST(AutomaticStrain, ComparesAgainWhereACoarseLevelWasTooStiff) {
+  // A curved sheet of one or two voxels that hangs on an edge turns over, which the cells of level 3 do not show.
+  const auto sheet = [](const Index3& v) -> std::uint16_t {
+    const double height = 8 + 5 * std::sin(v[0] * std::numbers::pi / 20) * std::cos(v[1] * std::numbers::pi / 40);
+    return std::abs(v[2] - height) < 1.4 ? 1 : 0;
+  };
+  Scene scene = with({beyond("edge", {5.4, 0, 0}, {-1, 0, 0}, Vec3::Zero())}, Elasticity::corotational);
+  scene.gravity = {0, 0, -1000};
+  expect_rotations(lattice_of(make_volume({40, 40, 16}, {2, 2, 2}, sheet), 100, 0), scene);
+}
+
 TEST(AutomaticStrain, ComparesOnTheLevelThatAnAccuracyEndsOn) {
   // A block that is stretched, with a thin tab that turns: the cells of level 2 show half of that, and the mean
   // deformation is the block's.
@@ -99,7 +103,6 @@ TEST(AutomaticStrain, ComparesOnTheLevelThatAnAccuracyEndsOn) {
     const bool in_block = v[0] < 16, in_tab = v[1] >= 4 && v[1] < 12 && v[2] >= 22 && v[2] < 24;
     return in_block || in_tab ? 1 : 0;
   };
-  const Lattice lattice = lattice_of(make_volume({44, 16, 26}, {2, 2, 2}, block_with_tab), 100, 0.3);
   Scene scene =
       with({beyond("bottom", {0, 0, 1.5}, {0, 0, -1}, Vec3::Zero()), beyond("top", {0, 0, 48.5}, {0, 0, 1}, {4, 0, 3})},
            Elasticity::corotational);
@@ -108,18 +111,7 @@ TEST(AutomaticStrain, ComparesOnTheLevelThatAnAccuracyEndsOn) {
   tip.selection.balls = {{{86, 15, 45}, 12}};
   tip.total = {0, 0, -0.002};
   scene.forces = {tip};
-  const std::vector<Vec3> points = material_points(lattice);
-  const auto truth = displacement_at(solve(lattice, scene, 0).result, points);
-  scene.finds_strain = true;
-  scene.accuracy = 0.2;
-  for (const Grading grading : {Grading::off, Grading::scene}) {
-    scene.grading = grading;
-    const Solved found = solve(lattice, scene, 0);
-    const Distance left = distance(displacement_at(found.result, points), truth);
-    std::printf("%d: %g mm left\n", static_cast<int>(found.report.elasticity), left.mean);
-    EXPECT_EQ(found.report.elasticity, Elasticity::corotational);
-    EXPECT_LT(left.mean, 1.2 * *scene.accuracy);
-  }
+  expect_rotations(lattice_of(make_volume({44, 16, 26}, {2, 2, 2}, block_with_tab), 100, 0.3), scene);
 }
 
 struct Body {

@@ -152,6 +152,18 @@ Shape read_off(const std::filesystem::path& path) {
   return shape;
 }
 
+/// What CGAL's reader of OBJ does not go on from; empty: nothing known.
+std::string unread_in_obj(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::size_t number = 1;
+  for (std::string line; std::getline(file, line); ++number) {
+    if (line.ends_with('\r')) line.pop_back();
+    if (line.find('\0') != line.npos) return fmt::format(": line {} has a byte 0", number);
+    if (line.ends_with('\\')) return fmt::format(": line {} goes on in the next, expected each face on a line", number);
+  }
+  return "";
+}
+
 Shape read_soup(const std::filesystem::path& path) {
   std::vector<Point> points;
   std::vector<std::vector<std::size_t>> polygons;
@@ -162,7 +174,8 @@ Shape read_soup(const std::filesystem::path& path) {
   }
   Shape shape;
   if (ending_of(path) == ".obj") shape.lines = obj_lines(path);
-  if (!read && shape.lines.empty()) refuse(path, "is no readable {} file", ending_of(path));
+  if (!read && shape.lines.empty())
+    refuse(path, "is no readable {} file{}", ending_of(path), ending_of(path) == ".obj" ? unread_in_obj(path) : "");
   for (const Point& p : points) shape.surface.points.emplace_back(p.x(), p.y(), p.z());
   for (const auto& polygon : polygons) {
     for (const std::size_t n : polygon)
