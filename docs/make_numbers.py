@@ -310,11 +310,19 @@ def estimates_table(name):
     return rows, means, rows[-1], int(means[2]), int(means[3])
 
 
-def estimates_drawn():
-    rows, means, asked, levels, unknown = estimates_table("drawn")
+def drawn(name, what):
+    rows, means, asked, levels, unknown = estimates_table(name)
     reactions = [r for r in rows if r[0] == "all"][2]
-    return (f"Drawn by lot ([table](drawn.md)): {means[6]} of {levels} estimates of the mean error within a factor of 2, {means[7]} within 3, {unknown} more unknown; of {reactions[2]} reactions {reactions[6]} and "
+    return (f"Drawn by lot{what} ([table]({name}.md)): {means[6]} of {levels} estimates of the mean error within a factor of 2, {means[7]} within 3, {unknown} more unknown; of {reactions[2]} reactions {reactions[6]} and "
             f"{reactions[7]}; of {asked[1]} accuracies {asked[4]} were broken.")
+
+
+def estimates_drawn():
+    return drawn("drawn", "")
+
+
+def estimates_drawn_graded():
+    return drawn("drawn_graded", ", graded")
 
 
 def estimates_graded():
@@ -354,7 +362,7 @@ def fits():
 
 
 NUMBERS = {f.__name__: f for f in (about, limits, accuracy, law_of_strain, tetrahedra, uniform, effects, dilatation, reading, motion, solvers, rotations, size, beside_calculix, table1,
-                                   table2, table2_words, figure14, figure7, volume, calculix, smooth, estimates, estimates_graded, estimates_drawn, plans, graded, fits)}
+                                   table2, table2_words, figure14, figure7, volume, calculix, smooth, estimates, estimates_graded, estimates_drawn, estimates_drawn_graded, plans, graded, fits)}
 BLOCK = re.compile(r"<!-- numbers: (\w+) -->\n.*?<!-- end -->", re.S)
 
 

@@ -31,7 +31,8 @@ def measure(folder, grading, number, scene):
              ["hexbench", "-q", "estimates", lattice, file, "--accuracies", "0.1,0.03", "-o", report, "--force"]]
     for step in ([made] if made and made.returncode else []) or (run(*s) for s in steps):
         if step.returncode:
-            return {**told, "failed": f"took more than {MOST_SECONDS} s" if step.returncode == 124 else step.stderr.strip().splitlines()[-1] if step.stderr.strip() else str(step.returncode)}
+            said = step.stderr.strip().replace(f"{folder}/", "").splitlines()
+            return {**told, "failed": f"took more than {MOST_SECONDS} s" if step.returncode == 124 else said[-1] if said else str(step.returncode)}
     for path in (volume, lattice):
         path.unlink()
     return {**told, **json.loads(report.read_text())}
