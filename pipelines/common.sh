@@ -21,8 +21,10 @@ bench_scenes() {
       *) echo "unknown option '$1', expected -o FOLDER or --only WORD" >&2; exit 2 ;;
     esac
   done
+  local python=python3
+  case $only in drawn:*) . "$here/../python.sh" ;; esac  # which has numpy too
   mkdir -p "$folder"
-  python3 "$here/measure.py" "$folder" "$only" ${grading:+"$grading"} >"$folder/scenes.jsonl"
+  "$python" "$here/measure.py" "$folder" "$only" ${grading:+"$grading"} >"$folder/scenes.jsonl"
   python3 "$here/table.py" "$folder/scenes.jsonl" >"$folder/table.md"
   cat "$folder/table.md"
   echo "the table and all numbers are in $folder" >&2
