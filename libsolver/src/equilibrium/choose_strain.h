@@ -100,14 +100,16 @@ StrainChoice compare_strains(const Level& level, const typename Level::Vector& s
   set_sum(change_of_u, turned.u, -1, straight);
   const double change = level.size_in_material(change_of_u, true).mean;
   const double margin = limits.margin;
-  out.angle_without_effect = angle_without_effect(again, turned.u, allowed, 0.5 * allowed / (margin * change));
+  const bool rotates = !turned.newton.converged || margin * change > allowed;
+  if (rotates)
+    out.angle_without_effect = angle_without_effect(again, turned.u, allowed, 0.5 * allowed / (margin * change));
+  else
+    out.elasticity = Elasticity::cauchy;
   if (!turned.newton.converged) {
     out.why += fmt::format(" by more than {} Newton steps follow", most_steps);
     return out;
   }
-  const bool rotates = margin * change > allowed;
   out.is_sure = !rotates || change > margin * allowed;
-  if (!rotates) out.elasticity = Elasticity::cauchy;
   out.why += fmt::format(" by {:.2g} mm on average, {} {:.2g} mm, from where they count", change,
                          rotates ? "more than" : "less than", allowed / margin);
   return out;

@@ -41,6 +41,7 @@ void NestedIteration<Level>::compare(Solved<Level>& next) {
   measures.averages = levels_.averages[static_cast<std::size_t>(next.level->level_of_largest())];
   estimator_.add(std::move(differences), std::move(measures), next.level->level_of_largest());
   told_from_ = next.level->num_cells();
+  tells_enough_ = told_from_ >= least_told_from || next.level->level_of_largest() == 0;
 }
 
 template <EquilibriumLevel Level>
@@ -67,7 +68,7 @@ void NestedIteration<Level>::look_beyond(const Solved<Level>& best) {
   };
   if (scene_.is_graded()) {
     if (!levels_.looks_beyond_graded) return;
-    while (look([this](const Level& of) { return levels_.halve(of); }) && !tells_enough()) continue;
+    while (look([this](const Level& of) { return levels_.halve(of); }) && !tells_enough_) continue;
     return;
   }
   const int finest = std::max(finest_level_needed(scene_, levels_.num_cells, finest_), levels_.finest_there_is);
@@ -175,19 +176,13 @@ double NestedIteration<Level>::part_allowed() const {
   return part;
 }
 
-/// Whether what the last level was compared with has cells enough, or is the finest that the lattice has.
-template <EquilibriumLevel Level>
-bool NestedIteration<Level>::tells_enough() const {
-  return told_from_ >= least_told_from || estimator_.knows_finest();
-}
-
 /// A level that is not the finest there is must have cells enough for its differences to mean something, and keep
 /// what is asked with what an estimate may miss.
 template <EquilibriumLevel Level>
 bool NestedIteration<Level>::is_accurate() const {
   const LevelReport& last = report_.levels.back();
   const bool is_finest = last.level == finest_ && !scene_.is_graded();
-  if (!is_finest && (last.cells < levels_.least_cells || !tells_enough())) return false;
+  if (!is_finest && (last.cells < levels_.least_cells || !tells_enough_)) return false;
   const auto holds = [&](const std::optional<double>& error, const std::optional<double>& asked) {
     return !asked || (error && (is_finest ? 1 : margin()) * *error <= *asked);
   };

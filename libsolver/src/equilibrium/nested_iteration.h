@@ -254,7 +254,7 @@ void NestedIteration<Level>::conclude(const Solved<Level>& best, const std::opti
   if (report_.converged && scene_.asks_accuracy()) {
     report_.accuracy_missed = !is_accurate();
     report_.reason = accuracy_reached(report_.levels.back(), scene_);
-    if (report_.accuracy_missed && !tells_enough())
+    if (report_.accuracy_missed && !tells_enough_)
       report_.reason += fmt::format("; it is told from {} cells, expected {}", told_from_, least_told_from);
   }
   if (scene_.budget && report_.levels.size() == 1 && levels_.agree(clock_.seconds() > *scene_.budget))

@@ -99,7 +99,6 @@ private:
   void explain_rotation(const std::string& why, std::optional<bool> active);
   double margin() const;
   double part_allowed() const;
-  bool tells_enough() const;
   bool is_accurate() const;
   void conclude(const Solved<Level>& best, const std::optional<std::string>& refused);
 
@@ -112,7 +111,8 @@ private:
   Stopwatch clock_;
   std::vector<std::string> level_warnings_;  ///< of the last level that counts
   ErrorEstimator estimator_;
-  std::size_t told_from_ = 0;        ///< cells of the last that it was told of
+  std::size_t told_from_ = 0;        ///< cells of the last that it was told of, also if it forgot them
+  bool tells_enough_ = false;        ///< whether these are enough, or the finest that the lattice has
   bool is_sure_ = true;              ///< what it says; of graded cells see refine_by_error()
   std::optional<double> carried_;    ///< part of the load that the last level reached, if it failed
   double angle_without_effect_ = 0;  ///< of cells that need not rotate, with strain = "auto" [rad]
